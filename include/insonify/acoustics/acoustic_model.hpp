@@ -1,0 +1,24 @@
+#ifndef INSONIFY_ACOUSTICS_ACOUSTIC_MODEL_HPP
+#define INSONIFY_ACOUSTICS_ACOUSTIC_MODEL_HPP
+
+#include <insonify/acoustics/layer.hpp>
+#include <insonify/execution/for_each.hpp>
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What turns a line into samples. `law2011` is one; write your own with these three:
+///
+///     using sample_type = float;                                  // what a sample holds
+///     std::uint32_t samples(float depth, float frequency) const;  // how many, where the caller does not say
+///     void operator()(const auto& policy, const traced_line& line, float spacing, view<sample_type> samples) const;
+///
+/// The last writes every sample of one line; sample k stands at depth (k + 1/2) * spacing metres. It must not throw.
+template <class Model>
+concept acoustic_model = requires(const Model& model, const traced_line& line, view<typename Model::sample_type> out) {
+    { model.samples(0.1F, 5e6F) } -> std::convertible_to<std::uint32_t>;
+    model(exec::seq, line, 1e-3F, out);
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,194 @@
+#ifndef INSONIFY_ACOUSTICS_LAW2011_HPP
+#define INSONIFY_ACOUSTICS_LAW2011_HPP
+
+#include <insonify/acoustics/layer.hpp>
+#include <insonify/execution/policy.hpp>
+#include <insonify/execution/simd_math.hpp>
+#include <concepts>
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Over which path attenuation acts. With the paper's 20 log10, `two_way` is what an echo's amplitude suffers.
+enum class travel { one_way, two_way };
+
+/// Whether the reflected term of eq. 1 is weakened by the attenuation of the path to it. As printed it is not.
+enum class reflection { bare, attenuated };
+
+/// On which side of an interface its bright band lies: towards the probe, as in the paper, or beyond, as an echo does.
+enum class band { before, after };
+
+/// How attenuation grows with frequency: f, as eq. 4, or f^attenuation_power of each medium.
+enum class spectrum { linear, power_law };
+
+/// What I_a I_t of eq. 1 is: the field itself, as printed, or what the medium's texture sends back of it.
+enum class incident { field, backscattered };
+
+/// The acoustic model of the paper that this library started from: intensities along a beam, eqs. 1 to 6.
+///
+///     I(z)   = I_a I_t + I_r                                                                          (1)
+///     R      = ((Z2 - Z1) / (Z2 + Z1))^2,   I_r = R I_t  within `reflection_length` of an interface      (2)
+///     I_t    = product of 4 Z1 Z2 / (Z1 + Z2)^2 over the interfaces above z                           (3)
+///     I_a    = 10^(-sum of alpha d f / 20) over the media above z                                     (6)
+///
+/// Eq. 3 is corrected: as printed, (4 Z1 Z2 / (Z1 + Z2))^2 depends on the unit of impedance. All else is literal by
+/// default, each departure from it an option. Incidence is taken as normal.
+/// Source: "Ultrasound image simulation with GPU-based ray tracing", 2011; impedances in rayl.
+struct law2011 {
+    using sample_type = float;
+
+    float reflection_length = 1e-3F; ///< metres
+    insonify::travel travel = insonify::travel::one_way;
+    insonify::reflection reflection = insonify::reflection::bare;
+    insonify::band band = insonify::band::before;
+    insonify::spectrum spectrum = insonify::spectrum::linear;
+    insonify::incident incident = insonify::incident::field;
+    float texture = 1.78e-3F; ///< with `backscattered`: the echo of liver against a perfect mirror's (-55 dB)
+
+    /// Share of the intensity that an interface sends back, eq. 2.
+    INSONIFY_FN static float reflected(const medium& before, const medium& after) {
+        const float r = (after.impedance() - before.impedance()) / (after.impedance() + before.impedance());
+        return r * r;
+    }
+
+    /// Share of the intensity that goes on, eq. 3 corrected; with `reflected` it sums to 1.
+    INSONIFY_FN static float transmitted(const medium& before, const medium& after) {
+        const float z1 = before.impedance(), z2 = after.impedance();
+        return 4 * (z1 / (z1 + z2)) * (z2 / (z1 + z2));
+    }
+
+    /// What sound loses on each metre of depth: dB/m at a frequency in hertz, one way or two as `travel` says.
+    INSONIFY_FN float loss(const medium& m, float frequency) const {
+        const float megahertz = frequency * 1e-6F;
+        const float growth =
+            spectrum == insonify::spectrum::linear ? megahertz : std::pow(megahertz, m.attenuation_power);
+        return m.attenuation * growth * (travel == insonify::travel::two_way ? 2.0F : 1.0F);
+    }
+
+    /// Samples of a line where the caller leaves it open: four a wavelength of 1540 m/s, a multiple of 64.
+    INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
+        const float blocks = std::ceil(4 * depth * frequency / 1540 / 64);
+        return 64 * static_cast<std::uint32_t>(clamped(blocks, 1, 1024));
+    }
+
+    /// The intensity at one depth of a line, metres: eq. 1, term by term.
+    INSONIFY_FN float at(const traced_line& line, float depth) const {
+        float lost = 0; // dB
+        float transmitted_here = 1;
+        interface_echo above{};
+        for (std::size_t i = 0;; ++i) {
+            const layer& here = line.layers[i];
+            const medium& m = line.media[here.medium];
+            if (depth < here.end || i + 1 == line.layers.size()) {
+                lost += loss(m, line.frequency) * (depth - here.begin);
+                const float remaining = std::pow(10.0F, -lost / 20);
+                const interface_echo below = next_interface(line, i, transmitted_here);
+                const interface_echo& echo = band == insonify::band::before ? below : above;
+                const bool bright = std::fabs(echo.depth - depth) <= reflection_length;
+                const float strength = incident == insonify::incident::backscattered ? texture * m.backscatter : 1.0F;
+                return remaining * transmitted_here * strength +
+                       (bright ? echo.intensity : 0.0F) *
+                           (reflection == insonify::reflection::attenuated ? remaining : 1.0F);
+            }
+            lost += loss(m, line.frequency) * (here.end - here.begin);
+            if (line.layers[i + 1].medium == here.medium) continue;
+            above = next_interface(line, i, transmitted_here);
+            transmitted_here *= transmitted(m, line.media[line.layers[i + 1].medium]);
+        }
+    }
+
+    /// Writes the intensity at each sample of a line: sample k stands at depth (k + 1/2) * spacing metres.
+    ///
+    /// @tparam Policy  one that asks for SIMD gets it along the line; equal within rounding
+    template <class Policy>
+    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<float> samples) const {
+        float loss_above = 0;       // dB, of the layers above
+        float transmitted_here = 1; // I_t
+        interface_echo above{};
+        std::size_t next_sample = 0;
+        for (std::size_t i = 0; i < line.layers.size(); ++i) {
+            const layer& here = line.layers[i];
+            const medium& m = line.media[here.medium];
+            const float slope = loss(m, line.frequency);
+            const float strength =
+                transmitted_here * (incident == insonify::incident::backscattered ? texture * m.backscatter : 1.0F);
+            const interface_echo below = next_interface(line, i, transmitted_here);
+            const stretch field{.begin = here.begin, .loss_at_begin = loss_above, .slope = slope, .strength = strength};
+            if (band == insonify::band::before) {
+                const float bright = clamped(below.depth - reflection_length, here.begin, here.end);
+                fill<Policy>(samples, next_sample, spacing, bright, field, 0);
+                fill<Policy>(samples, next_sample, spacing, here.end, field, below.intensity);
+            } else {
+                const float bright = clamped(above.depth + reflection_length, here.begin, here.end);
+                fill<Policy>(samples, next_sample, spacing, bright, field, above.intensity);
+                fill<Policy>(samples, next_sample, spacing, here.end, field, 0);
+            }
+            loss_above += slope * (here.end - here.begin);
+            if (i + 1 < line.layers.size() && line.layers[i + 1].medium != here.medium) {
+                above = below;
+                transmitted_here *= transmitted(m, line.media[line.layers[i + 1].medium]);
+            }
+        }
+    }
+
+  private:
+    struct interface_echo {
+        float depth = -FLT_MAX;
+        float intensity = 0; // R I_t
+    };
+
+    // I_a I_t within one layer: strength * 10^(-(loss_at_begin + slope (z - begin)) / 20)
+    struct stretch {
+        float begin = 0;
+        float loss_at_begin = 0;
+        float slope = 0;
+        float strength = 1;
+    };
+
+    // Objects of one medium may touch below: the interface is where the medium changes.
+    INSONIFY_FN static interface_echo next_interface(const traced_line& line, std::size_t layer_index,
+                                                     float intensity) {
+        for (std::size_t i = layer_index; i + 1 < line.layers.size(); ++i) {
+            const std::uint32_t before = line.layers[i].medium, after = line.layers[i + 1].medium;
+            if (before != after)
+                return {line.layers[i].end, intensity * reflected(line.media[before], line.media[after])};
+        }
+        return {FLT_MAX, 0};
+    }
+
+    // Fills the samples that stand before `end`, starting with `next`, which it moves on.
+    template <class Policy>
+    INSONIFY_FN void fill(view<float> samples, std::size_t& next, float spacing, float end, const stretch& field,
+                          float echo) const {
+        constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
+        const float weakened = reflection == insonify::reflection::attenuated ? echo : 0.0F;
+        const float bare = echo - weakened;
+        const float first = bits_per_db * (field.loss_at_begin - field.slope * field.begin);
+        const float step = bits_per_db * field.slope * spacing;
+        std::size_t last = next;
+        if (end > 0) {
+            const float most = static_cast<float>(samples.size());
+            last = static_cast<std::size_t>(
+                greater(static_cast<float>(next), lesser(std::ceil(end / spacing - 0.5F), most)));
+        }
+        const float scale = field.strength + weakened;
+#if !defined(INSONIFY_NO_SIMD)
+        if constexpr (exec::is_unsequenced_v<Policy>) {
+            constexpr int width = simd_width;
+            const lanes<width> ramp([](auto lane) { return static_cast<float>(lane) + 0.5F; });
+            for (; next + width <= last; next += width) {
+                const lanes<width> place = ramp + lanes<width>(static_cast<float>(next));
+                store(multiply_add(lanes<width>(scale),
+                                   power_of_two<width>(place * lanes<width>(step) + lanes<width>(first)),
+                                   lanes<width>(bare)),
+                      samples.data() + next);
+            }
+        }
+#endif
+        for (; next < last; ++next)
+            samples[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * step + first) + bare;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

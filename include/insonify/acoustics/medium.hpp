@@ -1,0 +1,33 @@
+#ifndef INSONIFY_ACOUSTICS_MEDIUM_HPP
+#define INSONIFY_ACOUSTICS_MEDIUM_HPP
+
+#include <insonify/core/math.hpp>
+#include <insonify/core/units.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What sound meets inside an object. A medium of your own is smooth and silent unless you say otherwise.
+struct medium {
+    float density = 998;         ///< kg/m^3; the defaults are those of water at 20 degrees Celsius
+    float sound_speed = 1482;    ///< m/s
+    float attenuation = 0;       ///< dB/m at 1 MHz, one way
+    float attenuation_power = 1; ///< attenuation grows as frequency^attenuation_power
+    float backscatter = 0;       ///< amplitude of the echo of its texture, relative to liver
+    float roughness = 0;         ///< rms height of its surface, metres
+
+    /// Characteristic acoustic impedance, rayl = kg/(m^2 s): density times sound speed, never stored.
+    INSONIFY_FN constexpr float impedance() const { return density * sound_speed; }
+
+    friend bool operator==(const medium&, const medium&) = default;
+};
+
+/// True where every value is finite and in its range: density and speed above 0, the others not below.
+INSONIFY_FN inline bool is_valid(const medium& m) {
+    return is_finite(m.density) && is_finite(m.sound_speed) && is_finite(m.attenuation) &&
+           is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) && m.density > 0 &&
+           m.sound_speed > 0 && m.attenuation >= 0 && m.attenuation_power >= 0 && m.backscatter >= 0 &&
+           m.roughness >= 0;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,57 @@
+#ifndef INSONIFY_CORE_MATH_HPP
+#define INSONIFY_CORE_MATH_HPP
+
+#include <insonify/core/config.hpp>
+
+#if defined(__CUDACC__) && !defined(GLM_FORCE_CUDA)
+#define GLM_FORCE_CUDA
+#endif
+#include <glm/glm.hpp>
+
+#include <cmath>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+using vec2 = glm::vec2;
+using vec3 = glm::vec3;
+using dvec3 = glm::dvec3;
+using uvec2 = glm::uvec2;
+using uvec3 = glm::uvec3;
+using mat3 = glm::mat3;
+
+static_assert(
+    sizeof(vec3) == 12 && sizeof(uvec3) == 12,
+    "insonify needs GLM's packed vectors: do not define GLM_FORCE_DEFAULT_ALIGNED_GENTYPES before including it");
+
+using glm::cross;
+using glm::determinant;
+using glm::dot;
+using glm::length;
+using glm::normalize;
+using glm::transpose;
+
+inline constexpr float pi = 3.14159265358979F;
+
+/// False for infinities and NaN; reads the bits, so that it holds under -ffast-math too.
+INSONIFY_FN inline bool is_finite(float value) {
+    return (__builtin_bit_cast(std::uint32_t, value) & 0x7F800000U) != 0x7F800000U;
+}
+INSONIFY_FN inline bool is_finite(vec3 v) { return is_finite(v.x) && is_finite(v.y) && is_finite(v.z); }
+
+INSONIFY_FN constexpr float lesser(float a, float b) { return b < a ? b : a; }
+INSONIFY_FN constexpr float greater(float a, float b) { return a < b ? b : a; }
+INSONIFY_FN constexpr float clamped(float value, float low, float high) { return lesser(greater(value, low), high); }
+
+INSONIFY_FN constexpr vec3 lesser(vec3 a, vec3 b) { return {lesser(a.x, b.x), lesser(a.y, b.y), lesser(a.z, b.z)}; }
+INSONIFY_FN constexpr vec3 greater(vec3 a, vec3 b) { return {greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z)}; }
+INSONIFY_FN inline vec3 absolute(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
+
+/// a * b + c, rounded once where that is one instruction and twice elsewhere: never the compiler's choice.
+INSONIFY_FN inline float multiply_add(float a, float b, float c) {
+    if constexpr (has_fma) return std::fma(a, b, c);
+    return a * b + c;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

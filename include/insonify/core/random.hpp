@@ -1,0 +1,36 @@
+#ifndef INSONIFY_CORE_RANDOM_HPP
+#define INSONIFY_CORE_RANDOM_HPP
+
+#include <insonify/core/math.hpp>
+#include <cstdint>
+
+/// Random numbers by counter: a hash of seed and index, so that any thread may ask for any of them in any order.
+namespace insonify::inline INSONIFY_ABI {
+
+/// 64 well-mixed bits for one index of one stream.
+/// Source: the finaliser of SplitMix64 (Steele, Lea & Flood 2014), applied twice.
+INSONIFY_FN constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t index) {
+    const auto mix = [](std::uint64_t z) {
+        z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
+        z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
+        return z ^ (z >> 31U);
+    };
+    return mix(mix(seed + 0x9E3779B97F4A7C15U) + (index + 1) * 0x9E3779B97F4A7C15U);
+}
+
+/// Uniform in [0, 1), 24 bits.
+INSONIFY_FN constexpr float hash_uniform(std::uint64_t seed, std::uint64_t index) {
+    return static_cast<float>(hash_bits(seed, index) >> 40U) * 0x1p-24F;
+}
+
+/// Two independent standard normal numbers. Source: Box & Muller 1958.
+INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
+    const std::uint64_t bits = hash_bits(seed, index);
+    const float radius_uniform = static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // (0, 1]: the logarithm stays finite
+    const float angle = 2 * pi * static_cast<float>(bits & 0xFFFFFFU) * 0x1p-24F;
+    const float radius = std::sqrt(-2 * std::log(radius_uniform));
+    return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,39 @@
+#ifndef INSONIFY_CORE_VIEW_HPP
+#define INSONIFY_CORE_VIEW_HPP
+
+#include <insonify/core/config.hpp>
+#include <concepts>
+#include <cstddef>
+#include <iterator>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Pointer and count: what std::span is, but usable on a device and trivially copyable by contract.
+///
+/// It owns nothing; what it points to must outlive it.
+template <class T>
+struct view {
+    T* first = nullptr;
+    std::size_t count = 0;
+
+    view() = default;
+    INSONIFY_FN constexpr view(T* first_element, std::size_t number) : first{first_element}, count{number} {}
+
+    /// Of any contiguous container (lvalue) whose elements are T.
+    template <class Container>
+        requires requires(Container& c) {
+            { std::data(c) } -> std::convertible_to<T*>;
+            { std::size(c) } -> std::convertible_to<std::size_t>;
+        }
+    constexpr view(Container& container) : first{std::data(container)}, count{std::size(container)} {}
+
+    INSONIFY_FN constexpr T& operator[](std::size_t index) const { return first[index]; }
+    INSONIFY_FN constexpr T* begin() const { return first; }
+    INSONIFY_FN constexpr T* end() const { return first + count; }
+    INSONIFY_FN constexpr T* data() const { return first; }
+    INSONIFY_FN constexpr std::size_t size() const { return count; }
+    INSONIFY_FN constexpr bool empty() const { return count == 0; }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,140 @@
+#ifndef INSONIFY_EXECUTION_THREAD_POOL_HPP
+#define INSONIFY_EXECUTION_THREAD_POOL_HPP
+
+#include <insonify/core/error.hpp>
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::exec {
+
+/// The threads behind `par`: one pool a program, started by the first parallel call, grown on demand, joined at exit.
+///
+/// The caller of `run` works too, so nested and concurrent calls always progress. Idle threads sleep. Jobs live on the
+/// caller's stack. Not usable after fork, nor from destructors of statics.
+class thread_pool {
+  public:
+    static constexpr std::uint32_t most_participants = 1024;
+
+    static thread_pool& instance() {
+        static thread_pool pool;
+        return pool;
+    }
+
+    thread_pool(const thread_pool&) = delete;
+    thread_pool& operator=(const thread_pool&) = delete;
+
+    ~thread_pool() {
+        {
+            const std::lock_guard lock{mutex_};
+            stopping_ = true;
+        }
+        work_came_.notify_all();
+        for (std::thread& worker : workers_) worker.join();
+    }
+
+    /// Calls body(i) once for each i below count, on up to `participants` threads, the calling one included.
+    ///
+    /// Every index below one that throws has run, and the exception of the lowest index leaves this call.
+    /// @param participants  0: one a processor
+    /// @throws usage_error  for more than `most_participants`
+    template <class Body>
+    void run(std::size_t count, std::uint32_t participants, const Body& body) {
+        if (participants > most_participants)
+            throw usage_error{"threads(n): n must be at most 1024; leave it out for one thread a processor"};
+        if (participants == 0) participants = std::max(1U, std::thread::hardware_concurrency());
+        const auto helpers = static_cast<std::uint32_t>(std::min<std::size_t>(participants, count)) - (count > 0);
+        job work{.count = count,
+                 .body = &body,
+                 .call = [](const void* what, std::size_t index) { (*static_cast<const Body*>(what))(index); },
+                 .seats = helpers};
+        if (helpers > 0) offer(work);
+        take_part(work);
+        if (helpers > 0) withdraw(work);
+        if (work.failure) std::rethrow_exception(work.failure);
+    }
+
+  private:
+    struct job {
+        std::size_t count = 0;
+        const void* body = nullptr;
+        void (*call)(const void*, std::size_t) = nullptr;
+        std::uint32_t seats = 0;  // helpers that may still join
+        std::uint32_t inside = 0; // helpers at work now
+        std::atomic<std::size_t> next{0};
+        std::size_t failed_index = ~std::size_t{0};
+        std::exception_ptr failure{};
+        std::condition_variable all_left{};
+    };
+
+    thread_pool() = default;
+
+    void offer(job& work) {
+        const std::lock_guard lock{mutex_};
+        try {
+            while (workers_.size() < work.seats) workers_.emplace_back([this] { serve(); });
+        } catch (const std::system_error&) {
+            // no more threads to be had: those that run, and the caller, do the work
+        }
+        jobs_.push_back(&work);
+        for (std::uint32_t i = 0; i < work.seats; ++i) work_came_.notify_one();
+    }
+
+    void withdraw(job& work) {
+        std::unique_lock lock{mutex_};
+        jobs_.erase(std::find(jobs_.begin(), jobs_.end(), &work));
+        work.all_left.wait(lock, [&work] { return work.inside == 0; });
+    }
+
+    void take_part(job& work) {
+        for (std::size_t i = 0; (i = work.next.fetch_add(1, std::memory_order_relaxed)) < work.count;) {
+            try {
+                work.call(work.body, i);
+            } catch (...) {
+                const std::lock_guard lock{mutex_};
+                work.next.store(work.count, std::memory_order_relaxed);
+                if (i < work.failed_index) {
+                    work.failed_index = i;
+                    work.failure = std::current_exception();
+                }
+            }
+        }
+    }
+
+    job* open_job() {
+        for (job* work : jobs_)
+            if (work->seats > 0 && work->next.load(std::memory_order_relaxed) < work->count) return work;
+        return nullptr;
+    }
+
+    void serve() {
+        std::unique_lock lock{mutex_};
+        for (;;) {
+            job* work = nullptr;
+            work_came_.wait(lock, [&] { return stopping_ || (work = open_job()) != nullptr; });
+            if (work == nullptr) return;
+            --work->seats;
+            ++work->inside;
+            lock.unlock();
+            take_part(*work);
+            lock.lock();
+            if (--work->inside == 0) work->all_left.notify_one();
+        }
+    }
+
+    std::mutex mutex_{};
+    std::condition_variable work_came_{};
+    std::vector<job*> jobs_{};
+    std::vector<std::thread> workers_{};
+    bool stopping_ = false;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::exec
+#endif

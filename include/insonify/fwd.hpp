@@ -1,0 +1,23 @@
+#ifndef INSONIFY_FWD_HPP
+#define INSONIFY_FWD_HPP
+
+#include <insonify/core/config.hpp>
+
+/// Declarations, to be included from anywhere.
+namespace insonify::inline INSONIFY_ABI {
+
+struct acquisition;
+struct convex_array;
+struct image;
+struct law2011;
+struct linear_array;
+struct medium;
+struct mesh;
+struct mesh_view;
+struct phased_array;
+struct pose;
+struct ray;
+class scene;
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,46 @@
+#ifndef INSONIFY_GEOMETRY_MESH_HPP
+#define INSONIFY_GEOMETRY_MESH_HPP
+
+#include <insonify/core/view.hpp>
+#include <insonify/geometry/triangle.hpp>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Triangles over shared vertices. Positions in metres; a face's corners run counter-clockwise seen from outside.
+struct mesh {
+    std::vector<vec3> positions{};
+    std::vector<uvec3> faces{};
+};
+
+/// A mesh that somebody else owns, as a range of triangles.
+struct mesh_view {
+    view<const vec3> positions{};
+    view<const uvec3> faces{};
+
+    mesh_view() = default;
+    INSONIFY_FN mesh_view(view<const vec3> vertex_positions, view<const uvec3> corner_indices)
+        : positions{vertex_positions}, faces{corner_indices} {}
+    mesh_view(const mesh& m) : positions{m.positions}, faces{m.faces} {}
+
+    INSONIFY_FN std::size_t size() const { return faces.size(); }
+    INSONIFY_FN triangle operator[](std::size_t face) const {
+        const uvec3 corner = faces[face];
+        return {positions[corner.x], positions[corner.y], positions[corner.z]};
+    }
+};
+
+/// What a closed mesh encloses, m^3; negative where its faces look inwards. By the divergence theorem, in double,
+/// measured from a vertex, so that it does not drown in rounding far from the origin.
+inline double enclosed_volume(const mesh_view& m) {
+    double volume = 0;
+    for (std::size_t i = 0; i < m.size(); ++i) {
+        const triangle t = m[i];
+        const dvec3 from{m.positions[0]};
+        volume += dot(dvec3{t.a} - from, cross(dvec3{t.b} - from, dvec3{t.c} - from)) / 6;
+    }
+    return volume;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

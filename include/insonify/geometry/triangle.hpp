@@ -1,0 +1,82 @@
+#ifndef INSONIFY_GEOMETRY_TRIANGLE_HPP
+#define INSONIFY_GEOMETRY_TRIANGLE_HPP
+
+#include <insonify/geometry/aabb.hpp>
+#include <insonify/geometry/hit.hpp>
+#include <insonify/geometry/ray.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Three corners, counter-clockwise seen from outside.
+struct triangle {
+    vec3 a{0, 0, 0};
+    vec3 b{0, 0, 0};
+    vec3 c{0, 0, 0};
+};
+
+INSONIFY_FN inline aabb bounds(const triangle& t) {
+    return {lesser(lesser(t.a, t.b), t.c), greater(greater(t.a, t.b), t.c)};
+}
+
+/// Outward, of length twice the area.
+INSONIFY_FN inline vec3 area_vector(const triangle& t) { return cross(t.b - t.a, t.c - t.a); }
+
+/// A ray prepared for triangles: the shear that makes it the z axis, so that a triangle is tested in two dimensions.
+///
+/// Source: Woop, Benthin & Wald 2013, "Watertight ray/triangle intersection".
+struct sheared_ray {
+    vec3 origin{0, 0, 0};
+    int x = 0, y = 1, z = 2; ///< which world axes stand for x, y and z; z is the one along which the ray is longest
+    vec3 shear{0, 0, 1};     ///< x and y: what to subtract a share of z from; z: the scale that makes z the distance
+
+    sheared_ray() = default;
+    INSONIFY_FN explicit sheared_ray(const ray& r) : origin{r.origin} {
+        const vec3 size = absolute(r.direction);
+        z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+        x = (z + 1) % 3;
+        y = (z + 2) % 3;
+        const float scale = 1 / r.direction[z];
+        shear = {r.direction[x] * scale, r.direction[y] * scale, scale};
+    }
+
+    /// x and y across the ray, z the distance along it. Every copy of a vertex gets the very same result.
+    INSONIFY_FN vec3 operator()(vec3 p) const {
+        const vec3 v = p - origin;
+        return {multiply_add(-shear.x, v[z], v[x]), multiply_add(-shear.y, v[z], v[y]), shear.z * v[z]};
+    }
+};
+
+/// On which side of the edge p -> q the origin lies, in the sheared plane: twice the area of (origin, p, q).
+///
+/// The products of two floats are exact in double, so the sign is exact, and walking an edge the other way flips it.
+INSONIFY_FN inline double edge_side(vec3 p, vec3 q) {
+    return static_cast<double>(p.x) * q.y - static_cast<double>(p.y) * q.x;
+}
+
+/// The same, where the ray meets the edge itself: as if the ray stood an infinitesimal step aside, first in x, then,
+/// an infinitesimally smaller one, in y. So a point on a shared edge or vertex belongs to exactly one triangle.
+INSONIFY_FN inline int edge_sign(double side, vec3 p, vec3 q) {
+    if (side != 0) return side > 0 ? 1 : -1;
+    if (p.y != q.y) return p.y > q.y ? 1 : -1;
+    return (q.x > p.x) - (q.x < p.x);
+}
+
+/// Where the ray meets the triangle, from either side; the limits of the ray are not looked at.
+///
+/// Watertight: over a closed mesh, crossings along any line alternate in and out, also through edges and vertices.
+INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
+    const vec3 a = r(t.a), b = r(t.b), c = r(t.c);
+    const double u = edge_side(b, c), v = edge_side(c, a), w = edge_side(a, b);
+    const int side = edge_sign(u, b, c);
+    if (side == 0 || side != edge_sign(v, c, a) || side != edge_sign(w, a, b)) return {};
+    const double area = u + v + w;
+    if (!(area != 0)) return {};
+    hit found;
+    found.distance = static_cast<float>((u * a.z + v * b.z + w * c.z) / area);
+    return found;
+}
+
+INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return intersect(sheared_ray{r}, t); }
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

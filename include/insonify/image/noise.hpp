@@ -1,0 +1,55 @@
+#ifndef INSONIFY_IMAGE_NOISE_HPP
+#define INSONIFY_IMAGE_NOISE_HPP
+
+#include <insonify/core/random.hpp>
+#include <insonify/execution/for_each.hpp>
+#include <insonify/image/check_size.hpp>
+#include <insonify/image/image.hpp>
+#include <cstddef>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+struct noise_settings {
+    std::uint64_t seed = 1;
+    float strength = 1; ///< 0: no noise, all pixels 1; 1: the full scatter of an ultrasound envelope
+};
+
+/// The noise picture of the paper, section 3.4: made once, multiplied onto every frame.
+///
+/// Each pixel is a factor of mean 1, Rayleigh distributed as is the envelope of fully developed speckle (mean over
+/// standard deviation 1.913), independent of its neighbours. A pixel depends on the seed, its column and its row alone:
+/// a larger picture continues a smaller one.
+/// @throws usage_error  where the size or the strength makes no sense
+template <exec::policy Policy>
+image make_noise(const Policy& policy, uvec2 size, const noise_settings& settings = {}) {
+    check_size(size);
+    if (!(settings.strength >= 0 && settings.strength <= 1))
+        throw usage_error{"make_noise: `strength` must lie between 0 and 1"};
+    image noise{size};
+    for_each_index(policy, size.y, [&](std::size_t row) {
+        for (std::uint32_t column = 0; column < size.x; ++column) {
+            const std::uint64_t pixel = static_cast<std::uint64_t>(row) << 32U | column;
+            const float uniform = 1 - hash_uniform(settings.seed, pixel); // (0, 1]: the logarithm stays finite
+            const float rayleigh = std::sqrt(-4 / pi * std::log(uniform));
+            noise.pixels[row * size.x + column] = 1 + settings.strength * (rayleigh - 1);
+        }
+    });
+    return noise;
+}
+
+/// Multiplies a picture by the noise, in place: pass std::move(picture) to keep the buffer.
+/// @throws usage_error  where the two differ in size
+template <exec::policy Policy>
+image add_noise(const Policy& policy, image picture, const image& noise) {
+    if (picture.size != noise.size || picture.pixels.size() != noise.pixels.size())
+        throw usage_error{"add_noise: the noise must have the size of the picture; make it with make_noise(policy, "
+                          "picture.size)"};
+    exec::for_each_block(policy, picture.pixels.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) picture.pixels[i] *= noise.pixels[i];
+    });
+    return picture;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,35 @@
+#ifndef INSONIFY_INSONIFY_HPP
+#define INSONIFY_INSONIFY_HPP
+
+/// All of insonify. In exactly one file of a program define INSONIFY_IMPLEMENTATION before including this: the OBJ
+/// reader and the PNG writer are compiled there.
+#include <insonify/acoustics/acoustic_model.hpp>
+#include <insonify/acoustics/law2011.hpp>
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/b_mode.hpp>
+#include <insonify/bvh/bvh.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/core/units.hpp>
+#include <insonify/execution/for_each.hpp>
+#include <insonify/fwd.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/geometry/validate.hpp>
+#include <insonify/image/blur.hpp>
+#include <insonify/image/noise.hpp>
+#include <insonify/image/progressive.hpp>
+#include <insonify/image/scan_convert.hpp>
+#include <insonify/io/debug_obj.hpp>
+#include <insonify/io/obj.hpp>
+#include <insonify/io/png.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+#include <insonify/scene/scene.hpp>
+#include <insonify/signal/gain.hpp>
+#include <insonify/tracing/pixels.hpp>
+#include <insonify/tracing/trace.hpp>
+
+#endif
+
+// Outside the guard, so that it is reached also after an earlier include or a precompiled header.
+#include <insonify/io/implementation.hpp>

@@ -1,0 +1,87 @@
+#ifndef INSONIFY_IO_IMPLEMENTATION_STB_HPP
+#define INSONIFY_IO_IMPLEMENTATION_STB_HPP
+
+#include <insonify/core/config.hpp>
+#include <cassert>
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+// A copy of stb_image_write for this file alone: static functions in a namespace of their own, and every macro that
+// steers it put aside, so that a program may have its own copy in this file, before or after, and in others. The C
+// headers that it includes stand above, outside of the namespace.
+#pragma push_macro("INCLUDE_STB_IMAGE_WRITE_H")
+#pragma push_macro("STB_IMAGE_WRITE_IMPLEMENTATION")
+#pragma push_macro("STB_IMAGE_WRITE_STATIC")
+#pragma push_macro("STBI_WRITE_NO_STDIO")
+#pragma push_macro("STBIWDEF")
+#pragma push_macro("STBIW_MALLOC")
+#pragma push_macro("STBIW_REALLOC")
+#pragma push_macro("STBIW_REALLOC_SIZED")
+#pragma push_macro("STBIW_FREE")
+#pragma push_macro("STBIW_MEMMOVE")
+#pragma push_macro("STBIW_ASSERT")
+#pragma push_macro("STBIW_CRC32")
+#pragma push_macro("STBIW_ZLIB_COMPRESS")
+#undef INCLUDE_STB_IMAGE_WRITE_H
+#undef STB_IMAGE_WRITE_IMPLEMENTATION
+#undef STB_IMAGE_WRITE_STATIC
+#undef STBI_WRITE_NO_STDIO
+#undef STBIWDEF
+#undef STBIW_MALLOC
+#undef STBIW_REALLOC
+#undef STBIW_REALLOC_SIZED
+#undef STBIW_FREE
+#undef STBIW_MEMMOVE
+#undef STBIW_ASSERT
+#undef STBIW_CRC32
+#undef STBIW_ZLIB_COMPRESS
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STB_IMAGE_WRITE_STATIC
+#define STBI_WRITE_NO_STDIO
+#define STBIW_ASSERT(condition) assert(condition)
+
+#if defined(__clang__)
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Weverything"
+#elif defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wsign-conversion"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#endif
+
+namespace insonify::inline INSONIFY_ABI::stb {
+#if __has_include(<stb_image_write.h>)
+#include <stb_image_write.h>
+#elif __has_include(<stb/stb_image_write.h>)
+#include <stb/stb_image_write.h>
+#else
+#error "insonify writes PNG files with stb_image_write.h, which is not found: install libstb-dev"
+#endif
+} // namespace insonify::inline INSONIFY_ABI::stb
+
+#if defined(__clang__)
+#pragma clang diagnostic pop
+#elif defined(__GNUC__)
+#pragma GCC diagnostic pop
+#endif
+
+#pragma pop_macro("INCLUDE_STB_IMAGE_WRITE_H")
+#pragma pop_macro("STB_IMAGE_WRITE_IMPLEMENTATION")
+#pragma pop_macro("STB_IMAGE_WRITE_STATIC")
+#pragma pop_macro("STBI_WRITE_NO_STDIO")
+#pragma pop_macro("STBIWDEF")
+#pragma pop_macro("STBIW_MALLOC")
+#pragma pop_macro("STBIW_REALLOC")
+#pragma pop_macro("STBIW_REALLOC_SIZED")
+#pragma pop_macro("STBIW_FREE")
+#pragma pop_macro("STBIW_MEMMOVE")
+#pragma pop_macro("STBIW_ASSERT")
+#pragma pop_macro("STBIW_CRC32")
+#pragma pop_macro("STBIW_ZLIB_COMPRESS")
+
+#endif

@@ -1,0 +1,36 @@
+#ifndef INSONIFY_PROBE_CONVEX_ARRAY_HPP
+#define INSONIFY_PROBE_CONVEX_ARRAY_HPP
+
+#include <insonify/core/units.hpp>
+#include <insonify/probe/sector.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Lines that leave a curved face at right angles: the abdomen.
+///
+/// The elevation defaults are those of a C5-2v. Source: the probe table of PyMUST.
+struct convex_array {
+    std::uint32_t lines = 192;
+    float radius = 60_mm;         ///< of the face, metres
+    float field_of_view = 60_deg; ///< between the two ends of the face, radians; up to 360_deg
+    float frequency = 3.5_MHz;
+    float fnumber = 2;                ///< depth over the aperture in use, across the lines
+    float focus = 0;                  ///< depth in metres; 0: half the depth of the picture
+    float elevation_height = 13.5_mm; ///< of the aperture out of the slice plane, metres
+    float elevation_focus = 60_mm;    ///< depth at which the slice is thinnest, metres
+
+    INSONIFY_FN ray beam(float line) const { return sector{lines, radius, field_of_view}.beam(line); }
+    INSONIFY_FN vec2 locate(vec2 point) const { return sector{lines, radius, field_of_view}.locate(point); }
+
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        check_array(*this);
+        check_positive(radius, "radius");
+        check_positive(field_of_view, "field_of_view");
+        if (field_of_view > 2 * pi)
+            throw usage_error{"convex_array: `field_of_view` is in radians and at most 360_deg; write it as 60_deg"};
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,32 @@
+#ifndef INSONIFY_PROBE_LINEAR_ARRAY_HPP
+#define INSONIFY_PROBE_LINEAR_ARRAY_HPP
+
+#include <insonify/core/units.hpp>
+#include <insonify/probe/transducer.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Parallel lines from a flat face: vessels, nerves, muscles.
+///
+/// The defaults are those of an L12-3v. Source: the probe table of PyMUST.
+struct linear_array {
+    std::uint32_t lines = 192;
+    float width = 38_mm; ///< of the face, metres; the lines stand in the middle of `lines` equal parts of it
+    float frequency = 7.5_MHz;
+    float fnumber = 2;             ///< depth over the aperture in use, across the lines
+    float focus = 0;               ///< depth in metres; 0: half the depth of the picture
+    float elevation_height = 5_mm; ///< of the aperture out of the slice plane, metres
+    float elevation_focus = 20_mm; ///< depth at which the slice is thinnest, metres
+
+    INSONIFY_FN ray beam(float line) const { return {.origin = {share_of_line(line, lines) * width, 0, 0}}; }
+    INSONIFY_FN vec2 locate(vec2 point) const { return {line_of_share(point.x / width, lines), point.y}; }
+
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        check_array(*this);
+        check_positive(width, "width");
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

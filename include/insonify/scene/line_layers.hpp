@@ -1,0 +1,108 @@
+#ifndef INSONIFY_SCENE_LINE_LAYERS_HPP
+#define INSONIFY_SCENE_LINE_LAYERS_HPP
+
+#include <insonify/acoustics/layer.hpp>
+#include <insonify/scene/media_stack.hpp>
+#include <insonify/scene/scene.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Crossings closer together than this count as one place: faces that touch make one interface, not a film between.
+inline constexpr float touching_distance = 1e-6F;
+
+/// Where a line goes through the surface of an object.
+struct crossing {
+    float distance = 0; ///< metres from the face of the probe
+    std::uint32_t rank = 0;
+    std::uint32_t primitive = 0; ///< face of the object's mesh
+
+    friend bool operator<(const crossing& a, const crossing& b) {
+        return a.distance != b.distance ? a.distance < b.distance
+               : a.rank != b.rank       ? a.rank < b.rank
+                                        : a.primitive < b.primitive;
+    }
+};
+
+/// What the search along one line fills, kept from line to line so that it allocates once.
+struct line_crossings {
+    std::vector<crossing> crossings{}; ///< ascending
+    media_stack inside{};              ///< the objects around the origin of the line
+};
+
+/// True where the ray, from its origin to `reach`, may touch the box; never false where it does.
+inline bool may_touch(const aabb& box, const ray& r, float reach) {
+    float in = 0, out = reach;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float inverse = std::fabs(r.direction[axis]) > 1e-30F ? 1 / r.direction[axis] : 1e30F;
+        const float a = (box.lower[axis] - r.origin[axis]) * inverse, b = (box.upper[axis] - r.origin[axis]) * inverse;
+        in = greater(in, lesser(a, b));
+        out = lesser(out, greater(a, b));
+    }
+    return in <= out * 1.000001F;
+}
+
+/// Finds every crossing of a line from its origin to `depth` metres, and the objects that its origin lies in.
+///
+/// An object is around the origin if the half line crosses its surface an odd number of times. The same crossings
+/// serve for both, so the two never contradict each other, also where the probe touches a surface.
+inline void find_crossings(const scene& body, const ray& line, float depth, line_crossings& found) {
+    found.crossings.clear();
+    found.inside.clear(body.objects().size());
+    for (const object& one : body.objects()) {
+        const bool around = one.box.contains(line.origin);
+        if (!around && !may_touch(one.box, line, depth)) continue;
+        ray local = one.local(line);
+        local.max_distance = around ? FLT_MAX : depth;
+        one.tree_view().for_each_hit(local, [&](const hit& at) {
+            if (around) found.inside.toggle(one.rank);
+            if (at.distance <= depth) found.crossings.push_back({at.distance, one.rank, at.primitive});
+        });
+    }
+    std::sort(found.crossings.begin(), found.crossings.end());
+}
+
+/// Cosine of the angle between a line and the normal of the surface that it crosses, 0 to 1.
+inline float incidence_cosine(const object& one, std::uint32_t face, vec3 direction) {
+    const vec3 normal = area_vector(mesh_view{one.surface}[face]);
+    const float size = length(normal);
+    return size > 0 ? lesser(std::fabs(dot(normal, one.at.local_direction(direction))) / size, 1.0F) : 1.0F;
+}
+
+/// Turns crossings into layers: which object's medium fills which stretch of the line. Replaces what `layers` held.
+///
+/// All crossings within `touching_distance` of one another are applied before the media are compared. Those at the face
+/// of the probe belong to the face.
+inline void stack_layers(const scene& body, vec3 direction, float depth, line_crossings& found,
+                         std::vector<layer>& layers) {
+    media_stack& inside = found.inside;
+    const std::vector<crossing>& crossings = found.crossings;
+    const auto layer_of = [&](std::uint32_t rank, float begin, float cosine) {
+        if (rank == media_stack::none) return layer{begin, depth, 0, ~0U, cosine};
+        const object& one = body.ranked(rank);
+        return layer{begin, depth, one.medium_index, static_cast<std::uint32_t>(one.id), cosine};
+    };
+    std::size_t next = 0;
+    for (; next < crossings.size() && crossings[next].distance <= touching_distance; ++next)
+        inside.toggle(crossings[next].rank);
+    std::uint32_t current = inside.top();
+    layers.clear();
+    layers.push_back(layer_of(current, 0, 1));
+    while (next < crossings.size()) {
+        const std::size_t first = next;
+        const float place = crossings[first].distance;
+        if (place >= depth) break;
+        for (; next < crossings.size() && crossings[next].distance <= place + touching_distance; ++next)
+            inside.toggle(crossings[next].rank);
+        const std::uint32_t after = inside.top();
+        if (after == current) continue;
+        std::size_t surface = first; // of the group, a surface that the change of medium is due to
+        while (surface + 1 < next && crossings[surface].rank != after && crossings[surface].rank != current) ++surface;
+        const crossing& at = crossings[surface];
+        layers.back().end = place;
+        layers.push_back(layer_of(after, place, incidence_cosine(body.ranked(at.rank), at.primitive, direction)));
+        current = after;
+    }
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

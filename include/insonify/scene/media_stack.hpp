@@ -1,0 +1,38 @@
+#ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
+#define INSONIFY_SCENE_MEDIA_STACK_HPP
+
+#include <insonify/core/view.hpp>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Which objects contain a point that travels along a line, one bit each, ordered by rank.
+///
+/// Where objects overlap, the one of lowest rank gives the medium, so that is the lowest bit set.
+class media_stack {
+  public:
+    static constexpr std::uint32_t none = ~0U;
+
+    void clear(std::size_t objects) { words_.assign((objects + 63) / 64, 0); }
+
+    /// The point crosses the surface of this object.
+    void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
+
+    bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
+
+    /// Rank of the object whose medium counts; `none` outside all.
+    std::uint32_t top() const {
+        for (std::size_t i = 0; i < words_.size(); ++i)
+            if (words_[i] != 0)
+                return static_cast<std::uint32_t>(i * 64) + static_cast<std::uint32_t>(std::countr_zero(words_[i]));
+        return none;
+    }
+
+  private:
+    std::vector<std::uint64_t> words_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,69 @@
+#ifndef INSONIFY_TRACING_CAMERA_HPP
+#define INSONIFY_TRACING_CAMERA_HPP
+
+#include <insonify/core/error.hpp>
+#include <insonify/core/units.hpp>
+#include <insonify/geometry/pose.hpp>
+#include <insonify/geometry/ray.hpp>
+#include <concepts>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What looks at the slice in the paper's algorithm: `size`, `through(pixel) -> ray`, `check()`.
+///
+/// The frame of a camera: x to the right of the picture, y down it, z into the scene, as `look_at` makes it. A pixel's
+/// centre is half an integer; (0, 0) is the top left corner of the picture.
+template <class Camera>
+concept camera = requires(const Camera& c, vec2 pixel) {
+    { c.size } -> std::convertible_to<uvec2>;
+    { c.through(pixel) } -> std::same_as<ray>;
+    c.check();
+};
+
+/// @throws usage_error  for a picture without pixels or of more than 2^28, or a pose that is not rigid
+inline void check_camera(uvec2 size, const pose& at) {
+    const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
+    if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
+        throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};
+    if (!is_rigid(at)) throw usage_error{"camera: its pose is no rigid motion; make it with look_at"};
+}
+
+/// Parallel rays: the slice at scale.
+struct orthographic_camera {
+    pose at{};               ///< camera to world
+    vec2 extent{0.1F, 0.1F}; ///< metres that the picture spans across and down
+    uvec2 size{512, 512};    ///< columns, rows
+
+    INSONIFY_FN ray through(vec2 pixel) const {
+        const vec2 share = pixel / vec2{size} - 0.5F;
+        return {.origin = at.point({share.x * extent.x, share.y * extent.y, 0}), .direction = at.direction({0, 0, 1})};
+    }
+    void check() const {
+        check_camera(size, at);
+        if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
+            throw usage_error{"camera: `extent` must be two finite lengths in metres above 0"};
+    }
+};
+
+/// Rays from one point.
+struct perspective_camera {
+    pose at{};                    ///< camera to world
+    float field_of_view = 60_deg; ///< across the picture, radians
+    uvec2 size{512, 512};         ///< columns, rows
+
+    INSONIFY_FN ray through(vec2 pixel) const {
+        const float scale = 2 * std::tan(0.5F * field_of_view) / static_cast<float>(size.x);
+        const vec2 from_centre = pixel - 0.5F * vec2{size};
+        return {.origin = at.translation,
+                .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
+    }
+    void check() const {
+        check_camera(size, at);
+        if (!(field_of_view > 0 && field_of_view < pi))
+            throw usage_error{"camera: `field_of_view` must lie between 0 and 180 degrees, such as 60_deg"};
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

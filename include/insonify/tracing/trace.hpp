@@ -1,0 +1,24 @@
+#ifndef INSONIFY_TRACING_TRACE_HPP
+#define INSONIFY_TRACING_TRACE_HPP
+
+#include <insonify/tracing/beams.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What the probe receives along its lines.
+///
+///     scan_lines lines = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
+///
+/// @param at     probe to world: x lateral, y elevation, z depth
+/// @param model  what happens at interfaces and between them: `law2011`, or one of your own (`acoustic_model`)
+/// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
+line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
+                                             const pose& at, const Model& model, const acquisition& settings) {
+    return trace_beams(policy, body, probe, at, model, settings);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

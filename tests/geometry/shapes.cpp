@@ -1,0 +1,197 @@
+#include <insonify/core/units.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+
+using namespace insonify;
+
+namespace shapes_test {
+namespace {
+
+/// Every edge is walked once each way, no vertex is repeated or left over, and the surface has the genus of a ball.
+bool is_watertight_ball(const mesh& m) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> walked;
+    for (const uvec3 f : m.faces) {
+        if (f.x >= m.positions.size() || f.y >= m.positions.size() || f.z >= m.positions.size()) return false;
+        ++walked[{f.x, f.y}];
+        ++walked[{f.y, f.z}];
+        ++walked[{f.z, f.x}];
+    }
+    for (const auto& [edge, times] : walked)
+        if (edge.first == edge.second || times != 1 || !walked.contains({edge.second, edge.first})) return false;
+    std::map<std::array<float, 3>, int> places;
+    for (const vec3 p : m.positions) ++places[{p.x, p.y, p.z}];
+    const auto vertices = static_cast<std::int64_t>(m.positions.size());
+    const auto faces = static_cast<std::int64_t>(m.faces.size());
+    return places.size() == m.positions.size() && vertices - static_cast<std::int64_t>(walked.size()) / 2 + faces == 2;
+}
+
+/// Signed volume around the first vertex; above 0 where the faces look out.
+double volume(const mesh& m) {
+    double sum = 0;
+    for (const uvec3 f : m.faces) {
+        double e[3][3];
+        for (int i = 0; i < 3; ++i) {
+            e[0][i] = static_cast<double>(m.positions[f.x][i]) - m.positions[0][i];
+            e[1][i] = static_cast<double>(m.positions[f.y][i]) - m.positions[0][i];
+            e[2][i] = static_cast<double>(m.positions[f.z][i]) - m.positions[0][i];
+        }
+        sum += e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) + e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+               e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+    }
+    return sum / 6;
+}
+
+double length_of(vec3 v) {
+    return std::sqrt(static_cast<double>(v.x) * v.x + static_cast<double>(v.y) * v.y + static_cast<double>(v.z) * v.z);
+}
+
+template <class Make>
+std::string sentence(const Make& make) {
+    try {
+        make();
+    } catch (const geometry_error& e) {
+        return e.what();
+    }
+    return "no error";
+}
+
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+constexpr float infinite = std::numeric_limits<float>::infinity();
+
+} // namespace
+
+TEST_CASE("a box is a closed surface of 12 * 4^subdivisions triangles around its volume") {
+    for (std::uint32_t s = 0; s < 5; ++s) {
+        const mesh box = make_box({-1, -2, 3}, {1, 2, 6}, s);
+        CHECK(box.faces.size() == 12U << (2 * s));
+        CHECK(is_watertight_ball(box));
+        CHECK(volume(box) == doctest::Approx(24).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("the vertices of a divided box stay exactly on its six sides") {
+    const vec3 lower{-0.1F, 0.3F, 0.7F}, upper{0.2F, 0.45F, 0.93F};
+    int off = 0;
+    for (const vec3 p : make_box(lower, upper, 4).positions)
+        off += p.x != lower.x && p.x != upper.x && p.y != lower.y && p.y != upper.y && p.z != lower.z && p.z != upper.z;
+    CHECK(off == 0);
+}
+
+TEST_CASE("an icosphere has 20 * 4^subdivisions triangles and all vertices on the sphere") {
+    const vec3 centre{0.01F, -0.02F, 0.03F};
+    for (std::uint32_t s = 0; s < 6; ++s) {
+        const mesh sphere = make_sphere(centre, 10_mm, s);
+        CHECK(sphere.faces.size() == 20U << (2 * s));
+        CHECK(is_watertight_ball(sphere));
+        double worst = 0;
+        for (const vec3 p : sphere.positions) worst = std::max(worst, std::abs(length_of(p - centre) - 0.01));
+        CHECK(worst < 1e-8);
+    }
+}
+
+TEST_CASE("the volume of an icosphere grows towards 4/3 pi r^3, the gap shrinking by four each time") {
+    const double ideal = 4.0 / 3 * 3.14159265358979323846;
+    CHECK(volume(make_sphere({0, 0, 0}, 1, 0)) ==
+          doctest::Approx(2.536150).epsilon(1e-6)); // icosahedron in a unit sphere
+    double gap = ideal - volume(make_sphere({0, 0, 0}, 1, 2));
+    for (std::uint32_t s = 3; s < 7; ++s) {
+        const double next = ideal - volume(make_sphere({0, 0, 0}, 1, s));
+        CHECK(gap / next == doctest::Approx(4).epsilon(0.02));
+        gap = next;
+    }
+}
+
+TEST_CASE("an icosphere has its six extreme points as vertices") {
+    const mesh sphere = make_sphere({0, 0, 30_mm}, 10_mm, 5);
+    int found = 0;
+    for (const vec3 p : sphere.positions) found += p == vec3{0, 0, 30_mm - 10_mm} || p == vec3{10_mm, 0, 30_mm};
+    CHECK(found == 2);
+}
+
+TEST_CASE("a cylinder is a closed prism over a regular polygon, whatever its direction") {
+    const vec3 from{0.1F, 0.2F, 0.3F};
+    for (const vec3 along : {vec3{0, 0, 1}, vec3{0, 0, -1}, vec3{1, 0, 0}, vec3{0, 1, 0}, vec3{0.6F, -0.64F, 0.48F}})
+        for (const std::uint32_t n : {3U, 4U, 24U, 500U}) {
+            const mesh cylinder = make_cylinder(from, from + 2.0F * along, 0.5F, n);
+            CHECK(cylinder.faces.size() == 4 * n);
+            CHECK(is_watertight_ball(cylinder));
+            const double polygon = 0.5 * n * std::sin(2 * 3.14159265358979323846 / n) * 0.25;
+            CHECK(volume(cylinder) == doctest::Approx(2 * polygon).epsilon(1e-5));
+        }
+}
+
+TEST_CASE("a plane is a slab whose front passes through the centre and faces along the normal") {
+    const vec3 centre{0.01F, 0.02F, 0.03F};
+    for (const vec3 normal : {vec3{0, 0, -1}, vec3{0, 0, 20}, vec3{1, 0, 0}, vec3{0, -1, 0}, vec3{1e-30F, 1e-30F, 0},
+                              vec3{3e38F, 3e38F, -3e38F}}) {
+        const mesh slab = make_plane(centre, normal, 0.2F, 0.01F);
+        CHECK(is_watertight_ball(slab));
+        CHECK(volume(slab) == doctest::Approx(0.2 * 0.2 * 0.01).epsilon(1e-5));
+        const double size = std::hypot(static_cast<double>(normal.x), normal.y, normal.z);
+        double front = -1, back = 1;
+        for (const vec3 p : slab.positions) {
+            double height = 0;
+            for (int i = 0; i < 3; ++i) height += (static_cast<double>(p[i]) - centre[i]) * normal[i] / size;
+            front = std::max(front, height);
+            back = std::min(back, height);
+        }
+        CHECK(std::abs(front) < 1e-8);
+        CHECK(back == doctest::Approx(-0.01).epsilon(1e-5));
+    }
+}
+
+TEST_CASE("dividing a mesh keeps its vertices first and puts one new one on each edge") {
+    const mesh coarse{{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {2, 2, 0}}, {{0, 1, 2}, {1, 3, 2}}};
+    const mesh fine = subdivide(coarse);
+    REQUIRE(fine.positions.size() == 9); // 4 corners, 5 edges
+    CHECK(fine.faces.size() == 8);
+    for (std::size_t i = 0; i < 4; ++i) CHECK(fine.positions[i] == coarse.positions[i]);
+    CHECK(fine.faces[0].x == 0);
+    CHECK(fine.positions[fine.faces[0].y] == vec3{1, 0, 0});
+    CHECK(fine.positions[fine.faces[0].z] == vec3{0, 1, 0});
+    CHECK(fine.positions[fine.faces[5].z] == vec3{2, 1, 0}); // face 1, second corner, and the middle before it
+    CHECK(subdivide(mesh{}).faces.empty());
+    CHECK(sentence([] {
+              subdivide(mesh{{{0, 0, 0}}, {{0, 1, 0}}});
+          }).find("face 0 names a vertex") != std::string::npos);
+}
+
+TEST_CASE("senseless shapes are refused with a sentence") {
+    const auto says = [](const std::string& text, const char* part) {
+        INFO(text);
+        CHECK(text.find(part) != std::string::npos);
+    };
+    says(sentence([] { make_box({0, 0, 0}, {1, 0, 1}); }), "make_box: the extent from `lower` to `upper` along y");
+    says(sentence([] { make_box({0, 0, 0}, {1, 1, -1}); }), "along z must be above 0");
+    says(sentence([] { make_box({0, not_a_number, 0}, {1, 1, 1}); }), "make_box: every coordinate");
+    says(sentence([] { make_box({0, 0, 0}, {infinite, 1, 1}); }), "make_box: every coordinate");
+    says(sentence([] { make_box({-3e38F, 0, 0}, {3e38F, 1, 1}); }), "within 1000 km");
+    says(sentence([] { make_box({0, 0, 0}, {1, 1, 1}, 11); }), "make_box: at most 10 subdivisions");
+    says(sentence([] { make_box({1, 0, 0}, {1.000001F, 1, 1}, 8); }), "make_box: vertices round to the same point");
+    says(sentence([] { make_sphere({0, 0, 0}, 0, 2); }), "make_sphere: the radius must be above 0");
+    says(sentence([] { make_sphere({0, 0, 0}, -1, 2); }), "make_sphere: the radius must be above 0");
+    says(sentence([] { make_sphere({0, 0, 0}, not_a_number, 2); }), "make_sphere: the radius must be above 0");
+    says(sentence([] { make_sphere({0, 0, 0}, 1e30F, 2); }), "at most 1000 km");
+    says(sentence([] { make_sphere({0, 0, infinite}, 1, 2); }), "make_sphere: every coordinate");
+    says(sentence([] { make_sphere({0, 0, 0}, 1, 11); }), "make_sphere: at most 10 subdivisions");
+    says(sentence([] { make_sphere({30, 0, 0}, 1_um, 5); }), "place it with a pose");
+    says(sentence([] { make_cylinder({0, 0, 0}, {0, 0, 0}, 1, 8); }), "distance between `from` and `to`");
+    says(sentence([] { make_cylinder({0, 0, 0}, {0, 0, 1}, 0, 8); }), "make_cylinder: the radius");
+    says(sentence([] { make_cylinder({0, 0, 0}, {0, 0, 1}, 1, 2); }), "3 to 1,000,000 segments");
+    says(sentence([] { make_cylinder({0, 0, 0}, {0, 0, 1}, 1, 4000000000U); }), "3 to 1,000,000 segments");
+    says(sentence([] { make_cylinder({0, 0, 0}, {0, not_a_number, 1}, 1, 8); }), "make_cylinder: every coordinate");
+    says(sentence([] { make_plane({0, 0, 0}, {0, 0, 0}, 1, 1); }), "make_plane: `normal` must be a direction");
+    says(sentence([] { make_plane({0, 0, 0}, {0, 0, infinite}, 1, 1); }), "make_plane: `normal` must be a direction");
+    says(sentence([] { make_plane({0, 0, 0}, {0, 0, 1}, -1, 1); }), "make_plane: the width");
+    says(sentence([] { make_plane({0, 0, 0}, {0, 0, 1}, 1, 0); }), "make_plane: the thickness");
+    says(sentence([] { make_plane({0, 0, 100}, {0, 0, 1}, 1, 1_um); }), "make_plane: vertices round");
+}
+
+} // namespace shapes_test

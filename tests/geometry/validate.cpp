@@ -1,0 +1,251 @@
+#include <insonify/core/random.hpp>
+#include <insonify/core/units.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/geometry/validate.hpp>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+using namespace insonify;
+
+namespace validate_test {
+namespace {
+
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+
+void append(mesh& all, const mesh& more) {
+    const auto first = static_cast<std::uint32_t>(all.positions.size());
+    all.positions.insert(all.positions.end(), more.positions.begin(), more.positions.end());
+    for (const uvec3 f : more.faces) all.faces.push_back(f + first);
+}
+
+mesh turned_inside_out(mesh m) {
+    for (uvec3& f : m.faces) std::swap(f.y, f.z);
+    return m;
+}
+
+/// Three vertices of its own for every face, as STL files store them.
+mesh unwelded(const mesh& m) {
+    mesh soup;
+    for (const uvec3 f : m.faces) {
+        const auto first = static_cast<std::uint32_t>(soup.positions.size());
+        soup.positions.insert(soup.positions.end(), {m.positions[f.x], m.positions[f.y], m.positions[f.z]});
+        soup.faces.push_back({first, first + 1, first + 2});
+    }
+    return soup;
+}
+
+bool says(const mesh_report& report, const char* part) { return explain(report).find(part) != std::string::npos; }
+
+} // namespace
+
+TEST_CASE("closed shapes have nothing to report, and their volume") {
+    const mesh_report box = validate(make_box({-1, -2, 3}, {1, 2, 6}, 3));
+    CHECK(box == mesh_report{.vertices = 386, .faces = 768, .components = 1, .volume = box.volume});
+    CHECK(box.volume == doctest::Approx(24).epsilon(1e-12));
+    CHECK(box.closed());
+    CHECK(explain(box).empty());
+
+    const mesh_report cylinder = validate(make_cylinder({0, 0, 0}, {0, 0, 40_mm}, 0.5_mm, 24));
+    CHECK(cylinder.closed());
+    const double polygon = 12 * std::sin(2 * 3.14159265358979323846 / 24) * 0.25e-6;
+    CHECK(cylinder.volume == doctest::Approx(polygon * 0.04).epsilon(1e-6));
+
+    const mesh_report sphere = validate(make_sphere({0, 0, 30}, 10_mm, 6)); // far out: rounding moves the vertices
+    CHECK(sphere.closed());
+    CHECK(sphere.volume == doctest::Approx(4.0 / 3 * 3.14159265358979323846 * 1e-6).epsilon(1e-2));
+}
+
+TEST_CASE("a missing face leaves three boundary edges") {
+    mesh open = make_sphere({0, 0, 0}, 1_mm, 2);
+    open.faces.pop_back();
+    const mesh_report report = validate(open);
+    CHECK(report.boundary_edges == 3);
+    CHECK(report.non_manifold_edges == 0);
+    CHECK(report.components == 1);
+    CHECK(!report.closed());
+    CHECK(explain(report) ==
+          "The surface is open along 3 edges: fill the hole in a mesh editor, or the medium leaks out.");
+}
+
+TEST_CASE("vertices repeated for every face do not open a mesh") {
+    const mesh soup = unwelded(make_sphere({0, 0, 0}, 1_mm, 3));
+    const mesh_report report = validate(soup);
+    CHECK(report.vertices == 3 * 1280);
+    CHECK(report.closed());
+    CHECK(report.components == 1);
+}
+
+TEST_CASE("zero and minus zero are one place, the next float is another") {
+    const mesh signed_zero = {{{0.0F, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-0.0F, -0.0F, 0}},
+                              {{4, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+    CHECK(validate(signed_zero).closed());
+    CHECK(validate(signed_zero).volume == doctest::Approx(1.0 / 6));
+    mesh apart = signed_zero;
+    apart.positions[4].x = std::numeric_limits<float>::min();
+    CHECK(validate(apart).boundary_edges == 4);
+    CHECK(weld(signed_zero.positions)[4] == weld(signed_zero.positions)[0]);
+}
+
+TEST_CASE("one face turned over disagrees with its three neighbours") {
+    mesh m = make_sphere({0, 0, 0}, 1_mm, 2);
+    std::swap(m.faces[7].x, m.faces[7].y);
+    const mesh_report report = validate(m);
+    CHECK(report.misoriented_edges == 3);
+    CHECK(report.boundary_edges == 0);
+    CHECK(!report.closed());
+    CHECK(says(report, "Neighbouring faces disagree about the outside at 3 edges"));
+}
+
+TEST_CASE("two boxes that share an edge make it non-manifold") {
+    mesh m = make_box({0, 0, 0}, {1, 1, 1});
+    append(m, make_box({1, 1, 0}, {2, 2, 1}));
+    const mesh_report report = validate(m);
+    CHECK(report.non_manifold_edges == 1);
+    CHECK(report.components == 1);
+    CHECK(report.volume == doctest::Approx(2));
+    CHECK(!report.closed());
+    CHECK(says(report, "Three faces or more meet at 1 edge:"));
+}
+
+TEST_CASE("boxes that share but a corner are two components and closed") {
+    mesh m = make_box({0, 0, 0}, {1, 1, 1});
+    append(m, make_box({1, 1, 1}, {2, 2, 2}));
+    CHECK(validate(m).closed());
+    CHECK(validate(m).components == 2);
+}
+
+TEST_CASE("inside-out components are counted, and a cavity is subtracted from the volume") {
+    const mesh flipped = turned_inside_out(make_box({0, 0, 0}, {1, 2, 3}));
+    CHECK(validate(flipped).inside_out_components == 1);
+    CHECK(validate(flipped).volume == doctest::Approx(-6));
+    CHECK(validate(flipped).closed());
+    CHECK(says(validate(flipped), "The faces look inwards on 1 closed part:"));
+
+    mesh hollow = make_box({0, 0, 0}, {4, 4, 4});
+    append(hollow, turned_inside_out(make_box({1, 1, 1}, {2, 2, 2})));
+    append(hollow, make_box({10, 0, 0}, {11, 1, 1}));
+    const mesh_report report = validate(hollow);
+    CHECK(report.components == 3);
+    CHECK(report.inside_out_components == 1);
+    CHECK(report.volume == doctest::Approx(64 - 1 + 1));
+}
+
+TEST_CASE("faces without area are counted whether corners coincide or lie on a line") {
+    mesh m = make_box({0, 0, 0}, {1, 1, 1});
+    m.faces.push_back({0, 0, 1});
+    m.positions.push_back(m.positions[0]);
+    m.faces.push_back({0, 3, 8}); // another index, the same place
+    const mesh_report report = validate(m);
+    CHECK(report.degenerate_faces == 2);
+    CHECK(report.closed()); // they bound nothing
+    CHECK(says(report, "The mesh has 2 faces without area"));
+
+    const mesh line{{{0.1F, 0.1F, 0.1F}, {0.2F, 0.2F, 0.2F}, {0.3F, 0.3F, 0.3F}, {0, 0, 1}}, {{0, 1, 2}, {0, 1, 3}}};
+    CHECK(validate(line).degenerate_faces == 1);
+    const mesh sliver{{{0, 0, 0}, {1, 0, 0}, {0, 1e-5F, 0}}, {{0, 1, 2}}};
+    CHECK(validate(sliver).degenerate_faces == 0);
+}
+
+TEST_CASE("faces that repeat another are counted, in whatever order their corners come") {
+    mesh m = make_box({0, 0, 0}, {1, 1, 1});
+    const uvec3 f = m.faces[0], g = m.faces[5];
+    m.faces.insert(m.faces.end(), {f, {f.y, f.z, f.x}, {g.x, g.z, g.y}});
+    const mesh_report report = validate(m);
+    CHECK(report.duplicate_faces == 3);
+    CHECK(report.non_manifold_edges > 0);
+    CHECK(says(report, "3 faces that repeat others"));
+}
+
+TEST_CASE("bad indices and bad numbers are counted and never followed") {
+    mesh m = make_box({0, 0, 0}, {1, 1, 1});
+    m.faces[0].x = 8;
+    m.faces[1].z = ~0U;
+    mesh_report report = validate(m);
+    CHECK(report.faces_out_of_range == 2);
+    CHECK(report.boundary_edges == 4);
+    CHECK(!report.closed());
+    CHECK(says(report, "The indices run past the last vertex in 2 faces"));
+
+    m = make_box({0, 0, 0}, {1, 1, 1});
+    m.positions[2].y = not_a_number;
+    m.positions[5] = vec3{std::numeric_limits<float>::infinity()};
+    report = validate(m);
+    CHECK(report.non_finite_vertices == 2);
+    CHECK(!report.closed());
+    CHECK(std::isfinite(report.volume));
+    CHECK(says(report, "A coordinate is NaN or infinite in 2 vertices"));
+
+    for (vec3& p : m.positions) p = vec3{not_a_number};
+    CHECK(validate(m).non_finite_vertices == 8);
+    CHECK(std::isfinite(validate(m).volume));
+
+    m = make_box({0, 0, 0}, {1, 1, 1});
+    for (vec3& p : m.positions) p *= 3.4e38F;
+    CHECK(validate(m).closed());
+    CHECK(validate(m).volume == doctest::Approx(std::pow(static_cast<double>(3.4e38F), 3)));
+
+    m.positions.clear();
+    CHECK(validate(m).faces_out_of_range == 12);
+}
+
+TEST_CASE("an empty mesh is a legal input and explains itself") {
+    CHECK(validate(mesh{}) == mesh_report{});
+    CHECK(explain(validate(mesh{})).find("no faces") != std::string::npos);
+    CHECK(validate(mesh{{{0, 0, 0}}, {}}).vertices == 1);
+}
+
+TEST_CASE("edge counts on random soups equal a count by map") {
+    for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+        INFO("seed " << seed);
+        std::uint64_t next = 0;
+        const auto pick = [&](std::uint32_t below) {
+            return static_cast<std::uint32_t>(hash_uniform(seed, next++) * static_cast<float>(below));
+        };
+        mesh m;
+        const std::uint32_t vertices = 3 + pick(12);
+        for (std::uint32_t i = 0; i < vertices; ++i) // a small lattice, so that places repeat
+            m.positions.push_back(
+                {static_cast<float>(pick(3)), static_cast<float>(pick(3)), static_cast<float>(pick(2))});
+        for (std::uint32_t i = pick(60); i > 0; --i)
+            m.faces.push_back({pick(vertices), pick(vertices), pick(vertices)});
+
+        using point = std::array<float, 3>;
+        const auto at = [&](std::uint32_t i) { return point{m.positions[i].x, m.positions[i].y, m.positions[i].z}; };
+        std::map<std::pair<point, point>, int> walked;
+        std::set<std::set<point>> distinct;
+        std::uint32_t whole = 0;
+        for (const uvec3 f : m.faces) {
+            const point a = at(f.x), b = at(f.y), c = at(f.z);
+            if (a == b || b == c || c == a) continue;
+            ++whole;
+            ++walked[{a, b}];
+            ++walked[{b, c}];
+            ++walked[{c, a}];
+            distinct.insert({a, b, c});
+        }
+        mesh_report expected;
+        for (const auto& [edge, times] : walked) {
+            const auto back = walked.find({edge.second, edge.first});
+            const int returns = back == walked.end() ? 0 : back->second;
+            if (returns > 0 && edge.second < edge.first) continue; // counted from its other end
+            if (times + returns == 1) ++expected.boundary_edges;
+            if (times + returns == 2 && times != returns) ++expected.misoriented_edges;
+            if (times + returns > 2) ++expected.non_manifold_edges;
+        }
+        const mesh_report found = validate(m);
+        CHECK(found.boundary_edges == expected.boundary_edges);
+        CHECK(found.misoriented_edges == expected.misoriented_edges);
+        CHECK(found.non_manifold_edges == expected.non_manifold_edges);
+        CHECK(found.duplicate_faces == whole - distinct.size());
+        CHECK(found.degenerate_faces >= m.faces.size() - whole);
+    }
+}
+
+} // namespace validate_test

@@ -1,0 +1,25 @@
+#include <insonify/image/image.hpp>
+#include <doctest/doctest.h>
+
+using namespace insonify;
+
+namespace image_test {
+
+TEST_CASE("image: pixels run row by row from the top, addressed by column and row") {
+    image picture{{3, 2}};
+    CHECK(picture.pixels == std::vector<float>(6, 0.0F));
+    picture(2, 1) = 0.5F;
+    CHECK(picture.pixels == std::vector<float>{0, 0, 0, 0, 0, 0.5F});
+    picture(0, 1) = 1;
+    CHECK(picture.pixels[3] == 1);
+    CHECK(image{{2, 2}, 0.25F}.pixels == std::vector<float>(4, 0.25F));
+    CHECK(image{}.pixels.empty());
+}
+
+TEST_CASE("image: two are equal where size and every pixel are") {
+    CHECK(image{{3, 2}} == image{{3, 2}});
+    CHECK(image{{3, 2}} != image{{2, 3}});
+    CHECK(image{{3, 2}} != image{{3, 2}, 1});
+}
+
+} // namespace image_test

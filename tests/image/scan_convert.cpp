@@ -1,0 +1,293 @@
+#include <insonify/core/units.hpp>
+#include <insonify/image/scan_convert.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <initializer_list>
+#include <limits>
+
+using namespace insonify;
+
+namespace scan_convert_test {
+namespace {
+
+/// A user's own probe: parallel lines, all steered by 20 degrees.
+struct steered_array {
+    std::uint32_t lines = 200;
+    float frequency = 5_MHz;
+    float width = 40_mm;
+    ray beam(float line) const {
+        return {.origin = {share_of_line(line, lines) * width, 0, 0}, .direction = {0.34202014F, 0, 0.93969262F}};
+    }
+    vec2 locate(vec2 point) const {
+        const float depth = point.y / 0.93969262F;
+        return {line_of_share((point.x - depth * 0.34202014F) / width, lines), depth};
+    }
+    void check() const {}
+};
+
+/// Where the middle of sample k of line i lies, written down once more in double precision.
+struct centre {
+    double x = 0;
+    double z = 0;
+};
+double share(std::uint32_t i, std::uint32_t n) { return (static_cast<double>(i) + 0.5) / n - 0.5; }
+centre centre_of(const linear_array& p, std::uint32_t line, double depth) {
+    return {share(line, p.lines) * static_cast<double>(p.width), depth};
+}
+centre fan_centre(double radius, double angle, double depth) {
+    return {(radius + depth) * std::sin(angle), (radius + depth) * std::cos(angle) - radius};
+}
+centre centre_of(const convex_array& p, std::uint32_t line, double depth) {
+    return fan_centre(static_cast<double>(p.radius), share(line, p.lines) * static_cast<double>(p.field_of_view),
+                      depth);
+}
+centre centre_of(const phased_array& p, std::uint32_t line, double depth) {
+    return fan_centre(0, share(line, p.lines) * static_cast<double>(p.field_of_view), depth);
+}
+centre centre_of(const steered_array& p, std::uint32_t line, double depth) {
+    return {share(line, p.lines) * static_cast<double>(p.width) + depth * 0.34202014, depth * 0.93969262};
+}
+
+/// What a transducer would see of a round spot: the distance from it decides.
+template <class Probe>
+scan_lines lines_of_spot(const Probe& probe, centre spot, double sigma, float depth, std::uint32_t samples) {
+    scan_lines lines{probe.lines, samples, depth};
+    for (std::uint32_t i = 0; i < probe.lines; ++i)
+        for (std::uint32_t k = 0; k < samples; ++k) {
+            const centre at = centre_of(probe, i, (share(k, samples) + 0.5) * static_cast<double>(depth));
+            const double d2 = (at.x - spot.x) * (at.x - spot.x) + (at.z - spot.z) * (at.z - spot.z);
+            lines(i, k) = static_cast<float>(std::exp(-d2 / (2 * sigma * sigma)));
+        }
+    return lines;
+}
+
+/// In pixel coordinates.
+centre centroid(const image& picture) {
+    centre sum{};
+    double weight = 0;
+    for (std::uint32_t y = 0; y < picture.size.y; ++y)
+        for (std::uint32_t x = 0; x < picture.size.x; ++x) {
+            const double v = static_cast<double>(picture(x, y));
+            sum.x += v * (x + 0.5);
+            sum.z += v * (y + 0.5);
+            weight += v;
+        }
+    return {sum.x / weight, sum.z / weight};
+}
+
+/// The largest distance, in pixels, between where the picture shows a grid of points and where they are.
+/// @param middle  of the picture, in metres
+template <class Probe>
+double worst_of_grid(const Probe& probe, float depth, uvec2 size, double pitch, centre middle) {
+    double worst = 0;
+    int points = 0;
+    const scan_map map = make_scan_map(exec::par, probe, {.depth = depth, .samples = 400}, {.size = size});
+    CHECK(map.size == size);
+    CHECK(static_cast<double>(map.pitch) == doctest::Approx(pitch).epsilon(1e-5));
+    const double sigma = 3 * pitch;
+    for (double x = -0.06; x < 0.061; x += 0.015)
+        for (double z = 0.007; z < 0.08; z += 0.015) {
+            // only points whose whole spot is in the field
+            const vec2 at = probe.locate({static_cast<float>(x), static_cast<float>(z)});
+            const vec2 left = probe.locate({static_cast<float>(x - 5 * sigma), static_cast<float>(z - 5 * sigma)});
+            const vec2 right = probe.locate({static_cast<float>(x + 5 * sigma), static_cast<float>(z - 5 * sigma)});
+            const float lines = static_cast<float>(probe.lines);
+            if (left.x < 0 || right.x > lines - 1 || at.y < 0.004F || at.y > depth - 0.004F) continue;
+            const image picture = scan_convert(exec::par, lines_of_spot(probe, {x, z}, sigma, depth, map.samples), map);
+            const centre seen = centroid(picture);
+            const double column = (x - middle.x) / pitch + 0.5 * size.x;
+            const double row = (z - middle.z) / pitch + 0.5 * size.y;
+            worst = std::max(worst, std::hypot(seen.x - column, seen.z - row));
+            ++points;
+        }
+    CHECK(points >= 9);
+    MESSAGE(points, " points, the worst off by ", worst, " pixels");
+    return worst;
+}
+
+scan_lines filled(std::uint32_t count, std::uint32_t samples, float depth, float value) {
+    scan_lines lines{count, samples, depth};
+    std::fill(lines.values.begin(), lines.values.end(), value);
+    return lines;
+}
+
+} // namespace
+
+TEST_CASE("scan_convert: a grid of points lands within half a pixel") {
+    CHECK(worst_of_grid(linear_array{.lines = 400, .width = 60_mm}, 80_mm, {300, 400}, 0.0002, {0, 0.04}) < 0.5);
+    // 60 degrees of radius 60 mm and depth 80 mm: from 60 cos 30 - 60 to 80 mm, 140 mm wide
+    CHECK(worst_of_grid(convex_array{.lines = 400, .radius = 60_mm, .field_of_view = 60_deg}, 80_mm, {700, 441}, 0.0002,
+                        {0, (0.08 + 0.06 * (0.8660254 - 1)) / 2}) < 0.5);
+    // 90 degrees and depth 80 mm: 113.137 mm wide
+    CHECK(worst_of_grid(phased_array{.lines = 400, .field_of_view = 90_deg}, 80_mm, {566, 400}, 0.0002, {0, 0.04}) <
+          0.5);
+    // 40 mm wide, then 80 sin 20 further; 80 cos 20 deep
+    CHECK(worst_of_grid(steered_array{}, 80_mm, {337, 376}, 0.0002,
+                        {0.5 * 0.08 * 0.34202014, 0.5 * 0.08 * 0.93969262}) < 0.5);
+}
+
+TEST_CASE("scan_convert: where a pixel is a sample, it takes its value") {
+    const linear_array probe{.lines = 30, .width = 30_mm};
+    scan_lines lines{30, 40, 40_mm};
+    for (std::size_t i = 0; i < lines.values.size(); ++i) lines.values[i] = static_cast<float>((i * 7919) % 997) / 997;
+    const image picture = scan_convert(exec::seq, lines, probe, {.size = {30, 40}});
+    for (std::uint32_t x = 0; x < 30; ++x)
+        for (std::uint32_t y = 0; y < 40; ++y) CHECK(std::fabs(picture(x, y) - lines(x, y)) < 1e-5F);
+}
+
+TEST_CASE("scan_convert: between lines and samples it is bilinear, beyond the outermost it stays level") {
+    const linear_array probe{.lines = 20, .width = 20_mm};
+    scan_lines lines{20, 10, 20_mm};
+    for (std::uint32_t i = 0; i < 20; ++i)
+        for (std::uint32_t k = 0; k < 10; ++k) lines(i, k) = static_cast<float>(2 * i + 5 * k + i * k);
+    const image picture = scan_convert(exec::seq, lines, probe, {.size = {200, 200}});
+    for (std::uint32_t x = 0; x < 200; ++x)
+        for (std::uint32_t y = 0; y < 200; ++y) {
+            const double i = std::clamp((x + 0.5) / 10 - 0.5, 0.0, 19.0);
+            const double k = std::clamp((y + 0.5) / 20 - 0.5, 0.0, 9.0);
+            REQUIRE(static_cast<double>(picture(x, y)) == doctest::Approx(2 * i + 5 * k + i * k).epsilon(1e-4));
+        }
+}
+
+TEST_CASE("scan_convert: the field of view is centred in pictures of another shape, the rest is background") {
+    const linear_array probe{.lines = 20, .width = 20_mm};
+    const scan_lines lines = filled(20, 10, 40_mm, 1);
+    const image wide = scan_convert(exec::seq, lines, probe, {.size = {100, 40}, .background = 0.25F});
+    for (std::uint32_t y = 0; y < 40; ++y)
+        for (std::uint32_t x = 0; x < 100; ++x) CHECK(wide(x, y) == (x >= 40 && x < 60 ? 1 : 0.25F));
+    const image high = scan_convert(exec::seq, lines, probe, {.size = {20, 100}});
+    for (std::uint32_t y = 0; y < 100; ++y)
+        for (std::uint32_t x = 0; x < 20; ++x) CHECK(high(x, y) == (y >= 30 && y < 70 ? 1 : 0));
+}
+
+TEST_CASE("scan_convert: a size not asked for follows from the field of view") {
+    const acquisition scan{.depth = 45_mm, .samples = 10};
+    const linear_array probe{.lines = 4, .width = 60_mm};
+    const auto size = [&](uvec2 asked) { return make_scan_map(exec::seq, probe, scan, {.size = asked}).size; };
+    CHECK(size({512, 0}) == uvec2{512, 384});
+    CHECK(size({0, 384}) == uvec2{512, 384});
+    CHECK(size({0, 0}) == uvec2{512, 384});
+    CHECK(size({512, 384}) == uvec2{512, 384});
+    CHECK(size({1, 0}) == uvec2{1, 1});
+}
+
+TEST_CASE("scan_convert: the field of a fan is the fan, half a line beyond its outermost lines") {
+    const phased_array probe{.lines = 9, .field_of_view = 90_deg};
+    const std::uint32_t rows = 200;
+    const image picture =
+        scan_convert(exec::seq, filled(9, 50, 100_mm, 1), probe, {.size = {2 * rows, rows}, .background = 0});
+    int inside = 0;
+    for (std::uint32_t y = 0; y < rows; ++y)
+        for (std::uint32_t x = 0; x < 2 * rows; ++x) {
+            const double across = x + 0.5 - rows, down = y + 0.5;
+            const double beyond_arc = std::hypot(across, down) - rows, beyond_side = std::fabs(across) - down;
+            if (std::fabs(beyond_arc) < 0.01 || std::fabs(beyond_side) < 0.01) continue; // on the border
+            const bool in_fan = beyond_arc < 0 && beyond_side < 0;
+            REQUIRE(picture(x, y) == (in_fan ? 1 : 0));
+            inside += in_fan;
+        }
+    CHECK(inside == doctest::Approx(3.14159265 / 4 * rows * rows).epsilon(0.02));
+}
+
+TEST_CASE("scan_convert: behind a curved face there is background, in front of it the field") {
+    const convex_array probe{.lines = 64, .radius = 60_mm, .field_of_view = 60_deg};
+    const scan_map map = make_scan_map(exec::seq, probe, {.depth = 80_mm, .samples = 64}, {.size = {700, 0}});
+    const image picture = scan_convert(exec::seq, filled(64, 64, 80_mm, 1), map);
+    const auto grey = [&](float x, float z) {
+        const vec2 at = map.pixel({x, z});
+        return picture(static_cast<std::uint32_t>(at.x), static_cast<std::uint32_t>(at.y));
+    };
+    CHECK(grey(0, 1_mm) == 1);
+    CHECK(grey(0, -1_mm) == 0);
+    CHECK(grey(0, 79_mm) == 1);
+    CHECK(grey(-25_mm, -4_mm) == 1); // 61.3 mm from the apex, at 24.1 degrees
+    CHECK(grey(-25_mm, -7_mm) == 0); // 58.6 mm
+    CHECK(grey(40_mm, 0) == 0);      // 33.7 degrees
+}
+
+TEST_CASE("scan_convert: a probe all round sees a disc with a hole") {
+    const convex_array probe{.lines = 64, .radius = 10_mm, .field_of_view = 360_deg};
+    const scan_map map = make_scan_map(exec::seq, probe, {.depth = 30_mm, .samples = 64}, {.size = {200, 0}});
+    CHECK(map.size == uvec2{200, 200});
+    const image picture = scan_convert(exec::seq, filled(64, 64, 30_mm, 1), map);
+    CHECK(picture(100, 100) == 0);
+    for (const uvec2 inside : {uvec2{100, 20}, uvec2{20, 100}, uvec2{180, 100}, uvec2{100, 180}, uvec2{40, 40}})
+        CHECK(picture(inside.x, inside.y) == 1);
+    CHECK(picture(5, 5) == 0);
+}
+
+TEST_CASE("scan_map: points and pixels convert into each other, pixel centres lie at half-integers") {
+    const linear_array probe{.lines = 10, .width = 40_mm};
+    const scan_map map = make_scan_map(exec::seq, probe, {.depth = 40_mm, .samples = 10}, {.size = {400, 400}});
+    CHECK(map.point(0, 0).x == doctest::Approx(-0.01995));
+    CHECK(map.point(0, 0).y == doctest::Approx(0.00005));
+    CHECK(map.point({0, 400}).x == doctest::Approx(-0.02));
+    CHECK(map.point({0, 400}).y == doctest::Approx(0.04));
+    CHECK(map.pixel({0, 20_mm}).x == doctest::Approx(200));
+    CHECK(map.pixel({0, 20_mm}).y == doctest::Approx(200));
+    CHECK(map.pixel({10.05_mm, 0.25_mm}).x == doctest::Approx(300.5));
+    CHECK(map.pixel({10.05_mm, 0.25_mm}).y == doctest::Approx(2.5));
+}
+
+TEST_CASE("scan_convert: a map made once gives the same picture as one made for the frame, on any number of threads") {
+    const convex_array probe{.lines = 64};
+    scan_lines lines{64, 100, 90_mm};
+    for (std::size_t i = 0; i < lines.values.size(); ++i) lines.values[i] = static_cast<float>((i * 7919) % 997) / 997;
+    const scan_convert_settings settings{.size = {201, 173}, .background = 0.1F};
+    const image reference = scan_convert(exec::seq, lines, probe, settings);
+    const scan_map map = make_scan_map(exec::par.threads(3), probe, {.depth = 90_mm, .samples = 100}, settings);
+    for (const std::uint32_t threads : {1U, 2U, 3U, 8U}) {
+        CHECK(scan_convert(exec::par.threads(threads), lines, map) == reference);
+        CHECK(scan_convert(exec::par_unseq.threads(threads), lines, probe, settings) == reference);
+    }
+}
+
+TEST_CASE("scan_convert: a single line and a single sample are legal") {
+    const linear_array one{.lines = 1, .width = 10_mm};
+    scan_lines column{1, 10, 10_mm};
+    for (std::uint32_t k = 0; k < 10; ++k) column(0, k) = static_cast<float>(k);
+    const image picture = scan_convert(exec::seq, column, one, {.size = {10, 10}});
+    for (std::uint32_t y = 0; y < 10; ++y)
+        CHECK(picture(7, y) == doctest::Approx(static_cast<double>(y)).epsilon(1e-5));
+    const image level = scan_convert(exec::seq, filled(1, 1, 10_mm, 0.5F), one, {.size = {10, 10}});
+    CHECK(std::count(level.pixels.begin(), level.pixels.end(), 0.5F) == 100);
+}
+
+TEST_CASE("scan_convert: what makes no sense is refused with a usage_error") {
+    const linear_array probe{.lines = 20};
+    const auto refused = [&](const scan_lines& lines, const scan_convert_settings& settings) {
+        CHECK_THROWS_AS(scan_convert(exec::seq, lines, probe, settings), usage_error);
+    };
+    const scan_lines good = filled(20, 10, 40_mm, 1);
+    const float infinite = std::numeric_limits<float>::infinity();
+    const float not_a_number = std::numeric_limits<float>::quiet_NaN();
+    CHECK_NOTHROW(scan_convert(exec::seq, good, probe));
+
+    refused(scan_lines{}, {});
+    refused(filled(19, 10, 40_mm, 1), {}); // not the probe's lines
+    refused(filled(20, 0, 40_mm, 1), {});
+    for (const float depth : {0.0F, -40_mm, infinite, not_a_number}) refused(filled(20, 10, depth, 1), {});
+    scan_lines torn = good;
+    torn.values.pop_back();
+    refused(torn, {});
+
+    refused(good, {.size = {1000000, 1000000}});
+    refused(good, {.size = {~0U, 0}});
+    refused(good, {.size = {100000, 0}});
+    refused(good, {.background = not_a_number});
+    CHECK_THROWS_AS(scan_convert(exec::seq, good, linear_array{.lines = 20, .width = -1}), usage_error);
+    CHECK_THROWS_AS(make_scan_map(exec::seq, probe, acquisition{.depth = 40_mm, .samples = 0}), usage_error);
+    CHECK_THROWS_AS(make_scan_map(exec::seq, linear_array{.lines = ~0U}, acquisition{.depth = 40_mm, .samples = 2}),
+                    usage_error);
+
+    const scan_map map = make_scan_map(exec::seq, probe, {.depth = 40_mm, .samples = 10});
+    CHECK_NOTHROW(scan_convert(exec::seq, good, map));
+    CHECK_THROWS_AS(scan_convert(exec::seq, filled(20, 11, 40_mm, 1), map), usage_error);
+    CHECK_THROWS_AS(scan_convert(exec::seq, filled(20, 10, 41_mm, 1), map), usage_error);
+}
+
+} // namespace scan_convert_test

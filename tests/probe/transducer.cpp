@@ -1,0 +1,87 @@
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/transducer.hpp>
+#include <doctest/doctest.h>
+#include <initializer_list>
+#include <limits>
+#include <string>
+
+using namespace insonify;
+
+namespace transducer_test {
+namespace {
+
+/// The least that is a transducer: one line, straight down.
+struct pencil {
+    std::uint32_t lines = 1;
+    float frequency = 1e6F;
+    ray beam(float) const { return {}; }
+    vec2 locate(vec2 point) const { return {0, point.y}; }
+    void check() const {}
+};
+static_assert(transducer<pencil>);
+
+struct without_lines {
+    float frequency = 1e6F;
+    ray beam(float) const { return {}; }
+    vec2 locate(vec2 point) const { return point; }
+    void check() const {}
+};
+struct without_locate {
+    std::uint32_t lines = 1;
+    float frequency = 1e6F;
+    ray beam(float) const { return {}; }
+    void check() const {}
+};
+struct with_signed_lines {
+    int lines = 1;
+    float frequency = 1e6F;
+    ray beam(float) const { return {}; }
+    vec2 locate(vec2 point) const { return point; }
+    void check() const {}
+};
+static_assert(!transducer<without_lines> && !transducer<without_locate> && !transducer<with_signed_lines>);
+static_assert(!transducer<int> && !transducer<ray>);
+
+template <class Change>
+std::string complaint(const Change& change) {
+    linear_array array{};
+    change(array);
+    try {
+        check_array(array);
+    } catch (const usage_error& e) {
+        return e.what();
+    }
+    return "";
+}
+
+} // namespace
+
+TEST_CASE("transducer: lines stand in the middle of equal parts of the aperture") {
+    CHECK(share_of_line(0, 4) == -0.375F);
+    CHECK(share_of_line(3, 4) == 0.375F);
+    CHECK(share_of_line(0, 1) == 0);
+    CHECK(share_of_line(1, 3) == 0);
+    CHECK(share_of_line(-0.5F, 192) == -0.5F);
+    CHECK(share_of_line(191.5F, 192) == 0.5F);
+    for (const float line : {-0.5F, 0.0F, 17.25F, 191.0F})
+        CHECK(line_of_share(share_of_line(line, 192), 192) == doctest::Approx(line).epsilon(1e-5));
+}
+
+TEST_CASE("transducer: a senseless setting is named in the complaint") {
+    CHECK(complaint([](linear_array&) {}).empty());
+    CHECK(complaint([](linear_array& a) { a.lines = 0; }).find("`lines`") != std::string::npos);
+    const float infinite = std::numeric_limits<float>::infinity();
+    for (const float bad : {-1.0F, infinite, std::numeric_limits<float>::quiet_NaN()}) {
+        CHECK(complaint([=](linear_array& a) { a.frequency = bad; }).find("`frequency`") != std::string::npos);
+        CHECK(complaint([=](linear_array& a) { a.fnumber = bad; }).find("`fnumber`") != std::string::npos);
+        CHECK(complaint([=](linear_array& a) { a.focus = bad; }).find("`focus`") != std::string::npos);
+        CHECK(complaint([=](linear_array& a) { a.elevation_height = bad; }).find("`elevation_height`") !=
+              std::string::npos);
+        CHECK(complaint([=](linear_array& a) { a.elevation_focus = bad; }).find("`elevation_focus`") !=
+              std::string::npos);
+    }
+    CHECK(complaint([](linear_array& a) { a.focus = 0; }).empty());
+    CHECK(complaint([](linear_array& a) { a.fnumber = 0; }).find("`fnumber`") != std::string::npos);
+}
+
+} // namespace transducer_test

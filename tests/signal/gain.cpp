@@ -1,0 +1,89 @@
+#include <insonify/signal/gain.hpp>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <initializer_list>
+#include <limits>
+#include <utility>
+
+using namespace insonify;
+
+namespace gain_test {
+namespace {
+
+scan_lines ramp_of_decibels() {
+    scan_lines lines{3, 5000, 0.05F};
+    for (std::size_t i = 0; i < lines.values.size(); ++i)
+        lines.values[i] =
+            static_cast<float>(std::pow(10.0, (static_cast<double>(i) / 100 - 120) / 20)); // -120 to 30 dB
+    return lines;
+}
+
+} // namespace
+
+TEST_CASE("log_compress: 30 dB below the reference of a range of 60 dB is the middle grey of 8 bits") {
+    for (const float reference : {-25.0F, 0.0F, 12.5F}) {
+        const log_compress_settings settings{.dynamic_range_db = 60, .reference_db = reference};
+        const auto amplitude = static_cast<float>(std::pow(10.0, (static_cast<double>(reference) - 30) / 20));
+        const long grey = std::lround(255 * settings.grey(amplitude));
+        CHECK((grey == 127 || grey == 128));
+    }
+}
+
+TEST_CASE("log_compress: decibels become grey in a straight line, cut off at black and white") {
+    const scan_lines lines = ramp_of_decibels();
+    const scan_lines grey = log_compress(exec::seq, lines, {.dynamic_range_db = 50, .reference_db = -10, .gain_db = 4});
+    CHECK(grey.count == 3);
+    CHECK(grey.samples == 5000);
+    CHECK(grey.depth == 0.05F);
+    for (std::size_t i = 0; i < lines.values.size(); ++i) {
+        const double level = static_cast<double>(i) / 100 - 120 + 4;
+        const double expected = level <= -60 ? 0 : level >= -10 ? 1 : (level + 60) / 50;
+        REQUIRE(std::fabs(static_cast<double>(grey.values[i]) - expected) < 1e-5);
+    }
+}
+
+TEST_CASE("log_compress: no amplitude is black, an endless one white, and nothing is NaN") {
+    const log_compress_settings settings{};
+    const float infinite = std::numeric_limits<float>::infinity();
+    for (const float none : {0.0F, -0.0F, -1.0F, -infinite, std::numeric_limits<float>::quiet_NaN()})
+        CHECK(settings.grey(none) == 0);
+    CHECK(settings.grey(infinite) == 1);
+    CHECK(settings.grey(std::numeric_limits<float>::denorm_min()) == 0);
+    CHECK(settings.grey(std::numeric_limits<float>::max()) == 1);
+}
+
+TEST_CASE("log_compress: levels below the rejection are black, those above keep their grey") {
+    const log_compress_settings all{.dynamic_range_db = 60, .reference_db = 0, .gain_db = 10};
+    log_compress_settings some = all;
+    some.reject_db = -20;
+    CHECK(some.grey(0.1F) == all.grey(0.1F));   // -20 + 10 dB
+    CHECK(some.grey(0.04F) == all.grey(0.04F)); // -28 + 10 dB
+    CHECK(all.grey(0.02F) > 0.6F);              // -34 + 10 dB
+    CHECK(some.grey(0.02F) == 0);
+}
+
+TEST_CASE("log_compress: any number of threads gives the same bits, and a moved buffer is kept") {
+    const scan_lines lines = ramp_of_decibels();
+    const scan_lines reference = log_compress(exec::seq, lines);
+    for (const std::uint32_t threads : {1U, 2U, 3U, 8U})
+        CHECK(log_compress(exec::par.threads(threads), lines) == reference);
+    scan_lines own = lines;
+    const float* buffer = own.values.data();
+    own = log_compress(exec::par, std::move(own));
+    CHECK(own.values.data() == buffer);
+    CHECK(log_compress(exec::seq, scan_lines{}).values.empty());
+}
+
+TEST_CASE("log_compress: senseless settings are refused") {
+    const float infinite = std::numeric_limits<float>::infinity();
+    const float not_a_number = std::numeric_limits<float>::quiet_NaN();
+    for (const float bad : {0.0F, -60.0F, infinite, not_a_number})
+        CHECK_THROWS_AS(log_compress(exec::seq, scan_lines{}, {.dynamic_range_db = bad}), usage_error);
+    for (const float bad : {infinite, not_a_number}) {
+        CHECK_THROWS_AS(log_compress(exec::seq, scan_lines{}, {.reference_db = bad}), usage_error);
+        CHECK_THROWS_AS(log_compress(exec::seq, scan_lines{}, {.gain_db = bad}), usage_error);
+        CHECK_THROWS_AS(log_compress(exec::seq, scan_lines{}, {.reject_db = bad}), usage_error);
+    }
+}
+
+} // namespace gain_test
