@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 using namespace insonify;
 
@@ -103,15 +104,23 @@ TEST_CASE("one face turned over disagrees with its three neighbours") {
     CHECK(says(report, "Neighbouring faces disagree about the outside at 3 edges"));
 }
 
-TEST_CASE("two boxes that share an edge make it non-manifold") {
+TEST_CASE("two boxes that share the vertices of an edge make it non-manifold") {
     mesh m = make_box({0, 0, 0}, {1, 1, 1});
     append(m, make_box({1, 1, 0}, {2, 2, 1}));
+    CHECK(m.positions[8] == m.positions[3]); // both ends of the common edge
+    CHECK(m.positions[12] == m.positions[7]);
+    CHECK(validate(m).closed()); // bodies that touch but have vertices of their own stay apart
+    CHECK(validate(m).components == 2);
+
+    for (uvec3& f : m.faces)
+        for (int i = 0; i < 3; ++i) f[i] = f[i] == 8 ? 3 : f[i] == 12 ? 7 : f[i];
     const mesh_report report = validate(m);
     CHECK(report.non_manifold_edges == 1);
     CHECK(report.components == 1);
     CHECK(report.volume == doctest::Approx(2));
     CHECK(!report.closed());
     CHECK(says(report, "Three faces or more meet at 1 edge:"));
+    CHECK(validate(unwelded(m)).non_manifold_edges == 1);
 }
 
 TEST_CASE("boxes that share but a corner are two components and closed") {
@@ -218,26 +227,29 @@ TEST_CASE("edge counts on random soups equal a count by map") {
 
         using point = std::array<float, 3>;
         const auto at = [&](std::uint32_t i) { return point{m.positions[i].x, m.positions[i].y, m.positions[i].z}; };
-        std::map<std::pair<point, point>, int> walked;
+        std::map<std::set<std::uint32_t>, std::vector<std::pair<point, point>>> by_vertices;
+        std::map<std::set<point>, std::vector<std::pair<point, point>>> by_place;
         std::set<std::set<point>> distinct;
         std::uint32_t whole = 0;
         for (const uvec3 f : m.faces) {
-            const point a = at(f.x), b = at(f.y), c = at(f.z);
-            if (a == b || b == c || c == a) continue;
+            const std::set<point> corners{at(f.x), at(f.y), at(f.z)};
+            if (corners.size() < 3) continue;
             ++whole;
-            ++walked[{a, b}];
-            ++walked[{b, c}];
-            ++walked[{c, a}];
-            distinct.insert({a, b, c});
+            distinct.insert(corners);
+            for (int i = 0; i < 3; ++i) by_vertices[{f[i], f[(i + 1) % 3]}].emplace_back(at(f[i]), at(f[(i + 1) % 3]));
         }
         mesh_report expected;
-        for (const auto& [edge, times] : walked) {
-            const auto back = walked.find({edge.second, edge.first});
-            const int returns = back == walked.end() ? 0 : back->second;
-            if (returns > 0 && edge.second < edge.first) continue; // counted from its other end
-            if (times + returns == 1) ++expected.boundary_edges;
-            if (times + returns == 2 && times != returns) ++expected.misoriented_edges;
-            if (times + returns > 2) ++expected.non_manifold_edges;
+        const auto judge = [&](const std::vector<std::pair<point, point>>& walks) {
+            if (walks.size() > 2) ++expected.non_manifold_edges;
+            if (walks.size() == 2 && walks[0] == walks[1]) ++expected.misoriented_edges;
+        };
+        for (const auto& [ends, walks] : by_vertices) {
+            judge(walks);
+            if (walks.size() == 1) by_place[{walks[0].first, walks[0].second}].push_back(walks[0]);
+        }
+        for (const auto& [ends, walks] : by_place) {
+            judge(walks);
+            if (walks.size() == 1) ++expected.boundary_edges;
         }
         const mesh_report found = validate(m);
         CHECK(found.boundary_edges == expected.boundary_edges);

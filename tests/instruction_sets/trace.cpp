@@ -1,5 +1,5 @@
-#include <cmath>
 #include <insonify/insonify.hpp>
+#include <cmath>
 
 // A cube of bone, 20 mm to 40 mm deep in muscle, at 5 MHz. Before it, inside it and behind it the intensity is the
 // product of attenuation (1 and 5 dB/cm/MHz) and of the interfaces' transmission, T = 4 Z1 Z2 / (Z1 + Z2)^2.

@@ -14,11 +14,23 @@ namespace insonify::inline INSONIFY_ABI {
 ///     void operator()(const auto& policy, const traced_line& line, float spacing, view<sample_type> samples) const;
 ///
 /// The last writes every sample of one line; sample k stands at depth (k + 1/2) * spacing metres. It must not throw.
+/// A model whose samples depend on what lies beyond their depth has a fourth, how far lines are to be followed (metres):
+///
+///     float reach(float depth, view<const medium> media) const;
 template <class Model>
 concept acoustic_model = requires(const Model& model, const traced_line& line, view<typename Model::sample_type> out) {
     { model.samples(0.1F, 5e6F) } -> std::convertible_to<std::uint32_t>;
     model(exec::seq, line, 1e-3F, out);
 };
+
+/// How far a line is followed for samples down to `depth`, metres.
+template <acoustic_model Model>
+float reach_of(const Model& model, float depth, view<const medium> media) {
+    if constexpr (requires { model.reach(depth, media); })
+        return model.reach(depth, media);
+    else
+        return depth;
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

@@ -71,29 +71,31 @@ struct law2011 {
         return 64 * static_cast<std::uint32_t>(clamped(blocks, 1, 1024));
     }
 
+    /// The bright band of an interface below the last sample may reach up to it.
+    INSONIFY_FN float reach(float depth, view<const medium>) const { return depth + reflection_length; }
+
     /// The intensity at one depth of a line, metres: eq. 1, term by term.
     INSONIFY_FN float at(const traced_line& line, float depth) const {
         float lost = 0; // dB
         float transmitted_here = 1;
         interface_echo above{};
-        for (std::size_t i = 0;; ++i) {
-            const layer& here = line.layers[i];
-            const medium& m = line.media[here.medium];
-            if (depth < here.end || i + 1 == line.layers.size()) {
-                lost += loss(m, line.frequency) * (depth - here.begin);
+        for (std::size_t i = 0;;) {
+            const std::size_t next = i + same_medium(line, i);
+            const medium& m = line.media[line.layers[i].medium];
+            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
+            const interface_echo below = next_interface(line, next, transmitted_here);
+            if (depth < end || next == line.layers.size()) {
+                lost += loss(m, line.frequency) * (depth - begin);
                 const float remaining = std::pow(10.0F, -lost / 20);
-                const interface_echo below = next_interface(line, i, transmitted_here);
                 const interface_echo& echo = band == insonify::band::before ? below : above;
                 const bool bright = std::fabs(echo.depth - depth) <= reflection_length;
-                const float strength = incident == insonify::incident::backscattered ? texture * m.backscatter : 1.0F;
-                return remaining * transmitted_here * strength +
-                       (bright ? echo.intensity : 0.0F) *
-                           (reflection == insonify::reflection::attenuated ? remaining : 1.0F);
+                const float weakened = reflection == insonify::reflection::attenuated ? remaining : 1.0F;
+                return remaining * transmitted_here * strength(m) + (bright ? echo.intensity * weakened : 0.0F);
             }
-            lost += loss(m, line.frequency) * (here.end - here.begin);
-            if (line.layers[i + 1].medium == here.medium) continue;
-            above = next_interface(line, i, transmitted_here);
-            transmitted_here *= transmitted(m, line.media[line.layers[i + 1].medium]);
+            lost += loss(m, line.frequency) * (end - begin);
+            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
+            above = below;
+            i = next;
         }
     }
 
@@ -101,33 +103,31 @@ struct law2011 {
     ///
     /// @tparam Policy  one that asks for SIMD gets it along the line; equal within rounding
     template <class Policy>
-    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<float> samples) const {
+    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<float> out) const {
         float loss_above = 0;       // dB, of the layers above
         float transmitted_here = 1; // I_t
         interface_echo above{};
         std::size_t next_sample = 0;
-        for (std::size_t i = 0; i < line.layers.size(); ++i) {
-            const layer& here = line.layers[i];
-            const medium& m = line.media[here.medium];
+        for (std::size_t i = 0, next = 0; i < line.layers.size(); i = next) {
+            next = i + same_medium(line, i);
+            const medium& m = line.media[line.layers[i].medium];
+            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
             const float slope = loss(m, line.frequency);
-            const float strength =
-                transmitted_here * (incident == insonify::incident::backscattered ? texture * m.backscatter : 1.0F);
-            const interface_echo below = next_interface(line, i, transmitted_here);
-            const stretch field{.begin = here.begin, .loss_at_begin = loss_above, .slope = slope, .strength = strength};
+            const interface_echo below = next_interface(line, next, transmitted_here);
+            const stretch field{begin, loss_above, slope, transmitted_here * strength(m)};
             if (band == insonify::band::before) {
-                const float bright = clamped(below.depth - reflection_length, here.begin, here.end);
-                fill<Policy>(samples, next_sample, spacing, bright, field, 0);
-                fill<Policy>(samples, next_sample, spacing, here.end, field, below.intensity);
+                const float bright = clamped(below.depth - reflection_length, begin, end);
+                fill<Policy>(out, next_sample, spacing, bright, field, 0);
+                fill<Policy>(out, next_sample, spacing, end, field, below.intensity);
             } else {
-                const float bright = clamped(above.depth + reflection_length, here.begin, here.end);
-                fill<Policy>(samples, next_sample, spacing, bright, field, above.intensity);
-                fill<Policy>(samples, next_sample, spacing, here.end, field, 0);
+                const float bright = clamped(above.depth + reflection_length, begin, end);
+                fill<Policy>(out, next_sample, spacing, bright, field, above.intensity);
+                fill<Policy>(out, next_sample, spacing, end, field, 0);
             }
-            loss_above += slope * (here.end - here.begin);
-            if (i + 1 < line.layers.size() && line.layers[i + 1].medium != here.medium) {
-                above = below;
-                transmitted_here *= transmitted(m, line.media[line.layers[i + 1].medium]);
-            }
+            if (next == line.layers.size()) break;
+            loss_above += slope * (end - begin);
+            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
+            above = below;
         }
     }
 
@@ -145,20 +145,27 @@ struct law2011 {
         float strength = 1;
     };
 
-    // Objects of one medium may touch below: the interface is where the medium changes.
-    INSONIFY_FN static interface_echo next_interface(const traced_line& line, std::size_t layer_index,
-                                                     float intensity) {
-        for (std::size_t i = layer_index; i + 1 < line.layers.size(); ++i) {
-            const std::uint32_t before = line.layers[i].medium, after = line.layers[i + 1].medium;
-            if (before != after)
-                return {line.layers[i].end, intensity * reflected(line.media[before], line.media[after])};
-        }
-        return {FLT_MAX, 0};
+    // How many layers from this one on have its medium: objects may touch, an interface is where the medium changes.
+    INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {
+        std::size_t next = first + 1;
+        while (next < line.layers.size() && line.layers[next].medium == line.layers[first].medium) ++next;
+        return next - first;
+    }
+
+    // The echo of the interface at which layer `after` begins; none where the line ends before it.
+    INSONIFY_FN static interface_echo next_interface(const traced_line& line, std::size_t after, float intensity) {
+        if (after == line.layers.size()) return {FLT_MAX, 0};
+        const medium &above = line.media[line.layers[after - 1].medium], &below = line.media[line.layers[after].medium];
+        return {line.layers[after].begin, intensity * reflected(above, below)};
+    }
+
+    INSONIFY_FN float strength(const medium& m) const {
+        return incident == insonify::incident::backscattered ? texture * m.backscatter : 1.0F;
     }
 
     // Fills the samples that stand before `end`, starting with `next`, which it moves on.
     template <class Policy>
-    INSONIFY_FN void fill(view<float> samples, std::size_t& next, float spacing, float end, const stretch& field,
+    INSONIFY_FN void fill(view<float> out, std::size_t& next, float spacing, float end, const stretch& field,
                           float echo) const {
         constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
         const float weakened = reflection == insonify::reflection::attenuated ? echo : 0.0F;
@@ -167,7 +174,7 @@ struct law2011 {
         const float step = bits_per_db * field.slope * spacing;
         std::size_t last = next;
         if (end > 0) {
-            const float most = static_cast<float>(samples.size());
+            const float most = static_cast<float>(out.size());
             last = static_cast<std::size_t>(
                 greater(static_cast<float>(next), lesser(std::ceil(end / spacing - 0.5F), most)));
         }
@@ -181,12 +188,12 @@ struct law2011 {
                 store(multiply_add(lanes<width>(scale),
                                    power_of_two<width>(place * lanes<width>(step) + lanes<width>(first)),
                                    lanes<width>(bare)),
-                      samples.data() + next);
+                      out.data() + next);
             }
         }
 #endif
         for (; next < last; ++next)
-            samples[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * step + first) + bare;
+            out[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * step + first) + bare;
     }
 };
 

@@ -21,7 +21,7 @@ struct alignas(sizeof(float) * Width) leaf<Range, Width> {
         for (int i = 0; i < Width && slots[i] != no_primitive; ++i) {
             const triangle t = range[slots[i]];
             const aabb box = bounds(t);
-            if (!is_finite(t.a) || !is_finite(t.b) || !is_finite(t.c)) continue;
+            if (box.empty()) continue;
             whole = merged(whole, box);
             usable |= 1U << static_cast<unsigned>(i);
             for (int axis = 0; axis < 3; ++axis) {
@@ -60,7 +60,8 @@ struct alignas(sizeof(float) * Width) leaf<Range, Width> {
         const std::uint32_t certain = bits_of(doubt < lowest || highest < -doubt);
 
         float distance[Width];
-        store((u * z[0] + v * z[1] + w * z[2]) * floats(shear.shear.z) / (u + v + w), distance);
+        const floats share = floats(shear.shear.z) / (u + v + w);
+        store(u * share * z[0] + v * share * z[1] + w * share * z[2], distance);
         for (std::uint32_t left = candidates; left != 0; left &= left - 1) {
             const auto i = static_cast<std::uint32_t>(std::countr_zero(left));
             const float found = (certain >> i & 1U) != 0 ? distance[i] : intersect(shear, corners(i)).distance;

@@ -3,6 +3,9 @@
 
 #include <insonify/core/config.hpp>
 
+#if defined(__CUDACC__)
+#include <cuda.h> // GLM asks for its version
+#endif
 #if defined(__CUDACC__) && !defined(GLM_FORCE_CUDA)
 #define GLM_FORCE_CUDA
 #endif

@@ -9,8 +9,8 @@ namespace insonify::inline INSONIFY_ABI::inline literals {
 
 // clang-format off
 #define INSONIFY_LITERAL(suffix, scale)                                                                                 \
-    consteval float operator""_##suffix(long double value) { return static_cast<float>(value * (scale)); }              \
-    consteval float operator""_##suffix(unsigned long long value) { return static_cast<float>(static_cast<long double>(value) * (scale)); }
+    constexpr float operator""_##suffix(long double value) { return static_cast<float>(value * (scale)); }              \
+    constexpr float operator""_##suffix(unsigned long long value) { return static_cast<float>(static_cast<long double>(value) * (scale)); }
 
 INSONIFY_LITERAL(m, 1.0L)
 INSONIFY_LITERAL(cm, 1e-2L)

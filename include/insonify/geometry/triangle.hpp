@@ -14,7 +14,9 @@ struct triangle {
     vec3 c{0, 0, 0};
 };
 
+/// Empty where a corner is not finite.
 INSONIFY_FN inline aabb bounds(const triangle& t) {
+    if (!is_finite(t.a) || !is_finite(t.b) || !is_finite(t.c)) return {};
     return {lesser(lesser(t.a, t.b), t.c), greater(greater(t.a, t.b), t.c)};
 }
 

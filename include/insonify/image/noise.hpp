@@ -24,7 +24,7 @@ struct noise_settings {
 template <exec::policy Policy>
 image make_noise(const Policy& policy, uvec2 size, const noise_settings& settings = {}) {
     check_size(size);
-    if (!(settings.strength >= 0 && settings.strength <= 1))
+    if (!is_finite(settings.strength) || settings.strength < 0 || settings.strength > 1)
         throw usage_error{"make_noise: `strength` must lie between 0 and 1"};
     image noise{size};
     for_each_index(policy, size.y, [&](std::size_t row) {

@@ -144,10 +144,10 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
             if (map.first[i] == scan_map::outside) continue;
             const float* corner = values + map.first[i];
             const auto between = [along = map.along[i], next_sample](const float* sample) {
-                return sample[0] + along * (sample[next_sample] - sample[0]);
+                return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
             };
             const float here = between(corner);
-            picture.pixels[i] = here + map.across[i] * (between(corner + next_line) - here);
+            picture.pixels[i] = multiply_add(map.across[i], between(corner + next_line) - here, here);
         }
     });
     return picture;

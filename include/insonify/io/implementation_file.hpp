@@ -2,20 +2,26 @@
 #define INSONIFY_IO_IMPLEMENTATION_FILE_HPP
 
 #include <insonify/core/error.hpp>
+#include <filesystem>
 #include <fstream>
 #include <ios>
 #include <sstream>
 #include <string>
+#include <system_error>
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI::io {
 
 /// The whole file, byte by byte, less the mark by which some editors begin UTF-8.
 inline std::string read_file(const std::string& path) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) throw io_error{path + ": this is a folder; name a file in it"};
     std::ifstream file{path, std::ios::binary};
-    if (!file) throw io_error{path + ": the file cannot be opened; check its name, its folder and your rights to read it"};
+    if (!file)
+        throw io_error{path + ": the file cannot be opened; check its name, its folder and your rights to read it"};
     std::ostringstream content;
     content << file.rdbuf();
-    if (content.bad() || file.bad()) throw io_error{path + ": it cannot be read; is it a file, and not a folder?"};
+    if (content.bad() || file.bad()) throw io_error{path + ": the file cannot be read to its end; is the disk sound?"};
     std::string text = std::move(content).str();
     if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
     return text;

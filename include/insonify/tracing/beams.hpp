@@ -25,13 +25,14 @@ line_grid<typename Model::sample_type> trace_beams(const Policy& policy, const s
     const std::uint32_t samples = check_acquisition(body, probe, at, model, settings);
     line_grid<typename Model::sample_type> lines{probe.lines, samples, settings.depth};
     const float spacing = settings.depth / static_cast<float>(samples);
+    const float reach = reach_of(model, settings.depth, body.media());
     exec::for_each_block(policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
         line_crossings found;
         std::vector<layer> layers;
         for (std::size_t i = begin; i < end; ++i) {
             const ray line = world_beam(probe, at, static_cast<float>(i));
-            find_crossings(body, line, settings.depth, found);
-            stack_layers(body, line.direction, settings.depth, found, layers);
+            find_crossings(body, line, reach, found);
+            stack_layers(body, line.direction, reach, found, layers);
             model(policy, traced_line{layers, body.media(), probe.frequency}, spacing,
                   view<typename Model::sample_type>{lines.values.data() + i * samples, samples});
         }

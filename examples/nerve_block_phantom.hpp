@@ -1,0 +1,280 @@
+#ifndef INSONIFY_EXAMPLES_NERVE_BLOCK_PHANTOM_HPP
+#define INSONIFY_EXAMPLES_NERVE_BLOCK_PHANTOM_HPP
+
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/core/units.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/scene/scene.hpp>
+#include <string>
+
+/// A limb as an anaesthetist sees it before a nerve block, made of formulas: no file is needed.
+///
+///     scene body = nerve_block_phantom().build(exec::par);
+///     image seen = b_mode(exec::par_unseq, body, nerve_block::probe, pose{}, {.depth = nerve_block::depth});
+///
+/// The world is the frame of a probe at `pose{}`: x lateral, y along the limb, z depth, the skin 0.4 mm below the face
+/// under a film of gel. Structures run along y and change gently with it: slide the probe within 20 mm to either side.
+namespace nerve_block {
+
+using namespace insonify;
+
+inline constexpr linear_array probe{.lines = 256, .width = 38_mm, .frequency = 7.5_MHz};
+inline constexpr float depth = 40_mm;
+inline constexpr vec3 nerve_centre{3_mm, 0, 17.5_mm};
+
+/// A body along the limb: `section(y, turn)` is the point {x, z} of its outline, turn from 0 to 1 and starting at the
+/// left, first over the side that the probe sees, then back below. Closed, outward.
+/// @param around  vertices of an outline, even
+template <class Section>
+mesh make_along_limb(float from, float to, std::uint32_t rings, std::uint32_t around, const Section& section) {
+    mesh body;
+    for (std::uint32_t ring = 0; ring <= rings; ++ring) {
+        const float y = from + (to - from) * static_cast<float>(ring) / static_cast<float>(rings);
+        for (std::uint32_t i = 0; i < around; ++i) {
+            const vec2 point = section(y, (static_cast<float>(i) + 0.5F) / static_cast<float>(around));
+            body.positions.push_back({point.x, y, point.y});
+        }
+    }
+    const auto add_quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+        body.faces.insert(body.faces.end(), {{a, b, c}, {a, c, d}});
+    };
+    for (std::uint32_t ring = 0; ring < rings; ++ring)
+        for (std::uint32_t i = 0; i < around; ++i) {
+            const std::uint32_t a = ring * around + i, b = ring * around + (i + 1) % around;
+            add_quad(a, a + around, b + around, b);
+        }
+    const std::uint32_t last = rings * around; // the ends: quads between the upper side and the lower
+    for (std::uint32_t i = 0; i + 1 < around / 2; ++i) {
+        const std::uint32_t across = around - 1 - i;
+        add_quad(i, i + 1, across - 1, across);
+        add_quad(last + across, last + across - 1, last + i + 1, last + i);
+    }
+    return body;
+}
+
+/// Smooth waves across and along the limb, -1 to 1; lengths in metres, phase in turns.
+inline float wave(float x, float y, float across, float along, float phase) {
+    return std::sin(2 * pi * (x / across + phase)) * std::cos(2 * pi * (y / along + 0.37F * phase));
+}
+
+/// From 0 far left of `middle` to 1 far right of it.
+inline float step(float x, float middle, float width) { return 0.5F + 0.5F * std::tanh((x - middle) / width); }
+
+/// Where the layers begin, seen from the skin: depths in metres at (x, y).
+inline float skin_top(float x, float y) { return 0.4_mm + 0.05_mm * wave(x, y, 26_mm, 60_mm, 0.2F); }
+inline float fat_top(float x, float y) { return skin_top(x, y) + 1.4_mm + 0.1_mm * wave(x, y, 17_mm, 40_mm, 0.6F); }
+inline float fascia_top(float x, float y) {
+    return 7.1_mm + 1.5_mm * step(x, -2_mm, 5_mm) + 0.35_mm * wave(x, y, 21_mm, 70_mm, 0.1F) +
+           0.12_mm * wave(x, y, 8_mm, 30_mm, 0.8F);
+}
+inline float upper_muscle_top(float x, float y) {
+    return fascia_top(x, y) + 0.5_mm + 0.1_mm * wave(x, y, 15_mm, 25_mm, 0);
+}
+inline float upper_muscle_bottom(float x, float y) {
+    return 21.5_mm + 1.7_mm * step(2 * x, 2_mm, 14_mm) * 2 - 1.7_mm + 0.2_mm * wave(x, y, 19_mm, 50_mm, 0.5F);
+}
+inline float lower_muscle_top(float x, float y) {
+    return upper_muscle_bottom(x, y) + 0.55_mm + 0.15_mm * wave(x, y, 23_mm, 30_mm, 0.3F);
+}
+
+inline constexpr float half_length = 30_mm; ///< of the phantom along the limb
+
+/// Everything between two depths, as far to either side as `half_width`.
+template <class Top, class Bottom>
+mesh make_layer(float half_width, const Top& top, const Bottom& bottom) {
+    return make_along_limb(-half_length, half_length, 12, 80, [&](float y, float turn) -> vec2 {
+        const float x = half_width * (turn < 0.5F ? 4 * turn - 1 : 3 - 4 * turn);
+        return {x, turn < 0.5F ? top(x, y) : bottom(x, y)};
+    });
+}
+
+/// A round cord along the limb that winds a little.
+struct cord {
+    vec2 centre{};    ///< x, z at y = 0
+    vec2 radii{};     ///< across, in depth
+    vec2 drift{};     ///< how far the centre strays
+    float phase = 0;  ///< of that, in turns
+    float corner = 0; ///< share of the radius by which three edges stand out from an ellipse
+    float length = 2 * half_length;
+    std::uint32_t around = 48;
+
+    vec2 centre_at(float y) const {
+        const float turn = 2 * pi * (y / 60_mm + phase);
+        return centre + drift * (vec2{std::sin(turn), std::sin(1.7F * turn)} -
+                                 vec2{std::sin(2 * pi * phase), std::sin(3.4F * pi * phase)});
+    }
+    mesh surface() const {
+        return make_along_limb(-0.5F * length, 0.5F * length, 24, around, [&](float y, float turn) {
+            const float angle = 2 * pi * turn;
+            const vec2 outwards{-std::cos(angle), -std::sin(angle)};
+            return centre_at(y) + radii * (1 + corner * std::sin(3 * angle)) * outwards;
+        });
+    }
+};
+
+/// A short sheet of connective tissue: thick in its middle, thin at its edges.
+/// @param middle  {x, z} of its middle at y
+/// @param bend    z in metres that it deviates from straight, at -1 to 1 across
+template <class Middle, class Bend>
+mesh make_sheet(float width, float thickness, const Middle& middle, const Bend& bend) {
+    return make_along_limb(-half_length + 1_mm, half_length - 1_mm, 12, 14, [&](float y, float turn) -> vec2 {
+        const float across = turn < 0.5F ? 4 * turn - 1 : 3 - 4 * turn;
+        const float half = 0.5F * thickness * std::sqrt(1 - across * across);
+        return middle(y) + vec2{0.5F * width * across, bend(across) + (turn < 0.5F ? -half : half)};
+    });
+}
+
+/// The sheets between the bundles of fibres of both muscles, the perimysium: rows of short, slightly tilted ones.
+inline void add_perimysium(scene& body) {
+    std::uint64_t drawn = 0;
+    const auto uniform = [&](float low, float high) { return low + (high - low) * hash_uniform(2011, drawn++); };
+    const auto add_row = [&](float level, float slope, const auto& inside) {
+        for (float x = uniform(-29_mm, -23_mm); x < 22_mm;) {
+            const float width = uniform(4_mm, 9.5_mm);
+            const vec2 at{x + 0.5F * width, level + uniform(-0.5_mm, 0.5_mm)};
+            const float tilt = slope + uniform(-0.03F, 0.03F), phase = uniform(0, 1), drift = uniform(1_mm, 3_mm);
+            x += width + uniform(0.5_mm, 4_mm);
+            if (!inside(at - vec2{0.5F * width, 0.5F * width * tilt}) ||
+                !inside(at + vec2{0.5F * width, 0.5F * width * tilt}))
+                continue;
+            const auto middle = [&](float y) {
+                const float turn = 2 * pi * (y / 45_mm + phase);
+                return at + vec2{drift * std::sin(turn), 0.3_mm * std::cos(turn)};
+            };
+            const auto bend = [&](float across) {
+                return 0.5F * width * (tilt * across + 0.03F * std::sin(3 * across + 2 * pi * phase));
+            };
+            body.add(make_sheet(width, uniform(0.1_mm, 0.2_mm), middle, bend), tissue::fascia, {.name = "perimysium"});
+        }
+    };
+    for (float z = 9.5_mm; z < 22_mm; z += 1.25_mm)
+        add_row(z, 0.05F, [](vec2 p) {
+            return p.y > upper_muscle_top(p.x, 0) + 0.8_mm && p.y < upper_muscle_bottom(p.x, 0) - 0.7_mm;
+        });
+    for (float z = 21_mm; z < 46_mm; z += 1.8_mm)
+        add_row(z, -0.13F, [](vec2 p) { return p.y > lower_muscle_top(p.x, 0) + 0.8_mm; });
+}
+
+/// A nerve is a honeycomb: dark fascicles in bright connective tissue.
+inline void add_nerve(scene& body) {
+    constexpr medium fascicle{1065, 1605, 1.0_dB_per_cm, 1, 0.25F * tissue::nerve.backscatter, 10_um};
+    const cord nerve{.centre = {nerve_centre.x, nerve_centre.z}, .radii = {3_mm, 2.9_mm}, .drift = {0.5_mm, 0.3_mm}};
+    body.add(nerve.surface(), tissue::nerve, {.priority = 1, .name = "nerve"});
+    const float pitch = 1.16_mm;
+    std::uint64_t drawn = 0;
+    for (int row = -2; row <= 2; ++row)
+        for (int column = -2; column <= 2; ++column) {
+            const vec2 from_centre{pitch * (static_cast<float>(column) + 0.5F * static_cast<float>(row & 1)),
+                                   0.866F * pitch * static_cast<float>(row)};
+            if (length(from_centre) > 2.45_mm) continue;
+            const float radius = 0.36_mm + 0.13_mm * hash_uniform(7, drawn++);
+            cord one = nerve;
+            one.centre += from_centre;
+            one.radii = {radius, 0.92F * radius};
+            one.length -= 1_mm;
+            one.around = 16;
+            body.add(one.surface(), fascicle, {.priority = 1, .name = "fascicle"});
+        }
+}
+
+/// An injection needle of 22 gauge: a steel tube with a bevelled tip. Its own frame has the tip at the origin and the
+/// direction of advance along z; the bevel faces -x.
+inline mesh make_needle(float length) {
+    constexpr std::uint32_t around = 32;
+    constexpr float outer = 0.359_mm, inner = 0.2065_mm, bevel = 1.73F; // the cotangent of 30 degrees
+    mesh needle;
+    for (std::uint32_t i = 0; i < around; ++i) {
+        const float angle = 2 * pi * static_cast<float>(i) / around;
+        const vec3 out{std::cos(angle), std::sin(angle), 0};
+        const auto cut = [&](float radius) { return bevel * (radius * out.x - outer); };
+        for (const float radius : {outer, inner}) {
+            needle.positions.push_back(radius * out + vec3{0, 0, -length});
+            needle.positions.push_back(radius * out + vec3{0, 0, cut(radius)});
+        }
+        // of each angle: 0 outer rear, 1 outer front, 2 inner rear, 3 inner front
+        const std::uint32_t a = 4 * i, b = 4 * ((i + 1) % around);
+        const auto add_quad = [&](std::uint32_t p, std::uint32_t q) {
+            needle.faces.insert(needle.faces.end(), {{a + p, b + p, b + q}, {a + p, b + q, a + q}});
+        };
+        add_quad(0, 1);
+        add_quad(1, 3);
+        add_quad(3, 2);
+        add_quad(2, 0);
+    }
+    return needle;
+}
+
+/// Where to `place` the needle: its tip at a point, going down to the right at an angle to the skin, and turned out of
+/// the slice plane by another (radians).
+inline pose needle_at(vec3 tip, float down, float aside) {
+    const vec3 advance{std::cos(down) * std::cos(aside), -std::sin(aside), std::sin(down) * std::cos(aside)};
+    return look_at(tip, tip + advance, {-std::sin(down), 0, std::cos(down)});
+}
+
+/// As the phantom has it: at the nerve, its last centimetre in the slice plane of a probe at `pose{}`. Steel lets
+/// nothing through: lying in the plane as a whole it would hide all that is below.
+inline pose needle_pose() { return needle_at({0.35_mm, -0.3_mm, 15.5_mm}, 38_deg, 5.2_deg); }
+
+/// The object of that name; the first where there are several.
+/// @throws usage_error  where there is none
+inline object_id find(const scene& body, const std::string& name) {
+    for (const object& one : body.objects())
+        if (one.name == name) return one.id;
+    throw usage_error{"nerve_block: no object is called '" + name + "'"};
+}
+
+} // namespace nerve_block
+
+/// The phantom, yet to be built: gel, skin, fat with its fasciae, two muscles, bone, artery, vein, nerve and needle.
+///
+/// Each layer reaches from its top to the bottom of the phantom; of nested bodies the smaller one's medium counts. What
+/// displaces the muscles has priority 1, the needle 2.
+inline insonify::scene nerve_block_phantom() {
+    using namespace nerve_block;
+    scene body{tissue::muscle};
+    const auto below = [](float bottom) { return [bottom](float, float) { return bottom; }; };
+    body.add(make_layer(33_mm, below(-20_mm), below(5_mm)), tissue::gel, {.priority = -1, .name = "gel"});
+    body.add(make_layer(32_mm, skin_top, below(52_mm)), tissue::skin, {.name = "skin"});
+    body.add(make_layer(31_mm, fat_top, below(51_mm)), tissue::fat, {.name = "fat"});
+    body.add(make_layer(30_mm, fascia_top, below(50_mm)), tissue::fascia, {.name = "fascia"});
+    body.add(make_layer(29_mm, upper_muscle_top, upper_muscle_bottom), tissue::muscle, {.name = "upper muscle"});
+    body.add(make_layer(29_mm, lower_muscle_top, below(49_mm)), tissue::muscle, {.name = "lower muscle"});
+
+    const auto add_fat_fascia = [&](float thickness, const auto& middle) {
+        body.add(make_layer(
+                     29.5_mm, [&](float x, float y) { return middle(x, y) - 0.5F * thickness; },
+                     [&](float x, float y) { return middle(x, y) + 0.5F * thickness; }),
+                 tissue::fascia, {.name = "superficial fascia"});
+    };
+    add_fat_fascia(0.3_mm, [](float x, float y) {
+        return 2.2_mm + 3.2_mm * step(x, 1_mm, 8_mm) + 0.15_mm * wave(x, y, 16_mm, 40_mm, 0.4F);
+    });
+    add_fat_fascia(0.35_mm, [](float x, float y) {
+        return 5.6_mm - 1.7_mm * step(x, 8_mm, 6_mm) + 0.2_mm * wave(x, y, 24_mm, 50_mm, 0.9F);
+    });
+    add_fat_fascia(0.3_mm, [](float x, float y) {
+        return 6.5_mm - 0.8_mm * step(x, -10_mm, 3_mm) + 1.3_mm * step(x, 5_mm, 6_mm) +
+               0.15_mm * wave(x, y, 18_mm, 60_mm, 0.3F);
+    });
+    add_perimysium(body);
+
+    const auto add_vessel = [&](const cord& lumen, float wall, const std::string& name) {
+        cord outer = lumen;
+        outer.radii += wall;
+        outer.length += 2 * wall;
+        body.add(outer.surface(), tissue::vessel_wall, {.priority = 1, .name = name + " wall"});
+        body.add(lumen.surface(), tissue::blood, {.priority = 1, .name = name});
+    };
+    add_vessel({.centre = {-9_mm, 17_mm}, .radii = {3.1_mm, 3.1_mm}, .drift = {0.8_mm, 0.3_mm}}, 0.4_mm, "artery");
+    add_vessel({.centre = {-15.6_mm, 16.4_mm}, .radii = {2.2_mm, 1.4_mm}, .drift = {0.6_mm, 0.4_mm}, .phase = 0.3F},
+               0.25_mm, "vein");
+    add_nerve(body);
+    const cord bone{
+        .centre = {11_mm, 36_mm}, .radii = {8_mm, 8_mm}, .drift = {0.8_mm, 0.6_mm}, .corner = 0.02F, .around = 80};
+    body.add(bone.surface(), tissue::bone, {.priority = 1, .name = "bone"});
+    body.add(make_needle(60_mm), tissue::steel, {.priority = 2, .at = needle_pose(), .name = "needle"});
+    return body;
+}
+
+#endif

@@ -1,0 +1,212 @@
+// Ultrasound pictures of an OBJ file, or of the built-in nerve block: the terms of the paper's equation one by one, as
+// its figure 3 shows them, and a B-mode. `simulate --help` lists the options.
+#define INSONIFY_IMPLEMENTATION
+#include <insonify/insonify.hpp>
+#include "nerve_block_phantom.hpp"
+#include "progress.hpp"
+#include "simulate_options.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <variant>
+
+using namespace insonify;
+
+/// Any of the three arrays, chosen when the program runs. Whatever has these members is a probe.
+struct any_array {
+    std::variant<linear_array, convex_array, phased_array> array{};
+    std::uint32_t lines = 0;
+    float frequency = 0;
+
+    any_array(const auto& one) : array{one}, lines{one.lines}, frequency{one.frequency} {}
+
+    ray beam(float line) const {
+        return std::visit([&](const auto& one) { return one.beam(line); }, array);
+    }
+    vec2 locate(vec2 point) const {
+        return std::visit([&](const auto& one) { return one.locate(point); }, array);
+    }
+    void check() const {
+        std::visit([](const auto& one) { one.check(); }, array);
+    }
+};
+static_assert(transducer<any_array>);
+
+/// `law2011` over other media than the scene's, so that a term of the paper's eq. 1 can stand alone.
+struct one_term {
+    using sample_type = float;
+
+    law2011 law{};
+    std::vector<medium> media{}; ///< one for each of scene.media()
+
+    std::uint32_t samples(float depth, float frequency) const { return law.samples(depth, frequency); }
+
+    template <class Policy>
+    void operator()(const Policy& policy, const traced_line& line, float spacing, view<float> samples) const {
+        law(policy, {line.layers, media, line.frequency}, spacing, samples);
+    }
+};
+static_assert(acoustic_model<one_term>);
+
+/// I_t: media that do not attenuate, interfaces that do not shine.
+one_term intensity(law2011 law, std::vector<medium> media) {
+    law.reflection_length = 0;
+    for (medium& each : media) each.attenuation = 0;
+    return {law, std::move(media)};
+}
+
+/// I_a: media that attenuate but have one impedance, so that no interface reflects.
+one_term absorption(const law2011& law, std::vector<medium> media) {
+    for (medium& each : media) each.density = each.sound_speed = 1000;
+    return {law, std::move(media)};
+}
+
+/// I_r: instead of the field I_a I_t the echo of the media's texture, made silent.
+one_term reflection_alone(law2011 law, std::vector<medium> media) {
+    law.incident = incident::backscattered;
+    law.texture = 0;
+    return {law, std::move(media)};
+}
+
+law2011 law_named(const std::string& name) {
+    if (name == "attenuated") return {.reflection = reflection::attenuated};
+    if (name == "echo")
+        return {.travel = travel::two_way,
+                .reflection = reflection::attenuated,
+                .band = band::after,
+                .spectrum = spectrum::power_law};
+    return {};
+}
+
+scene load(const simulate_options& chosen) {
+    if (chosen.file.empty()) return nerve_block_phantom();
+    const std::optional<medium> background = tissue::find(chosen.background);
+    if (!background) {
+        std::string known;
+        for (const tissue::named_medium& each : tissue::all)
+            known += std::string{known.empty() ? "" : ", "} + each.name;
+        throw usage_error{"--background: there is no tissue '" + chosen.background + "'; known are " + known};
+    }
+    return load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background});
+}
+
+pose pose_of(const simulate_options& chosen, const scene& body) {
+    const auto metres = [](const std::array<float, 3>& p) { return 1_mm * vec3{p[0], p[1], p[2]}; };
+    if (chosen.from.has_value() != chosen.towards.has_value())
+        throw usage_error{"--from and --towards go together: they say where the probe is and where it looks"};
+    const vec3 lateral = metres(chosen.lateral);
+    if (chosen.from) return look_at(metres(*chosen.from), metres(*chosen.towards), lateral);
+    if (chosen.file.empty()) return pose{};
+    const aabb box = body.box();
+    return look_at({box.centre().x, box.lower.y - 10_mm, box.centre().z}, box.centre(), lateral);
+}
+
+/// How many; and tells of objects that are not closed.
+std::size_t count_triangles(const scene& body) {
+    std::size_t triangles = 0;
+    for (const object& one : body.objects()) {
+        triangles += one.surface.faces.size();
+        if (const mesh_report report = validate(one.surface); !report.closed())
+            std::printf("  %s: %s\n", one.name.c_str(), explain(report).c_str());
+    }
+    return triangles;
+}
+
+/// The probe that is asked for, or fits the phantom.
+any_array probe_of(const simulate_options& chosen) {
+    const auto with_settings = [&](auto array) -> any_array {
+        array.lines = chosen.lines.value_or(array.lines);
+        if (chosen.frequency) array.frequency = *chosen.frequency * 1_MHz;
+        const auto refuse = [&](const char* name) {
+            throw usage_error{std::string{name} + ": this kind of probe has no such setting"};
+        };
+        if constexpr (requires { array.width; })
+            array.width = chosen.width ? *chosen.width * 1_mm : array.width;
+        else if (chosen.width)
+            refuse("--width");
+        if constexpr (requires { array.radius; })
+            array.radius = chosen.radius ? *chosen.radius * 1_mm : array.radius;
+        else if (chosen.radius)
+            refuse("--radius");
+        if constexpr (requires { array.field_of_view; })
+            array.field_of_view = chosen.field_of_view ? *chosen.field_of_view * 1_deg : array.field_of_view;
+        else if (chosen.field_of_view)
+            refuse("--field-of-view");
+        return array;
+    };
+    if (chosen.probe == "linear" || (chosen.probe.empty() && chosen.file.empty()))
+        return with_settings(nerve_block::probe);
+    return chosen.probe == "phased" ? with_settings(phased_array{}) : with_settings(convex_array{});
+}
+
+void run(const simulate_options& chosen) {
+    const any_array probe = probe_of(chosen);
+    const law2011 law = law_named(chosen.law);
+    const bool phantom = chosen.file.empty();
+    const float depth = chosen.depth ? *chosen.depth * 1_mm : phantom ? nerve_block::depth : 80_mm;
+    const acquisition scan{.depth = depth, .samples = law.samples(depth, probe.frequency)};
+    const uvec2 size{chosen.size[0], chosen.size[1]};
+    const std::string folder = chosen.output + '/';
+
+    std::printf("%s\n", phantom ? "The built-in phantom of a nerve block" : chosen.file.c_str());
+    timed_stages stage{11};
+    scene body = stage("load", [&](const auto&) { return load(chosen); });
+    const std::size_t triangles = stage("validate", [&](const auto&) { return count_triangles(body); });
+    stage("build", [&](const auto& policy) { return body.build(policy).objects().size(); });
+    const pose at = pose_of(chosen, body);
+    const vec3 from = at.translation / 1_mm;
+    std::printf("  %zu objects, %zu triangles, seen from (%g, %g, %g) mm: %g mm deep, %u lines, %g MHz\n",
+                body.objects().size(), triangles, from.x, from.y, from.z, depth / 1_mm, probe.lines,
+                probe.frequency / 1_MHz);
+
+    std::filesystem::create_directories(folder);
+    stage("scene.obj",
+          [&](const auto&) { return write_debug_obj(folder + "scene.obj", body, probe, at, depth), true; });
+    const scan_map map =
+        stage("scan map", [&](const auto& policy) { return make_scan_map(policy, probe, scan, {.size = size}); });
+    const auto write = [&](const std::string& name, const auto& make) {
+        return stage(name.c_str(), [&](const auto& policy) {
+            image picture = make(policy);
+            write_png(folder + name + ".png", picture);
+            return picture;
+        });
+    };
+    const auto draw = [&](const std::string& name, const one_term& model) {
+        return write(name, [&](const auto& policy) {
+            return scan_convert(policy, trace(policy, body, probe, at, model, scan), map);
+        });
+    };
+    const std::vector<medium> media{body.media().begin(), body.media().end()};
+    draw("intensity", intensity(law, media));
+    draw("absorption", absorption(law, media));
+    const image echoes = draw("reflection", reflection_alone(law, media));
+    const image combined = draw("combined", {law, media});
+    const image noisy = write(
+        "noise", [&](const auto& policy) { return add_noise(policy, combined, make_noise(policy, combined.size)); });
+    write("blur", [&](const auto& policy) { return radial_blur(policy, noisy, probe, map); });
+    write("b_mode",
+          [&](const auto& policy) { return b_mode(policy, body, probe, at, {.depth = depth, .size = size}); });
+
+    std::printf(
+        "The pictures, intensity.png to b_mode.png, and scene.obj (the probe, its lines, the meshes) are in %s\n",
+        folder.c_str());
+    if (echoes == image{echoes.size})
+        std::printf("No line meets an interface: open scene.obj in a mesh viewer to see where the probe stands.\n");
+}
+
+int main(int argc, char** argv) {
+    simulate_options chosen;
+    CLI::App app;
+    try {
+        add_options(app, chosen);
+        app.parse(argc, argv);
+        run(chosen);
+        return 0;
+    } catch (const CLI::Success& help) {
+        return app.exit(help);
+    } catch (const std::exception& e) {
+        std::cerr << "simulate: " << e.what() << '\n';
+        return 2;
+    }
+}

@@ -1,0 +1,65 @@
+#ifndef INSONIFY_IO_DEBUG_OBJ_HPP
+#define INSONIFY_IO_DEBUG_OBJ_HPP
+
+#include <insonify/core/error.hpp>
+#include <insonify/geometry/mesh.hpp>
+#include <insonify/geometry/pose.hpp>
+#include <insonify/probe/transducer.hpp>
+#include <insonify/scene/scene.hpp>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// One named object of a drawing in space, in metres.
+struct drawn_object {
+    std::string name{};
+    mesh surface{};
+    std::vector<std::vector<vec3>> polylines{};
+};
+
+/// Writes objects as Wavefront OBJ, in metres: faces as `f`, polylines as `l`.
+///
+/// Compiled where INSONIFY_IMPLEMENTATION is defined. @throws io_error  where the file cannot be written
+void write_drawing(const std::string& path, const std::vector<drawn_object>& objects);
+
+/// Writes what a probe looks at as one OBJ file in metres, to be opened in a mesh viewer: why is the picture empty?
+///
+/// The objects of the file: `probe`, the outline of the field from the face down to `depth`; `lines`, one polyline for
+/// each line of the probe; then every object of the scene under its name, where it is placed. The scene need not be
+/// built.
+/// @throws usage_error     for a depth that is not above 0, or a probe whose settings make no sense
+/// @throws geometry_error  for a pose that is no rigid motion
+/// @throws io_error        where the file cannot be written
+template <transducer Probe>
+void write_debug_obj(const std::string& path, const scene& body, const Probe& probe, const pose& at, float depth) {
+    probe.check();
+    if (!is_rigid(at)) throw geometry_error{"write_debug_obj: the pose of the probe is no rigid motion"};
+    if (!is_finite(depth) || !(depth > 0))
+        throw usage_error{"write_debug_obj: the depth must be a finite number of metres above 0"};
+
+    const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };
+    std::vector<vec3> face, end;
+    drawn_object lines{.name = "lines"};
+    for (std::uint32_t i = 0; i <= probe.lines; ++i) {
+        const float middle = static_cast<float>(i), border = middle - 0.5F;
+        face.push_back(point(border, 0));
+        end.push_back(point(border, depth));
+        if (i < probe.lines) lines.polylines.push_back({point(middle, 0), point(middle, depth)});
+    }
+    std::vector<vec3> outline = face;
+    outline.insert(outline.end(), end.rbegin(), end.rend());
+    outline.push_back(face.front());
+
+    std::vector<drawn_object> drawing{{.name = "probe", .polylines = {std::move(outline)}}, std::move(lines)};
+    for (const object& one : body.objects()) {
+        drawing.push_back({.name = one.name, .surface = one.surface});
+        for (vec3& p : drawing.back().surface.positions) p = one.at.point(p);
+    }
+    write_drawing(path, drawing);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,133 @@
+#ifndef INSONIFY_IO_IMPLEMENTATION_OBJ_MEDIA_HPP
+#define INSONIFY_IO_IMPLEMENTATION_OBJ_MEDIA_HPP
+
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/io/implementation_file.hpp>
+#include <insonify/io/implementation_obj_text.hpp>
+#include <insonify/io/implementation_tinyobj.hpp>
+#include <cmath>
+#include <filesystem>
+#include <locale>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::io {
+
+/// A medium with what else its entry in a material library says.
+struct obj_medium {
+    medium inside{};
+    int priority = 0;
+};
+
+/// The material libraries of one OBJ file.
+struct obj_libraries {
+    std::vector<loader::material_t> materials{};
+    std::vector<std::string> paths{};   ///< for each material the file that defines it
+    std::map<std::string, int> index{}; ///< by name, the first of a name counting
+    std::string missing{};              ///< the libraries that are named but not there
+
+    /// The entry of that name; null where there is none.
+    const loader::material_t* find(const std::string& name) const {
+        const auto found = index.find(name);
+        return found == index.end() ? nullptr : &materials[static_cast<std::size_t>(found->second)];
+    }
+};
+
+/// A file name in a mesh from elsewhere must not make a program open files elsewhere.
+inline bool leaves_folder(std::string_view name) {
+    const auto is_separator = [](char c) { return c == '/' || c == '\\'; };
+    if (name.empty() || is_separator(name[0]) || name.find(':') != std::string_view::npos) return true;
+    for (std::size_t i = name.find(".."); i != std::string_view::npos; i = name.find("..", i + 1))
+        if ((i == 0 || is_separator(name[i - 1])) && (i + 2 == name.size() || is_separator(name[i + 2]))) return true;
+    return false;
+}
+
+/// Adds the media of one library, comments and tabs taken out, which tinyobjloader does not expect after a value.
+inline void read_library(const std::string& path, obj_libraries& libraries) {
+    std::string text;
+    for_each_line(read_file(path), [&](std::uint32_t, std::string_view keyword, std::string_view rest) {
+        text.append(keyword).append(" ").append(rest).push_back('\n');
+    });
+    std::istringstream stream{text};
+    std::string warnings, errors;
+    loader::LoadMtl(&libraries.index, &libraries.materials, &stream, &warnings, &errors);
+    libraries.paths.resize(libraries.materials.size(), path);
+}
+
+/// Opens the libraries that an OBJ file names: each `mtllib` line gives one name with blanks in it, or several names.
+/// @throws io_error  where one lies outside of the file's folder
+inline obj_libraries read_libraries(const std::string& path, const std::vector<named_line>& lines) {
+    const std::filesystem::path folder = std::filesystem::path{path}.parent_path();
+    obj_libraries libraries;
+    const auto exists = [&](const std::string& name) {
+        std::error_code ignored;
+        return std::filesystem::exists(folder / name, ignored);
+    };
+    for (const named_line& line : lines) {
+        std::vector<std::string> names;
+        std::string_view rest = line.name;
+        for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) names.emplace_back(word);
+        if (names.size() > 1 && exists(line.name)) names = {line.name};
+        for (const std::string& name : names) {
+            if (leaves_folder(name))
+                throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + name +
+                               "' lies outside of the file's own folder and is not opened; put it beside the file"};
+            if (exists(name))
+                read_library((folder / name).string(), libraries);
+            else
+                libraries.missing += " (" + name + " was not found)";
+        }
+    }
+    return libraries;
+}
+
+/// What the name after `usemtl` stands for.
+/// @throws io_error  naming line or library, where it stands for nothing, or for values that make no sense
+inline obj_medium find_medium(const std::string& path, const named_line& wanted, const obj_libraries& libraries) {
+    const loader::material_t* entry = libraries.find(wanted.name);
+    const std::string source =
+        entry == nullptr ? path : libraries.paths[static_cast<std::size_t>(entry - libraries.materials.data())];
+    const auto value = [&](const char* key) -> std::optional<float> {
+        if (entry == nullptr) return {};
+        const auto found = entry->unknown_parameter.find(key);
+        if (found == entry->unknown_parameter.end()) return {};
+        std::istringstream text{found->second};
+        text.imbue(std::locale::classic());
+        float number = 0;
+        if (!(text >> number) || !(text >> std::ws).eof() || !is_finite(number))
+            throw io_error{source + ": newmtl " + wanted.name + ": " + key + " is '" + found->second +
+                           "', which is not a number; write the number alone, without a unit"};
+        return number;
+    };
+    const std::optional<medium> known = tissue::find(wanted.name);
+    const std::optional<float> density = value("density"), sound_speed = value("sound_speed");
+    if (!known && !(density && sound_speed))
+        throw io_error{path + ":" + std::to_string(wanted.line) + ": the medium '" + wanted.name +
+                       "' is unknown: use the name of a tissue (`tissue::all` lists them), or give density and " +
+                       "sound_speed under 'newmtl " + wanted.name + "' in the material library" + libraries.missing};
+
+    obj_medium found{.inside = density && sound_speed ? medium{} : *known};
+    medium& m = found.inside;
+    m.density = density.value_or(m.density);
+    m.sound_speed = sound_speed.value_or(m.sound_speed);
+    if (const auto decibels_per_cm = value("attenuation")) m.attenuation = 100 * *decibels_per_cm;
+    m.attenuation_power = value("attenuation_power").value_or(m.attenuation_power);
+    if (const auto decibels = value("backscatter_db")) m.backscatter = std::pow(10.0F, *decibels / 20);
+    if (const auto micrometres = value("roughness_um")) m.roughness = 1e-6F * *micrometres;
+    if (!is_valid(m))
+        throw io_error{source + ": newmtl " + wanted.name +
+                       ": density and sound_speed must be above 0, the other values not below, and none out of bounds"};
+    const float priority = value("priority").value_or(0);
+    if (priority != std::round(priority) || std::fabs(priority) > 1e6F)
+        throw io_error{source + ": newmtl " + wanted.name + ": priority must be a whole number within a million"};
+    found.priority = static_cast<int>(priority);
+    return found;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::io
+#endif

@@ -1,0 +1,146 @@
+#ifndef INSONIFY_IO_IMPLEMENTATION_OBJ_TEXT_HPP
+#define INSONIFY_IO_IMPLEMENTATION_OBJ_TEXT_HPP
+
+#include <insonify/core/error.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::io {
+
+/// Cuts the first word off a line.
+inline std::string_view next_word(std::string_view& line) {
+    constexpr std::string_view blank = " \t";
+    line.remove_prefix(std::min(line.find_first_not_of(blank), line.size()));
+    const std::string_view word = line.substr(0, line.find_first_of(blank));
+    line.remove_prefix(word.size());
+    return word;
+}
+
+/// Calls body(number, keyword, rest) for every line that says something, counted from 1, without comments and without
+/// blanks at the ends. Lines end in LF, CR LF or CR.
+template <class Body>
+void for_each_line(std::string_view text, const Body& body) {
+    for (std::uint32_t number = 1; !text.empty(); ++number) {
+        std::string_view line = text.substr(0, text.find_first_of("\r\n"));
+        text.remove_prefix(line.size());
+        if (!text.empty()) text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
+
+        for (std::size_t i = line.find('#'); i != std::string_view::npos; i = line.find('#', i + 1))
+            if (i == 0 || line[i - 1] == ' ' || line[i - 1] == '\t') line = line.substr(0, i);
+        line = line.substr(0, line.find_last_not_of(" \t") + 1);
+        const std::string_view keyword = next_word(line);
+        line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+        if (!keyword.empty()) body(number, keyword, line);
+    }
+}
+
+/// True for what tinyobjloader reads as a number: it takes anything else, `nan` and `inf` too, for 0.
+inline bool is_number(std::string_view word) {
+    std::size_t i = 0;
+    const auto digits = [&] {
+        const std::size_t begin = i;
+        while (i < word.size() && word[i] >= '0' && word[i] <= '9') ++i;
+        return i - begin;
+    };
+    const auto skip = [&](std::string_view any) {
+        const bool found = i < word.size() && any.find(word[i]) != std::string_view::npos;
+        if (found) ++i;
+        return found;
+    };
+    skip("+-");
+    std::size_t mantissa = digits();
+    if (skip(".")) mantissa += digits();
+    if (mantissa == 0) return false;
+    if (skip("eE")) {
+        skip("+-");
+        if (const std::size_t exponent = digits(); exponent == 0 || exponent > 4) return false;
+    }
+    return i == word.size();
+}
+
+/// A name that a file gives, and where.
+struct named_line {
+    std::string name{};
+    std::uint32_t line = 0;
+};
+
+/// An OBJ file, checked line by line and written anew for tinyobjloader, which keeps silent about bad numbers, forgets
+/// the names of media that no library defines, and does not tell which line a triangle comes from.
+struct obj_text {
+    std::string rewritten{};                   ///< one `s` before each face: its line; `usemtl` by number in `media`
+    std::vector<named_line> media{};           ///< each once, where it is first used
+    std::vector<named_line> libraries{};       ///< what follows `mtllib`
+    std::vector<std::uint32_t> vertex_lines{}; ///< for each vertex
+    std::vector<std::uint32_t>
+        face_triangles{}; ///< for each line, from 0: into how many triangles its face is to be cut
+};
+
+/// @throws io_error  naming the line, for numbers and indices that make no sense
+inline obj_text read_obj_text(const std::string& path, std::string_view text) {
+    if (text.empty()) throw io_error{path + ": the file is empty"};
+    obj_text obj;
+    obj.rewritten = "mtllib media\n";
+    bool has_faces = false;
+    for_each_line(text, [&](std::uint32_t line, std::string_view keyword, std::string_view rest) {
+        const auto fault = [&](const std::string& sentence) {
+            return io_error{path + ":" + std::to_string(line) + ": " + sentence};
+        };
+        const auto rewrite = [&](std::string_view key, std::string_view value) {
+            obj.rewritten.append(key).append(value).push_back('\n');
+        };
+        if (keyword == "v") {
+            obj.rewritten.push_back('v');
+            for (int axis = 0; axis < 3; ++axis) {
+                const std::string_view word = next_word(rest);
+                if (word.empty()) throw fault("a vertex needs three coordinates");
+                if (!is_number(word))
+                    throw fault("the coordinate '" + std::string{word} +
+                                "' is not a finite number; write it as in -1.5e-3");
+                obj.rewritten.append(" ").append(word);
+            }
+            obj.rewritten.push_back('\n');
+            obj.vertex_lines.push_back(line);
+        } else if (keyword == "f") {
+            const auto vertices = static_cast<std::int64_t>(obj.vertex_lines.size());
+            rewrite("s ", std::to_string(line));
+            obj.rewritten.push_back('f');
+            std::uint32_t corners = 0;
+            for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest), ++corners) {
+                word = word.substr(0, word.find('/'));
+                std::int64_t position = 0;
+                const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), position);
+                if (status == std::errc::invalid_argument || end != word.data() + word.size())
+                    throw fault("'" + std::string{word} + "' is not the index of a vertex; write whole numbers");
+                if (position == 0) throw fault("a face names vertex 0, but OBJ counts from 1; add 1 to every index");
+                if (status != std::errc{} || position > vertices || position < -vertices)
+                    throw fault("a face names vertex " + std::string{word} + ", but the file has " +
+                                std::to_string(vertices) + " up to here; the vertices must come before the faces");
+                obj.rewritten.append(" ").append(std::to_string(position > 0 ? position : vertices + 1 + position));
+            }
+            obj.rewritten.push_back('\n');
+            if (corners < 3) throw fault("a face needs three corners or more; remove it");
+            obj.face_triangles.resize(line + 1);
+            obj.face_triangles[line] = corners - 2;
+            has_faces = true;
+        } else if (keyword == "usemtl") {
+            auto known =
+                std::find_if(obj.media.begin(), obj.media.end(), [&](const named_line& m) { return m.name == rest; });
+            if (known == obj.media.end()) known = obj.media.insert(known, {std::string{rest}, line});
+            rewrite("usemtl ", std::to_string(known - obj.media.begin()));
+        } else if (keyword == "mtllib") {
+            obj.libraries.push_back({std::string{rest}, line});
+        } else if (keyword == "o" || keyword == "g") {
+            rewrite(keyword == "o" ? "o " : "g ", rest);
+        }
+    });
+    if (!has_faces) throw io_error{path + ": the file holds no faces (lines that begin with 'f'); export it as a mesh"};
+    return obj;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::io
+#endif

@@ -1,0 +1,90 @@
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/b_mode.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <doctest/doctest.h>
+
+using namespace insonify;
+
+namespace b_mode_test {
+namespace {
+
+// Mean grey of a rectangle given in metres of the slice plane, in a picture of a linear array 40 mm wide and deep.
+float mean(const image& picture, vec2 from, vec2 to) {
+    double sum = 0;
+    int count = 0;
+    for (std::uint32_t y = 0; y < picture.size.y; ++y)
+        for (std::uint32_t x = 0; x < picture.size.x; ++x) {
+            const vec2 p{(static_cast<float>(x) + 0.5F) / static_cast<float>(picture.size.x) * 40_mm - 20_mm,
+                         (static_cast<float>(y) + 0.5F) / static_cast<float>(picture.size.y) * 40_mm};
+            if (p.x < from.x || p.x > to.x || p.y < from.y || p.y > to.y) continue;
+            sum += static_cast<double>(picture(x, y));
+            ++count;
+        }
+    return static_cast<float>(sum / count);
+}
+
+scene phantom() {
+    scene body{tissue::muscle};
+    body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 5), tissue::blood);
+    body.add(make_sphere({8_mm, 0, 20_mm}, 5_mm, 5), tissue::bone);
+    body.build(exec::par);
+    return body;
+}
+
+constexpr linear_array probe{.lines = 128, .width = 40_mm, .frequency = 7.5_MHz};
+constexpr b_mode_settings settings{.depth = 40_mm, .size = {256, 256}};
+
+} // namespace
+} // namespace b_mode_test
+
+TEST_CASE("in the picture blood is darker than muscle, bone is bright and casts a shadow") {
+    const image picture =
+        b_mode(exec::par_unseq, b_mode_test::phantom(), b_mode_test::probe, pose{}, b_mode_test::settings);
+    const float muscle = b_mode_test::mean(picture, {-2_mm, 13_mm}, {2_mm, 17_mm});
+    const float blood = b_mode_test::mean(picture, {-10_mm, 13_mm}, {-6_mm, 17_mm});
+    const float bone = b_mode_test::mean(picture, {7.5_mm, 15.05_mm}, {8.5_mm, 15.35_mm});
+    const float shadow = b_mode_test::mean(picture, {6_mm, 28_mm}, {10_mm, 38_mm});
+    const float behind_blood = b_mode_test::mean(picture, {-9_mm, 21_mm}, {-7_mm, 25_mm});
+    const float beside = b_mode_test::mean(picture, {-2_mm, 21_mm}, {0, 25_mm});
+    CHECK(blood < muscle - 0.15F); // -20 against -6 dB of liver, on 60 dB
+    CHECK(muscle > 0.2F);
+    CHECK(bone > 0.9F);
+    CHECK(shadow < 0.02F);
+    CHECK(behind_blood > beside + 0.03F); // blood attenuates less than muscle
+}
+
+TEST_CASE("the picture is the same on any number of threads and each time, and all of it is grey") {
+    const scene body = b_mode_test::phantom();
+    const image picture = b_mode(exec::seq, body, b_mode_test::probe, pose{}, b_mode_test::settings);
+    for (const std::uint32_t threads : {1U, 2U, 3U, 8U})
+        CHECK(b_mode(exec::par.threads(threads), body, b_mode_test::probe, pose{}, b_mode_test::settings) == picture);
+    const image simd = b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, b_mode_test::settings);
+    for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+        REQUIRE(picture.pixels[i] >= 0);
+        REQUIRE(picture.pixels[i] <= 1);
+        REQUIRE(simd.pixels[i] == doctest::Approx(picture.pixels[i]).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("a bright object entering the frame changes nothing beside it") {
+    scene body{tissue::muscle};
+    body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 5), tissue::blood);
+    body.build(exec::par);
+    const image without = b_mode(exec::par, body, b_mode_test::probe, pose{}, b_mode_test::settings);
+    const image with = b_mode(exec::par, b_mode_test::phantom(), b_mode_test::probe, pose{}, b_mode_test::settings);
+    CHECK(b_mode_test::mean(without, {-20_mm, 0}, {0, 40_mm}) == b_mode_test::mean(with, {-20_mm, 0}, {0, 40_mm}));
+}
+
+TEST_CASE("a sector picture has the size asked for, or one that fits") {
+    const scene body = b_mode_test::phantom();
+    CHECK(b_mode(exec::par, body, convex_array{.lines = 64}, pose{}, {.depth = 60_mm, .size = {100, 80}}).size ==
+          uvec2{100, 80});
+    CHECK(b_mode(exec::par, body, convex_array{.lines = 64}, pose{}, {.depth = 60_mm}).size.x == 512);
+    CHECK_THROWS_AS(b_mode(exec::par, body, convex_array{}, pose{}, {.depth = 60_mm, .size = {1U << 30U, 1U << 30U}}),
+                    usage_error);
+    CHECK_THROWS_AS(b_mode(exec::par, body, convex_array{}, pose{}, {.depth = 60_mm, .dynamic_range_db = 0}),
+                    usage_error);
+    CHECK_THROWS_AS(b_mode(exec::par, body, convex_array{}, pose{}, {.depth = 0}), usage_error);
+}

@@ -1,0 +1,53 @@
+#include <insonify/geometry/pose.hpp>
+#include <doctest/doctest.h>
+#include <glm/gtc/matrix_transform.hpp>
+#include <limits>
+
+using namespace insonify;
+
+TEST_CASE("look_at is the inverse of glm::lookAt, but that z looks forwards") {
+    const vec3 from{0.3F, -0.2F, 0.1F}, towards{-0.4F, 0.5F, 0.9F}, lateral{1, 0.2F, 0};
+    const pose at = look_at(from, towards, lateral);
+    // glm::lookAt looks along -z with y up; ours looks along z with x lateral: up is lateral turned into y.
+    const vec3 z = glm::normalize(towards - from), x = glm::normalize(lateral - glm::dot(lateral, z) * z);
+    const glm::mat4 view_matrix = glm::lookAt(from, towards, glm::cross(z, x));
+    const vec3 p{0.01F, 0.02F, 0.03F};
+    const glm::vec4 seen = view_matrix * glm::vec4{at.point(p), 1};
+    CHECK(std::fabs(seen.z) == doctest::Approx(p.z).epsilon(1e-4));
+    CHECK(std::fabs(seen.y) == doctest::Approx(p.y).epsilon(1e-4));
+    CHECK(std::fabs(seen.x) == doctest::Approx(p.x).epsilon(1e-4));
+    CHECK(is_rigid(at));
+    CHECK(length(at.direction({1, 0, 0}) - x) < 1e-6F);
+    CHECK(length(at.direction({0, 0, 1}) - z) < 1e-6F);
+    CHECK(length(at.direction({0, 1, 0}) - glm::cross(z, x)) < 1e-6F);
+}
+
+TEST_CASE("the usual probe pose is the identity") { CHECK(look_at({0, 0, 0}, {0, 0, 1}, {1, 0, 0}) == pose{}); }
+
+TEST_CASE("look_at refuses a lateral direction along the line of sight, and points that are one") {
+    CHECK_THROWS_AS(look_at({0, 0, 0}, {0, 0, 1}, {0, 0, 2}), geometry_error);
+    CHECK_THROWS_AS(look_at({0, 0, 0}, {0, 0, 0}, {1, 0, 0}), geometry_error);
+    CHECK_THROWS_AS(look_at({0, 0, 0}, {0, 0, 1}, {0, 0, 0}), geometry_error);
+    CHECK_THROWS_AS(look_at({0, std::numeric_limits<float>::quiet_NaN(), 0}, {0, 0, 1}, {1, 0, 0}), geometry_error);
+}
+
+TEST_CASE("a pose and its inverse undo each other, and compose as functions do") {
+    const pose a = look_at({0.1F, 0.2F, 0.3F}, {1, 1, 1}, {1, 0, 0}), b = look_at({-1, 0, 0.5F}, {0, 2, 0}, {0, 0, 1});
+    const vec3 p{0.4F, -0.6F, 0.2F};
+    CHECK(length(inverse(a).point(a.point(p)) - p) < 1e-6F);
+    CHECK(length(a.local_point(a.point(p)) - p) < 1e-6F);
+    CHECK(length(a.local_direction(a.direction(p)) - p) < 1e-6F);
+    CHECK(length((a * b).point(p) - a.point(b.point(p))) < 1e-6F);
+}
+
+TEST_CASE("far from the origin local coordinates keep their precision") {
+    const pose far_away{.translation = {1000, 1000, 1000}};
+    CHECK(far_away.local_point({1000.25F, 1000.5F, 1000}) == vec3{0.25F, 0.5F, 0});
+}
+
+TEST_CASE("a scale, a mirror or NaN is no rigid motion") {
+    CHECK(is_rigid(pose{}));
+    CHECK_FALSE(is_rigid(pose{.rotation = mat3{0.001F}}));
+    CHECK_FALSE(is_rigid(pose{.rotation = mat3{{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}));
+    CHECK_FALSE(is_rigid(pose{.translation = {std::numeric_limits<float>::infinity(), 0, 0}}));
+}
