@@ -21,7 +21,9 @@ using namespace insonify;
 
 inline constexpr linear_array probe{.lines = 256, .width = 38_mm, .frequency = 7.5_MHz};
 inline constexpr float depth = 40_mm;
-inline constexpr vec3 nerve_centre{3_mm, 0, 17.5_mm};
+inline constexpr vec2 nerve_centre{3_mm, 17.5_mm}; ///< x, z at y = 0
+inline constexpr vec2 bone_centre{11_mm, 36_mm};
+inline constexpr float bone_radius = 8_mm;
 
 /// A body along the limb: `section(y, turn)` is the point {x, z} of its outline, turn from 0 to 1 and starting at the
 /// left, first over the side that the probe sees, then back below. Closed, outward.
@@ -61,7 +63,7 @@ inline float wave(float x, float y, float across, float along, float phase) {
 /// From 0 far left of `middle` to 1 far right of it.
 inline float step(float x, float middle, float width) { return 0.5F + 0.5F * std::tanh((x - middle) / width); }
 
-/// Where the layers begin, seen from the skin: depths in metres at (x, y).
+/// Where the layers begin and end, metres below the face of the probe at (x, y).
 inline float skin_top(float x, float y) { return 0.4_mm + 0.05_mm * wave(x, y, 26_mm, 60_mm, 0.2F); }
 inline float fat_top(float x, float y) { return skin_top(x, y) + 1.4_mm + 0.1_mm * wave(x, y, 17_mm, 40_mm, 0.6F); }
 inline float fascia_top(float x, float y) {
@@ -72,7 +74,7 @@ inline float upper_muscle_top(float x, float y) {
     return fascia_top(x, y) + 0.5_mm + 0.1_mm * wave(x, y, 15_mm, 25_mm, 0);
 }
 inline float upper_muscle_bottom(float x, float y) {
-    return 21.5_mm + 1.7_mm * step(2 * x, 2_mm, 14_mm) * 2 - 1.7_mm + 0.2_mm * wave(x, y, 19_mm, 50_mm, 0.5F);
+    return 19.8_mm + 3.4_mm * step(x, 1_mm, 7_mm) + 0.2_mm * wave(x, y, 19_mm, 50_mm, 0.5F);
 }
 inline float lower_muscle_top(float x, float y) {
     return upper_muscle_bottom(x, y) + 0.55_mm + 0.15_mm * wave(x, y, 23_mm, 30_mm, 0.3F);
@@ -135,9 +137,8 @@ inline void add_perimysium(scene& body) {
             const vec2 at{x + 0.5F * width, level + uniform(-0.5_mm, 0.5_mm)};
             const float tilt = slope + uniform(-0.03F, 0.03F), phase = uniform(0, 1), drift = uniform(1_mm, 3_mm);
             x += width + uniform(0.5_mm, 4_mm);
-            if (!inside(at - vec2{0.5F * width, 0.5F * width * tilt}) ||
-                !inside(at + vec2{0.5F * width, 0.5F * width * tilt}))
-                continue;
+            const vec2 reach{0.5F * width, 0.5F * width * tilt};
+            if (!inside(at - reach) || !inside(at) || !inside(at + reach)) continue;
             const auto middle = [&](float y) {
                 const float turn = 2 * pi * (y / 45_mm + phase);
                 return at + vec2{drift * std::sin(turn), 0.3_mm * std::cos(turn)};
@@ -153,13 +154,15 @@ inline void add_perimysium(scene& body) {
             return p.y > upper_muscle_top(p.x, 0) + 0.8_mm && p.y < upper_muscle_bottom(p.x, 0) - 0.7_mm;
         });
     for (float z = 21_mm; z < 46_mm; z += 1.8_mm)
-        add_row(z, -0.13F, [](vec2 p) { return p.y > lower_muscle_top(p.x, 0) + 0.8_mm; });
+        add_row(z, -0.13F, [](vec2 p) {
+            return p.y > lower_muscle_top(p.x, 0) + 0.8_mm && length(p - bone_centre) > bone_radius + 2_mm;
+        });
 }
 
 /// A nerve is a honeycomb: dark fascicles in bright connective tissue.
 inline void add_nerve(scene& body) {
     constexpr medium fascicle{1065, 1605, 1.0_dB_per_cm, 1, 0.25F * tissue::nerve.backscatter, 10_um};
-    const cord nerve{.centre = {nerve_centre.x, nerve_centre.z}, .radii = {3_mm, 2.9_mm}, .drift = {0.5_mm, 0.3_mm}};
+    const cord nerve{.centre = nerve_centre, .radii = {3_mm, 2.9_mm}, .drift = {0.5_mm, 0.3_mm}};
     body.add(nerve.surface(), tissue::nerve, {.priority = 1, .name = "nerve"});
     const float pitch = 1.16_mm;
     std::uint64_t drawn = 0;
@@ -178,8 +181,8 @@ inline void add_nerve(scene& body) {
         }
 }
 
-/// An injection needle of 22 gauge: a steel tube with a bevelled tip. Its own frame has the tip at the origin and the
-/// direction of advance along z; the bevel faces -x.
+/// An injection needle of 22 gauge: a steel tube, bevelled at 30 degrees. In its own frame it advances along z and ends
+/// at z = 0, on the side of x; the bevel faces -x.
 inline mesh make_needle(float length) {
     constexpr std::uint32_t around = 32;
     constexpr float outer = 0.359_mm, inner = 0.2065_mm, bevel = 1.73F; // the cotangent of 30 degrees
@@ -271,7 +274,7 @@ inline insonify::scene nerve_block_phantom() {
                0.25_mm, "vein");
     add_nerve(body);
     const cord bone{
-        .centre = {11_mm, 36_mm}, .radii = {8_mm, 8_mm}, .drift = {0.8_mm, 0.6_mm}, .corner = 0.02F, .around = 80};
+        .centre = bone_centre, .radii = vec2{bone_radius}, .drift = {0.8_mm, 0.6_mm}, .corner = 0.02F, .around = 80};
     body.add(bone.surface(), tissue::bone, {.priority = 1, .name = "bone"});
     body.add(make_needle(60_mm), tissue::steel, {.priority = 2, .at = needle_pose(), .name = "needle"});
     return body;

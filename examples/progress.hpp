@@ -20,7 +20,7 @@ class progress_bar {
         const std::unique_lock lock{drawing_, std::try_to_lock};
         const auto now = clock::now();
         if (!lock || now - begin_ < std::chrono::seconds{1} || now - drawn_ < std::chrono::milliseconds{50}) return;
-        filled_ = std::max(filled_, static_cast<int>(40 * done / static_cast<float>(stages_)));
+        filled_ = std::clamp(static_cast<int>(40 * done / static_cast<float>(stages_)), filled_, 40);
         std::fprintf(stderr, "\r[%.*s%*s]", filled_, "########################################", 40 - filled_, "");
         drawn_ = now;
         visible_ = true;

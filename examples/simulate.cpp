@@ -13,26 +13,6 @@
 
 using namespace insonify;
 
-/// Any of the three arrays, chosen when the program runs. Whatever has these members is a probe.
-struct any_array {
-    std::variant<linear_array, convex_array, phased_array> array{};
-    std::uint32_t lines = 0;
-    float frequency = 0;
-
-    any_array(const auto& one) : array{one}, lines{one.lines}, frequency{one.frequency} {}
-
-    ray beam(float line) const {
-        return std::visit([&](const auto& one) { return one.beam(line); }, array);
-    }
-    vec2 locate(vec2 point) const {
-        return std::visit([&](const auto& one) { return one.locate(point); }, array);
-    }
-    void check() const {
-        std::visit([](const auto& one) { one.check(); }, array);
-    }
-};
-static_assert(transducer<any_array>);
-
 /// `law2011` over other media than the scene's, so that a term of the paper's eq. 1 can stand alone.
 struct one_term {
     using sample_type = float;
@@ -43,8 +23,9 @@ struct one_term {
     std::uint32_t samples(float depth, float frequency) const { return law.samples(depth, frequency); }
 
     template <class Policy>
-    void operator()(const Policy& policy, const traced_line& line, float spacing, view<float> samples) const {
-        law(policy, {line.layers, media, line.frequency}, spacing, samples);
+    void operator()(const Policy& policy, traced_line line, float spacing, view<float> samples) const {
+        line.media = media;
+        law(policy, line, spacing, samples);
     }
 };
 static_assert(acoustic_model<one_term>);
@@ -113,14 +94,16 @@ std::size_t count_triangles(const scene& body) {
     return triangles;
 }
 
+using any_array = std::variant<linear_array, convex_array, phased_array>;
+
 /// The probe that is asked for, or fits the phantom.
 any_array probe_of(const simulate_options& chosen) {
-    const auto with_settings = [&](auto array) -> any_array {
-        array.lines = chosen.lines.value_or(array.lines);
-        if (chosen.frequency) array.frequency = *chosen.frequency * 1_MHz;
-        const auto refuse = [&](const char* name) {
+    const auto with_settings = [&](auto array) {
+        const auto refuse = [](const char* name) {
             throw usage_error{std::string{name} + ": this kind of probe has no such setting"};
         };
+        array.lines = chosen.lines.value_or(array.lines);
+        if (chosen.frequency) array.frequency = *chosen.frequency * 1_MHz;
         if constexpr (requires { array.width; })
             array.width = chosen.width ? *chosen.width * 1_mm : array.width;
         else if (chosen.width)
@@ -133,15 +116,16 @@ any_array probe_of(const simulate_options& chosen) {
             array.field_of_view = chosen.field_of_view ? *chosen.field_of_view * 1_deg : array.field_of_view;
         else if (chosen.field_of_view)
             refuse("--field-of-view");
-        return array;
+        array.check();
+        return any_array{array};
     };
     if (chosen.probe == "linear" || (chosen.probe.empty() && chosen.file.empty()))
         return with_settings(nerve_block::probe);
     return chosen.probe == "phased" ? with_settings(phased_array{}) : with_settings(convex_array{});
 }
 
-void run(const simulate_options& chosen) {
-    const any_array probe = probe_of(chosen);
+template <transducer Probe>
+void run(const simulate_options& chosen, const Probe& probe) {
     const law2011 law = law_named(chosen.law);
     const bool phantom = chosen.file.empty();
     const float depth = chosen.depth ? *chosen.depth * 1_mm : phantom ? nerve_block::depth : 80_mm;
@@ -150,7 +134,7 @@ void run(const simulate_options& chosen) {
     const std::string folder = chosen.output + '/';
 
     std::printf("%s\n", phantom ? "The built-in phantom of a nerve block" : chosen.file.c_str());
-    timed_stages stage{11};
+    timed_stages stage{12};
     scene body = stage("load", [&](const auto&) { return load(chosen); });
     const std::size_t triangles = stage("validate", [&](const auto&) { return count_triangles(body); });
     stage("build", [&](const auto& policy) { return body.build(policy).objects().size(); });
@@ -201,7 +185,7 @@ int main(int argc, char** argv) {
     try {
         add_options(app, chosen);
         app.parse(argc, argv);
-        run(chosen);
+        std::visit([&](const auto& probe) { run(chosen, probe); }, probe_of(chosen));
         return 0;
     } catch (const CLI::Success& help) {
         return app.exit(help);

@@ -29,7 +29,7 @@ inline void add_options(CLI::App& app, simulate_options& into) {
     const auto length = CLI::AsNumberWithUnit(units{{"um", 1e-3F}, {"mm", 1}, {"cm", 10}, {"m", 1000}});
     const auto frequency = CLI::AsNumberWithUnit(units{{"hz", 1e-6F}, {"khz", 1e-3F}, {"mhz", 1}});
     const auto add = [&](const char* name, auto& value, const char* shown, const char* help) {
-        return app.add_option(name, value, help)->option_text(shown);
+        return app.add_option(name, value, help)->type_name(shown)->option_text(shown);
     };
     app.description(
         "Draws ultrasound pictures of an OBJ file, or of the built-in phantom of a nerve block.\n"
@@ -37,7 +37,9 @@ inline void add_options(CLI::App& app, simulate_options& into) {
     app.get_formatter()->column_width(28);
 
     add("file", into.file, "OBJ", "Wavefront OBJ; its materials say what tissue it is");
-    add("--unit", into.unit, "LENGTH", "what 1 in the file stands for (1mm)")->transform(length);
+    add("--unit", into.unit, "LENGTH", "what 1 in the file stands for (1mm)")
+        ->transform(length)
+        ->check(CLI::PositiveNumber);
     add("--background", into.background, "TISSUE", "what surrounds the objects of the file (fat)");
     add("--output", into.output, "FOLDER", "where the pictures go (out)");
     add("--size", into.size, "WxH", "of the pictures; a 0 is chosen to fit (768x0)")->delimiter('x');
@@ -47,9 +49,11 @@ inline void add_options(CLI::App& app, simulate_options& into) {
     add("--lines", into.lines, "COUNT", "of a frame");
     add("--width", into.width, "LENGTH", "of the face of a linear or phased array")->transform(length);
     add("--radius", into.radius, "LENGTH", "of the face of a convex array")->transform(length);
-    add("--field-of-view", into.field_of_view, "ANGLE", "of a convex or phased array");
+    add("--field-of-view", into.field_of_view, "ANGLE", "of a convex or phased array")->check(CLI::Range(0.0F, 360.0F));
     add("--frequency", into.frequency, "FREQUENCY", "of the sound")->transform(frequency);
-    add("--depth", into.depth, "LENGTH", "of the picture (80; for the phantom 40)")->transform(length);
+    add("--depth", into.depth, "LENGTH", "of the picture (80; for the phantom 40)")
+        ->transform(length)
+        ->check(CLI::PositiveNumber);
 
     add("--from", into.from, "X,Y,Z", "middle of the probe's face")->delimiter(',')->transform(length);
     add("--towards", into.towards, "X,Y,Z", "what it looks at (without both: along y, at the middle of all objects)")

@@ -33,8 +33,8 @@ scene phantom() {
     return body;
 }
 
-constexpr linear_array probe{.lines = 128, .width = 40_mm, .frequency = 7.5_MHz};
-constexpr b_mode_settings settings{.depth = 40_mm, .size = {256, 256}};
+const linear_array probe{.lines = 128, .width = 40_mm, .frequency = 7.5_MHz};
+const b_mode_settings settings{.depth = 40_mm, .size = {256, 256}};
 
 } // namespace
 } // namespace b_mode_test
@@ -44,11 +44,12 @@ TEST_CASE("in the picture blood is darker than muscle, bone is bright and casts 
         b_mode(exec::par_unseq, b_mode_test::phantom(), b_mode_test::probe, pose{}, b_mode_test::settings);
     const float muscle = b_mode_test::mean(picture, {-2_mm, 13_mm}, {2_mm, 17_mm});
     const float blood = b_mode_test::mean(picture, {-10_mm, 13_mm}, {-6_mm, 17_mm});
-    const float bone = b_mode_test::mean(picture, {7.5_mm, 15.05_mm}, {8.5_mm, 15.35_mm});
+    const float bone = b_mode_test::mean(picture, {7.5_mm, 14.55_mm}, {8.5_mm, 14.75_mm}); // 15 mm, displayed
     const float shadow = b_mode_test::mean(picture, {6_mm, 28_mm}, {10_mm, 38_mm});
     const float behind_blood = b_mode_test::mean(picture, {-9_mm, 21_mm}, {-7_mm, 25_mm});
     const float beside = b_mode_test::mean(picture, {-2_mm, 21_mm}, {0, 25_mm});
-    CHECK(blood < muscle - 0.15F); // -20 against -6 dB of liver, on 60 dB
+    // -20 against -6 dB of liver on 60 dB are 0.23, less the 4.6 dB that 4 mm of blood attenuate less than muscle: 0.16.
+    CHECK(muscle - blood == doctest::Approx(0.156).epsilon(0.15));
     CHECK(muscle > 0.2F);
     CHECK(bone > 0.9F);
     CHECK(shadow < 0.02F);
@@ -61,11 +62,14 @@ TEST_CASE("the picture is the same on any number of threads and each time, and a
     for (const std::uint32_t threads : {1U, 2U, 3U, 8U})
         CHECK(b_mode(exec::par.threads(threads), body, b_mode_test::probe, pose{}, b_mode_test::settings) == picture);
     const image simd = b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, b_mode_test::settings);
+    std::size_t apart = 0;
     for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
         REQUIRE(picture.pixels[i] >= 0);
         REQUIRE(picture.pixels[i] <= 1);
-        REQUIRE(simd.pixels[i] == doctest::Approx(picture.pixels[i]).epsilon(1e-3));
+        apart += std::fabs(simd.pixels[i] - picture.pixels[i]) > 0.02F ? 1 : 0;
     }
+    MESSAGE(apart, " of ", picture.pixels.size(), " pixels differ by more than 0.02 between scalar and SIMD");
+    CHECK(apart * 1000 <= picture.pixels.size());
 }
 
 TEST_CASE("a bright object entering the frame changes nothing beside it") {
@@ -74,7 +78,37 @@ TEST_CASE("a bright object entering the frame changes nothing beside it") {
     body.build(exec::par);
     const image without = b_mode(exec::par, body, b_mode_test::probe, pose{}, b_mode_test::settings);
     const image with = b_mode(exec::par, b_mode_test::phantom(), b_mode_test::probe, pose{}, b_mode_test::settings);
-    CHECK(b_mode_test::mean(without, {-20_mm, 0}, {0, 40_mm}) == b_mode_test::mean(with, {-20_mm, 0}, {0, 40_mm}));
+    CHECK(b_mode_test::mean(without, {-20_mm, 0}, {-1_mm, 40_mm}) ==
+          b_mode_test::mean(with, {-20_mm, 0}, {-1_mm, 40_mm}));
+}
+
+TEST_CASE("a needle in plane shadows partly with seven planes, and fully with one") {
+    // 0.7 mm of steel at 40 degrees, thinner than the beam's height: sound passes beside it.
+    scene body{tissue::muscle};
+    body.add(make_cylinder({-12_mm, 0, 4_mm}, {4_mm, 0, 17.4_mm}, 0.35_mm, 48), tissue::steel, {.priority = 1});
+    body.build(exec::par);
+    const linear_array probe{
+        .lines = 256, .width = 40_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm};
+    float below[2], beside[2];
+    for (const std::uint32_t planes : {1U, 7U}) {
+        const image picture = b_mode(exec::par_unseq, body, probe, pose{},
+                                     {.depth = 40_mm, .size = {256, 256}, .tgc = 100, .planes = planes});
+        below[planes / 7] = b_mode_test::mean(picture, {-8_mm, 22_mm}, {0, 30_mm});
+        beside[planes / 7] = b_mode_test::mean(picture, {9_mm, 22_mm}, {17_mm, 30_mm});
+    }
+    MESSAGE("grey below and beside the needle: one plane ", below[0], ", ", beside[0], "; seven planes ", below[1],
+            ", ", beside[1]);
+    CHECK(below[0] < 0.02F);
+    CHECK(below[1] > 0.3F * beside[1]);
+    CHECK(below[1] < 0.95F * beside[1]);
+}
+
+TEST_CASE("anechoic media are black, without noise") {
+    scene body{tissue::muscle};
+    body.add(make_sphere({0, 0, 20_mm}, 8_mm, 5), tissue::water);
+    body.build(exec::par);
+    const image picture = b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, b_mode_test::settings);
+    CHECK(b_mode_test::mean(picture, {-2_mm, 18_mm}, {2_mm, 22_mm}) == 0);
 }
 
 TEST_CASE("a sector picture has the size asked for, or one that fits") {

@@ -5,6 +5,7 @@
 /// reader and the PNG writer are compiled there.
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/acoustics/law2011.hpp>
+#include <insonify/acoustics/physical.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/b_mode.hpp>
 #include <insonify/bvh/bvh.hpp>
@@ -15,17 +16,27 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/geometry/validate.hpp>
 #include <insonify/image/blur.hpp>
+#include <insonify/image/label_image.hpp>
 #include <insonify/image/noise.hpp>
 #include <insonify/image/progressive.hpp>
 #include <insonify/image/scan_convert.hpp>
 #include <insonify/io/debug_obj.hpp>
 #include <insonify/io/obj.hpp>
 #include <insonify/io/png.hpp>
+#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/signal/convolve.hpp>
+#include <insonify/signal/electronic_noise.hpp>
+#include <insonify/signal/envelope.hpp>
 #include <insonify/signal/gain.hpp>
+#include <insonify/signal/pulse.hpp>
+#include <insonify/tracing/ground_truth.hpp>
+#include <insonify/tracing/label.hpp>
+#include <insonify/tracing/path_estimate.hpp>
+#include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/pixels.hpp>
 #include <insonify/tracing/trace.hpp>
 

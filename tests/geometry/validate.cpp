@@ -169,7 +169,7 @@ TEST_CASE("faces that repeat another are counted, in whatever order their corner
     const mesh_report report = validate(m);
     CHECK(report.duplicate_faces == 3);
     CHECK(report.non_manifold_edges > 0);
-    CHECK(says(report, "3 faces that repeat others"));
+    CHECK(says(report, "repeats 3 faces"));
 }
 
 TEST_CASE("bad indices and bad numbers are counted and never followed") {

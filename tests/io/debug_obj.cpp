@@ -1,3 +1,4 @@
+#include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/io/debug_obj.hpp>

@@ -18,7 +18,7 @@ std::vector<layer> along(const scene& body, const ray& line, float depth = 0.1F)
     line_crossings found;
     std::vector<layer> layers;
     find_crossings(body, line, depth, found);
-    stack_layers(body, line.direction, depth, found, layers);
+    stack_layers(body, {.origin = line.origin, .along = line.direction}, depth, found, layers);
     return layers;
 }
 
@@ -205,6 +205,14 @@ TEST_CASE("a copy of a scene is deep: it lives on when the original has gone or 
                              {{scene_test::outside, 0}, {0, 10_mm}, {scene_test::outside, 20_mm}});
     const scene moved = std::move(copy);
     CHECK(scene_test::along(moved, {}).size() == 3);
+}
+
+TEST_CASE("objects are found by name") {
+    scene body{tissue::water};
+    body.add(scene_test::cube(10_mm, 20_mm), tissue::bone, {.name = "rib"});
+    const object_id vein = body.add(scene_test::cube(10_mm, 20_mm), tissue::blood, {.name = "vein"});
+    CHECK(body.find("vein") == vein);
+    CHECK_FALSE(body.find("artery"));
 }
 
 TEST_CASE("removed objects are gone, and ids are never used again") {

@@ -13,10 +13,15 @@ namespace insonify::inline INSONIFY_ABI {
 ///     std::uint32_t samples(float depth, float frequency) const;  // how many, where the caller does not say
 ///     void operator()(const auto& policy, const traced_line& line, float spacing, view<sample_type> samples) const;
 ///
-/// The last writes every sample of one line; sample k stands at depth (k + 1/2) * spacing metres. It must not throw.
+/// The last makes every sample of one line, which all start at 0; sample k stands at depth (k + 1/2) * spacing metres. It must not throw.
 /// A model whose samples depend on what lies beyond their depth has a fourth, how far lines are to be followed (metres):
 ///
 ///     float reach(float depth, view<const medium> media) const;
+///
+/// and one that wants to know the beam (`traced_line::beam`) a fifth, how alike its independent echoes are on two lines
+/// that lie so many metres apart, 1 to 0:
+///
+///     float covariance(float distance) const;
 template <class Model>
 concept acoustic_model = requires(const Model& model, const traced_line& line, view<typename Model::sample_type> out) {
     { model.samples(0.1F, 5e6F) } -> std::convertible_to<std::uint32_t>;

@@ -32,7 +32,8 @@ enum class incident { field, backscattered };
 ///     I_a    = 10^(-sum of alpha d f / 20) over the media above z                                     (6)
 ///
 /// Eq. 3 is corrected: as printed, (4 Z1 Z2 / (Z1 + Z2))^2 depends on the unit of impedance. All else is literal by
-/// default, each departure from it an option. Incidence is taken as normal.
+/// default, each departure from it an option. Incidence is taken as normal, and a bright band ends where another
+/// interface cuts it.
 /// Source: "Ultrasound image simulation with GPU-based ray tracing", 2011; impedances in rayl.
 struct law2011 {
     using sample_type = float;

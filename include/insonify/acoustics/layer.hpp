@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/view.hpp>
+#include <insonify/geometry/pose.hpp>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -16,13 +17,47 @@ struct layer {
     std::uint32_t medium = 0;   ///< index into the media of the line
     std::uint32_t object = ~0U; ///< id of the object, ~0 for the background
     float cosine = 1;           ///< of the angle of incidence on the surface at `begin`; 1 on the first layer
+    vec2 tilt{0, 0};            ///< radians between beam and normal there: within the slice plane, and out of it
+    std::uint32_t place = 0;    ///< index into the places of the line: where the object is
 };
 
-/// One line as an acoustic model sees it: what it runs through, at what frequency.
+/// Where a line runs in the world. Axes of length 1; the slice plane is normal to `elevation`.
+struct line_frame {
+    vec3 origin{0, 0, 0};
+    vec3 along{0, 0, 1};
+    vec3 elevation{0, 1, 0};
+};
+
+/// The probe's beam at one depth of a line, as far as a model needs it.
+struct beam_sample {
+    float fnumber = 2;           ///< within the slice plane
+    float elevation_fnumber = 4; ///< out of it
+    float lateral_sigma = 0;     ///< metres, of the Gaussian that `convolve` will apply across the lines; 0: none
+    float line_spacing = 0;      ///< metres to the next line
+    float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
+};
+
+/// Beam samples for equal parts of the displayed depth, from the face on.
+struct line_beam {
+    view<const beam_sample> samples{};
+    float spacing = 1; ///< metres
+
+    INSONIFY_FN beam_sample at(float depth) const {
+        if (samples.empty()) return {};
+        const float place = clamped(depth / spacing, 0, static_cast<float>(samples.size() - 1));
+        return samples[static_cast<std::size_t>(place)];
+    }
+};
+
+/// One line as an acoustic model sees it: what it runs through, where, and with what beam.
 struct traced_line {
     view<const layer> layers{};
     view<const medium> media{};
-    float frequency = 0; ///< hertz
+    float frequency = 0;       ///< hertz
+    view<const pose> places{}; ///< object to world: of the background (the world itself), then of the objects
+    line_frame frame{};
+    line_beam beam{};
+    float pulse_sigma = 0; ///< metres of displayed depth, of the Gaussian that `convolve` will apply along the line
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -6,6 +6,9 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// The speed that a scanner assumes everywhere: an echo after time t is displayed at depth display_speed * t / 2, m/s.
+inline constexpr float display_speed = 1540;
+
 /// What sound meets inside an object. A medium of your own is smooth and silent unless you say otherwise.
 struct medium {
     float density = 998;         ///< kg/m^3; the defaults are those of water at 20 degrees Celsius

@@ -22,6 +22,7 @@ struct leaf {
     }
 
     /// Calls visit(hit) for every primitive met between the ray's min_distance and max_distance, which visit may move.
+    INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray& r, const float& max_distance, const Range& range,
                                    const std::uint32_t* slots, Visit&& visit) const {

@@ -35,6 +35,7 @@ struct alignas(sizeof(float) * Width) leaf<Range, Width> {
 
     /// The watertight test of triangle.hpp, in floats. Where their rounding leaves the side of an edge in doubt (the
     /// ray passes within a few units in the last place of it), that triangle is asked again, exactly.
+    INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray& r, const float& max_distance, const Range&,
                                    const std::uint32_t* slots, Visit&& visit) const {
@@ -63,7 +64,7 @@ struct alignas(sizeof(float) * Width) leaf<Range, Width> {
         const floats share = floats(shear.shear.z) / (u + v + w);
         store(u * share * z[0] + v * share * z[1] + w * share * z[2], distance);
         for (std::uint32_t left = candidates; left != 0; left &= left - 1) {
-            const auto i = static_cast<std::uint32_t>(std::countr_zero(left));
+            const std::uint32_t i = lowest_bit(left);
             const float found = (certain >> i & 1U) != 0 ? distance[i] : intersect(shear, corners(i)).distance;
             if (found >= r.source.min_distance && found <= max_distance && found < FLT_MAX)
                 visit(hit{.distance = found, .primitive = slots[i]});

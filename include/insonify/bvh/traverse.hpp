@@ -22,6 +22,7 @@ struct bvh_view {
     ///
     /// Children are taken nearest first, so that a visitor that lowers the limit to its best hit skips the rest.
     /// @tparam Stop  bool(): asked after each leaf, true ends the search
+    INSONIFY_VISITS
     template <class Visit, class Stop>
     INSONIFY_FN void search(const ray& source, float& max_distance, Visit&& visit, Stop&& stop) const {
         struct entry {
@@ -47,7 +48,7 @@ struct bvh_view {
             store(boxes.distance, distance);
             const std::uint32_t first_pushed = waiting;
             for (std::uint32_t left = boxes.met; left != 0; left &= left - 1) {
-                const auto i = static_cast<std::uint32_t>(std::countr_zero(left));
+                const std::uint32_t i = lowest_bit(left);
                 const std::uint32_t child = nodes[next.child].child[i];
                 if (child == no_child) continue;
                 std::uint32_t place = waiting++; // insertion sort: farthest below, nearest on top
@@ -83,6 +84,7 @@ struct bvh_view {
     }
 
     /// Calls visit(hit) for every hit, in no order, each primitive once.
+    INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void for_each_hit(const ray& r, Visit&& visit) const {
         float limit = r.max_distance;

@@ -5,14 +5,18 @@
 
 /// INSONIFY_FN marks what runs on a CUDA device as well as on the host.
 /// INSONIFY_INLINE keeps helpers that take SIMD values inline, so that the values stay in registers.
+/// INSONIFY_VISITS stands before such a template that calls what the user brings, which may be for the host alone.
 #if defined(__CUDACC__)
 #define INSONIFY_FN __host__ __device__
 #define INSONIFY_INLINE __forceinline__
+#define INSONIFY_VISITS _Pragma("nv_exec_check_disable")
 #elif defined(_MSC_VER)
 #define INSONIFY_FN
 #define INSONIFY_INLINE __forceinline
+#define INSONIFY_VISITS
 #else
 #define INSONIFY_FN
+#define INSONIFY_VISITS
 #define INSONIFY_INLINE [[gnu::always_inline]] inline
 #endif
 

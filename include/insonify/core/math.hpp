@@ -5,12 +5,18 @@
 
 #if defined(__CUDACC__)
 #include <cuda.h> // GLM asks for its version
-#endif
-#if defined(__CUDACC__) && !defined(GLM_FORCE_CUDA)
+#if !defined(GLM_FORCE_CUDA)
 #define GLM_FORCE_CUDA
 #endif
+#pragma nv_diagnostic push
+#pragma nv_diag_suppress 20012 // GLM annotates functions that it defaults
+#endif
 #include <glm/glm.hpp>
+#if defined(__CUDACC__)
+#pragma nv_diagnostic pop
+#endif
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -49,6 +55,15 @@ INSONIFY_FN constexpr float clamped(float value, float low, float high) { return
 INSONIFY_FN constexpr vec3 lesser(vec3 a, vec3 b) { return {lesser(a.x, b.x), lesser(a.y, b.y), lesser(a.z, b.z)}; }
 INSONIFY_FN constexpr vec3 greater(vec3 a, vec3 b) { return {greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z)}; }
 INSONIFY_FN inline vec3 absolute(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
+
+/// The place of the lowest bit that is set, of a number that is not 0.
+INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+    return static_cast<std::uint32_t>(__ffs(static_cast<int>(bits)) - 1);
+#else
+    return static_cast<std::uint32_t>(std::countr_zero(bits));
+#endif
+}
 
 /// a * b + c, rounded once where that is one instruction and twice elsewhere: never the compiler's choice.
 INSONIFY_FN inline float multiply_add(float a, float b, float c) {

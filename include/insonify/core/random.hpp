@@ -18,6 +18,14 @@ INSONIFY_FN constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t 
     return mix(mix(seed + 0x9E3779B97F4A7C15U) + (index + 1) * 0x9E3779B97F4A7C15U);
 }
 
+/// 32 well-mixed bits of 32: cheaper than `hash_bits` where values are made by the million, and fit for SIMD.
+/// Source: the "lowbias32" constants found by C. Wellons, 2018.
+INSONIFY_FN constexpr std::uint32_t mix_bits(std::uint32_t h) {
+    h = (h ^ (h >> 16U)) * 0x7FEB352DU;
+    h = (h ^ (h >> 15U)) * 0x846CA68BU;
+    return h ^ (h >> 16U);
+}
+
 /// Uniform in [0, 1), 24 bits.
 INSONIFY_FN constexpr float hash_uniform(std::uint64_t seed, std::uint64_t index) {
     return static_cast<float>(hash_bits(seed, index) >> 40U) * 0x1p-24F;

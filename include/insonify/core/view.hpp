@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <iterator>
+#include <type_traits>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -21,10 +22,11 @@ struct view {
 
     /// Of any contiguous container (lvalue) whose elements are T.
     template <class Container>
-        requires requires(Container& c) {
-            { std::data(c) } -> std::convertible_to<T*>;
-            { std::size(c) } -> std::convertible_to<std::size_t>;
-        }
+        requires(!std::same_as<std::remove_cv_t<Container>, view>)
+    &&requires(Container& c) {
+        { std::data(c) } -> std::convertible_to<T*>;
+        { std::size(c) } -> std::convertible_to<std::size_t>;
+    }
     constexpr view(Container& container) : first{std::data(container)}, count{std::size(container)} {}
 
     INSONIFY_FN constexpr T& operator[](std::size_t index) const { return first[index]; }

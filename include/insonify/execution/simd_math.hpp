@@ -2,6 +2,7 @@
 #define INSONIFY_EXECUTION_SIMD_MATH_HPP
 
 #include <insonify/execution/simd.hpp>
+#include <initializer_list>
 
 namespace insonify::inline INSONIFY_ABI {
 

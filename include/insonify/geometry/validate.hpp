@@ -209,7 +209,7 @@ inline std::string explain(const mesh_report& report) {
          ": make the normals consistent in a mesh editor.");
     tell(report.degenerate_faces, "The mesh has ", "face", "faces",
          " without area: they do no harm, but merging close vertices removes them.");
-    tell(report.duplicate_faces, "The mesh has ", "face", "faces", " that repeat others: remove them.");
+    tell(report.duplicate_faces, "The mesh repeats ", "face", "faces", ": remove the copies.");
     tell(report.inside_out_components, "The faces look inwards on ", "closed part", "closed parts",
          ": swap two corners of each of its faces, unless it is the wall of a cavity.");
     return text;

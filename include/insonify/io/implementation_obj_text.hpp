@@ -72,12 +72,11 @@ struct named_line {
 /// An OBJ file, checked line by line and written anew for tinyobjloader, which keeps silent about bad numbers, forgets
 /// the names of media that no library defines, and does not tell which line a triangle comes from.
 struct obj_text {
-    std::string rewritten{};                   ///< one `s` before each face: its line; `usemtl` by number in `media`
-    std::vector<named_line> media{};           ///< each once, where it is first used
-    std::vector<named_line> libraries{};       ///< what follows `mtllib`
-    std::vector<std::uint32_t> vertex_lines{}; ///< for each vertex
-    std::vector<std::uint32_t>
-        face_triangles{}; ///< for each line, from 0: into how many triangles its face is to be cut
+    std::string rewritten{};                     ///< one `s` before each face: its line; `usemtl` by number in `media`
+    std::vector<named_line> media{};             ///< each once, where it is first used
+    std::vector<named_line> libraries{};         ///< what follows `mtllib`
+    std::vector<std::uint32_t> vertex_lines{};   ///< for each vertex
+    std::vector<std::uint32_t> face_triangles{}; ///< for each line, from 0: how many triangles its face makes
 };
 
 /// @throws io_error  naming the line, for numbers and indices that make no sense
@@ -116,7 +115,8 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                 const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), position);
                 if (status == std::errc::invalid_argument || end != word.data() + word.size())
                     throw fault("'" + std::string{word} + "' is not the index of a vertex; write whole numbers");
-                if (position == 0) throw fault("a face names vertex 0, but OBJ counts from 1; add 1 to every index");
+                if (status == std::errc{} && position == 0)
+                    throw fault("a face names vertex 0, but OBJ counts from 1; add 1 to every index");
                 if (status != std::errc{} || position > vertices || position < -vertices)
                     throw fault("a face names vertex " + std::string{word} + ", but the file has " +
                                 std::to_string(vertices) + " up to here; the vertices must come before the faces");

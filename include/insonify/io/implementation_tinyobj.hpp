@@ -3,8 +3,8 @@
 
 #include <insonify/core/config.hpp>
 
-// A copy of tinyobjloader under another name, and every macro that steers it or that it leaves behind put aside, so that
-// a program may have its own copy in this file, before or after, and in others.
+// A copy of tinyobjloader under another name, and every macro that steers it or that it leaves behind put aside, so
+// that a program may have its own copy in this file, before or after, and in others.
 #pragma push_macro("tinyobj")
 #pragma push_macro("TINY_OBJ_LOADER_H_")
 #pragma push_macro("TINYOBJLOADER_IMPLEMENTATION")

@@ -10,6 +10,7 @@ namespace insonify::inline INSONIFY_ABI {
 struct acquisition {
     float depth = 0.08F;       ///< metres
     std::uint32_t samples = 0; ///< along each line; 0: chosen by the model
+    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 parallel slices that stand for the thickness of the beam
 };
 
 } // namespace insonify::inline INSONIFY_ABI

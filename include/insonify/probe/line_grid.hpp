@@ -32,7 +32,14 @@ struct line_grid {
     friend bool operator==(const line_grid&, const line_grid&) = default;
 };
 
-using scan_lines = line_grid<float>; ///< real values: intensity, envelope, or grey after `log_compress`
+using label_id = std::uint32_t;
+
+/// The label of what lies in no object, and of pixels outside the field of view.
+inline constexpr label_id background_label = ~0U;
+
+using scan_lines = line_grid<float>;     ///< real values: intensity, envelope, or grey after `log_compress`
+using iq_lines = line_grid<vec2>;        ///< complex values at baseband: x in phase, y in quadrature
+using label_lines = line_grid<label_id>; ///< which object lies there
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

@@ -18,9 +18,13 @@ struct phased_array {
     float focus = 0;                ///< depth in metres; 0: half the depth of the picture
     float elevation_height = 14_mm; ///< of the aperture out of the slice plane, metres
     float elevation_focus = 60_mm;  ///< depth at which the slice is thinnest, metres
+    float bandwidth = 0.644F;       ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
 
     INSONIFY_FN ray beam(float line) const { return sector{lines, 0, field_of_view}.beam(line); }
     INSONIFY_FN vec2 locate(vec2 point) const { return sector{lines, 0, field_of_view}.locate(point); }
+
+    /// The widest aperture that a line can use, metres.
+    INSONIFY_FN float aperture() const { return width; }
 
     /// @throws usage_error  naming the setting that makes no sense
     void check() const {

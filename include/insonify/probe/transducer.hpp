@@ -41,13 +41,23 @@ INSONIFY_FN constexpr float line_of_share(float share, std::uint32_t lines) {
     return (share + 0.5F) * static_cast<float>(lines) - 0.5F;
 }
 
+/// True where the field ends where it began: the last line is the neighbour of the first.
+template <transducer Probe>
+INSONIFY_FN bool is_full_circle(const Probe& probe) {
+    if (probe.lines < 2) return false;
+    const ray begin = probe.beam(-0.5F), end = probe.beam(static_cast<float>(probe.lines) - 0.5F);
+    return length(end.direction - begin.direction) < 1e-4F &&
+           length(end.origin - begin.origin) <= 1e-4F * length(begin.origin);
+}
+
 /// @throws usage_error  naming the setting, where its value is not a finite number above 0
 inline void check_positive(float value, const char* setting) {
     if (!is_finite(value) || !(value > 0))
         throw usage_error{std::string{"probe: `"} + setting + "` must be a finite number above 0"};
 }
 
-/// Checks what every array has: lines, frequency, fnumber, focus, elevation_height, elevation_focus.
+/// Checks what every array has: lines, frequency, fnumber, focus, elevation_height, elevation_focus and, if there,
+/// bandwidth.
 /// @throws usage_error  naming the setting that makes no sense
 template <class Array>
 void check_array(const Array& array) {
@@ -58,6 +68,7 @@ void check_array(const Array& array) {
         throw usage_error{"probe: `focus` must be a finite depth in metres, or 0 for half the depth of the picture"};
     check_positive(array.elevation_height, "elevation_height");
     check_positive(array.elevation_focus, "elevation_focus");
+    if constexpr (requires { array.bandwidth; }) check_positive(array.bandwidth, "bandwidth");
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -61,32 +61,46 @@ inline void find_crossings(const scene& body, const ray& line, float depth, line
     std::sort(found.crossings.begin(), found.crossings.end());
 }
 
-/// Cosine of the angle between a line and the normal of the surface that it crosses, 0 to 1.
-inline float incidence_cosine(const object& one, std::uint32_t face, vec3 direction) {
+/// How a line meets a surface: the cosine of the angle of incidence, and the tilt of the normal against the line, in
+/// radians within the slice plane and out of it.
+struct surface_incidence {
+    float cosine = 1;
+    vec2 tilt{0, 0};
+};
+inline surface_incidence incidence_on(const object& one, std::uint32_t face, const line_frame& line) {
     const vec3 normal = area_vector(mesh_view{one.surface}[face]);
     const float size = length(normal);
-    return size > 0 ? lesser(std::fabs(dot(normal, one.at.local_direction(direction))) / size, 1.0F) : 1.0F;
+    if (!(size > 0)) return {};
+    const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
+    const float facing = std::fabs(dot(normal, along));
+    return {
+        .cosine = lesser(facing / size, 1.0F),
+        .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)}};
 }
 
 /// Turns crossings into layers: which object's medium fills which stretch of the line. Replaces what `layers` held.
 ///
 /// All crossings within `touching_distance` of one another are applied before the media are compared. Those at the face
 /// of the probe belong to the face.
-inline void stack_layers(const scene& body, vec3 direction, float depth, line_crossings& found,
+inline void stack_layers(const scene& body, const line_frame& line, float depth, line_crossings& found,
                          std::vector<layer>& layers) {
     media_stack& inside = found.inside;
     const std::vector<crossing>& crossings = found.crossings;
-    const auto layer_of = [&](std::uint32_t rank, float begin, float cosine) {
-        if (rank == media_stack::none) return layer{begin, depth, 0, ~0U, cosine};
+    const auto layer_of = [&](std::uint32_t rank, float begin, const surface_incidence& met) {
+        layer next{.begin = begin, .end = depth, .cosine = met.cosine, .tilt = met.tilt};
+        if (rank == media_stack::none) return next;
         const object& one = body.ranked(rank);
-        return layer{begin, depth, one.medium_index, static_cast<std::uint32_t>(one.id), cosine};
+        next.medium = one.medium_index;
+        next.object = static_cast<std::uint32_t>(one.id);
+        next.place = 1 + static_cast<std::uint32_t>(&one - body.objects().data());
+        return next;
     };
     std::size_t next = 0;
     for (; next < crossings.size() && crossings[next].distance <= touching_distance; ++next)
         inside.toggle(crossings[next].rank);
     std::uint32_t current = inside.top();
     layers.clear();
-    layers.push_back(layer_of(current, 0, 1));
+    layers.push_back(layer_of(current, 0, {}));
     while (next < crossings.size()) {
         const std::size_t first = next;
         const float place = crossings[first].distance;
@@ -99,7 +113,7 @@ inline void stack_layers(const scene& body, vec3 direction, float depth, line_cr
         while (surface + 1 < next && crossings[surface].rank != after && crossings[surface].rank != current) ++surface;
         const crossing& at = crossings[surface];
         layers.back().end = place;
-        layers.push_back(layer_of(after, place, incidence_cosine(body.ranked(at.rank), at.primitive, direction)));
+        layers.push_back(layer_of(after, place, incidence_on(body.ranked(at.rank), at.primitive, line)));
         current = after;
     }
 }

@@ -5,8 +5,10 @@
 #include <insonify/scene/object.hpp>
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -81,17 +83,20 @@ class scene {
         if (!is_rigid(at)) throw geometry_error{"place: the pose is no rigid motion (rotation and translation)"};
         one.at = at;
         one.box = placed_box(one.tree.box(), at);
+        if (built_) places_[1 + static_cast<std::size_t>(&one - objects_.data())] = at;
     }
 
     /// Makes the scene ready to trace: builds all trees, orders the objects.
     template <exec::policy Policy>
     scene& build(const Policy& policy) & {
         media_ = {background_};
+        places_ = {pose{}};
         for (object& one : objects_) {
             one.tree.build(policy, mesh_view{one.surface});
             one.volume = static_cast<float>(std::fabs(enclosed_volume(one.surface)));
             one.box = placed_box(one.tree.box(), one.at);
             one.moved = false;
+            places_.push_back(one.at);
             const auto known = std::find(media_.begin(), media_.end(), one.inside);
             one.medium_index = static_cast<std::uint32_t>(known - media_.begin());
             if (known == media_.end()) media_.push_back(one.inside);
@@ -141,8 +146,18 @@ class scene {
     /// @throws usage_error  for an unknown id
     const object& operator[](object_id id) const { return object_of(id); }
 
+    /// The first object of this name, if there is one.
+    std::optional<object_id> find(std::string_view name) const {
+        for (const object& one : objects_)
+            if (one.name == name) return one.id;
+        return std::nullopt;
+    }
+
     /// The different media, the background first; as built.
     view<const medium> media() const { return media_; }
+
+    /// Where the background (the world itself) and then the objects are, in the order of `objects`; as built or placed.
+    view<const pose> places() const { return places_; }
 
     /// The object of this rank; as built.
     const object& ranked(std::uint32_t rank) const { return objects_[by_rank_[rank]]; }
@@ -173,6 +188,7 @@ class scene {
     medium background_;
     std::vector<object> objects_{};
     std::vector<medium> media_{};
+    std::vector<pose> places_{};
     std::vector<std::uint32_t> by_rank_{};
     std::uint32_t next_id_ = 0;
     bool built_ = false;

@@ -46,7 +46,8 @@ class pixel_tracer {
     /// Intensity at `depth` metres along a beam in the world.
     float operator()(const ray& line, float depth) {
         find_pixel_crossings(body_, line, depth, model_.reflection_length, found_);
-        stack_layers(body_, line.direction, depth + model_.reflection_length, found_, layers_);
+        stack_layers(body_, {.origin = line.origin, .along = line.direction}, depth + model_.reflection_length, found_,
+                     layers_);
         return model_.at({layers_, body_.media(), frequency_}, depth);
     }
 

@@ -1,0 +1,42 @@
+#ifndef INSONIFY_ACOUSTICS_ATTENUATION_HPP
+#define INSONIFY_ACOUSTICS_ATTENUATION_HPP
+
+#include <insonify/acoustics/medium.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What an echo loses on each metre of depth, there and back: 2 alpha0 f^b, in dB/m.
+///
+/// alpha0 in dB/m at 1 MHz, f in MHz, b the medium's `attenuation_power`. Exact for one frequency.
+INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
+    const float megahertz = frequency * 1e-6F;
+    return 2 * m.attenuation * (m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power));
+}
+
+/// A pulse of finite bandwidth on its way through media whose attenuation grows with frequency: the high frequencies
+/// suffer most, so its centre moves down and its peak loses less than one frequency would.
+struct broadband_echo {
+    float loss_db = 0;   ///< of the peak
+    float frequency = 0; ///< of the centre of the spectrum, hertz
+};
+
+/// A Gaussian pulse after a depth at which one frequency would have lost `narrowband_db`, there and back.
+///
+///     beta = echo loss in Np per Hz, over the whole way;  sigma = B f0 / 2.3548, of the amplitude spectrum
+///     loss = beta f0 - beta^2 sigma^2 / 2,   centre = f0 - beta sigma^2
+///
+/// Holds for attenuation linear in f and while the centre stays well above 0; the gain is limited to where the centre
+/// would have fallen by half.
+/// @param bandwidth  fractional, -6 dB: B
+/// Source: the product of a Gaussian and an exponential, completed to a square.
+INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequency, float bandwidth) {
+    constexpr float neper_per_db = 0.115129255F; // ln(10) / 20
+    const float sigma = bandwidth * frequency / 2.3548F;
+    const float most = 0.5F * frequency / (sigma * sigma); // beta that halves the centre
+    const float beta = lesser(neper_per_db * narrowband_db / frequency, most);
+    return {.loss_db = narrowband_db - 0.5F * beta * beta * sigma * sigma / neper_per_db,
+            .frequency = frequency - beta * sigma * sigma};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

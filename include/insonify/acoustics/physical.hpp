@@ -1,0 +1,230 @@
+#ifndef INSONIFY_ACOUSTICS_PHYSICAL_HPP
+#define INSONIFY_ACOUSTICS_PHYSICAL_HPP
+
+#include <insonify/acoustics/attenuation.hpp>
+#include <insonify/acoustics/echo_line.hpp>
+#include <insonify/acoustics/fresnel.hpp>
+#include <insonify/acoustics/roughness.hpp>
+#include <insonify/acoustics/scattering.hpp>
+#include <insonify/acoustics/specular.hpp>
+#include <insonify/execution/policy.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Where an echo is displayed: at its travel time through the media, or as if sound had `display_speed` in all of them.
+enum class timing { sound_speed, uniform };
+
+/// Angle at which beams meet surfaces: as they do, or as if each were met head on.
+enum class angle { oblique, normal };
+
+/// How attenuation treats the pulse: as one frequency, or as a band of them (see `attenuated`).
+enum class pulse_band { narrow, broad };
+
+/// What has become of the sound on its way along a line.
+struct echo_path {
+    float shown = 0;   ///< displayed depth, metres
+    float lost_db = 0; ///< to attenuation, there and back
+    float passed = 1;  ///< amplitude that interfaces have let through, there and back
+};
+
+/// The pulse-echo model: pressure amplitudes, complex and at baseband, ready for `convolve`.
+///
+///     interface   r(i) exp(-2 k^2 h^2 cos^2 i) L(phi) + diffuse,  at its travel time        specular echo, roughness
+///     between     backscatter * 10^(-55/20) * complex Gaussian field                         texture of the tissue
+///     both times  product of what interfaces let through there and back * 10^(-loss / 20)    what arrives
+///
+/// Amplitude 1 is the echo of a perfect mirror met head on without attenuation. An echo a displayed at depth z is written
+/// as a exp(-j 4 pi f0 z / c0), divided between the two samples beside it.
+/// @tparam Boundary    an `interface_law`: what is reflected and what goes on
+/// @tparam Scattering  a `scattering_field`: the texture
+template <interface_law Boundary = fresnel, scattering_field Scattering = gaussian_field<>>
+struct physical {
+    using sample_type = vec2;
+
+    Boundary boundary{};
+    Scattering scattering{};
+    specular_return specular{};
+    insonify::timing timing = insonify::timing::sound_speed;
+    insonify::angle angle = insonify::angle::oblique;
+    insonify::pulse_band band = insonify::pulse_band::narrow;
+    float texture_db = -55;           ///< echo of liver's texture against a perfect mirror
+    float shadow_floor_db = -FLT_MAX; ///< no shadow is deeper than this below what the background would let through
+    std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
+
+    /// The same model with another law at interfaces.
+    template <interface_law Law>
+    physical<Law, Scattering> with_boundary(const Law& law) const {
+        return {law, scattering, specular, timing, angle, band, texture_db, shadow_floor_db, seed};
+    }
+    /// The same model with another texture.
+    template <scattering_field Field>
+    physical<Boundary, Field> with_scattering(const Field& field) const {
+        return {boundary, field, specular, timing, angle, band, texture_db, shadow_floor_db, seed};
+    }
+
+    /// Samples of a line where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
+    INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
+        const float sigma = nominal_sigma(frequency);
+        return 64 * static_cast<std::uint32_t>(clamped(std::ceil(2 * depth / sigma / 64), 1, 16384));
+    }
+
+    /// Sound fast on its way is displayed early: the line goes on until the time is spent, and a little further, so that
+    /// no scatterer is cut at the last sample.
+    INSONIFY_FN float reach(float depth, view<const medium> media) const {
+        float fastest = display_speed;
+        for (const medium& m : media) fastest = greater(fastest, m.sound_speed);
+        return 1e-3F + (timing == insonify::timing::sound_speed ? depth * fastest / display_speed : depth);
+    }
+
+    /// Of texture on neighbouring lines; see `scattering_field`.
+    INSONIFY_FN float covariance(float distance) const { return scattering.covariance(distance); }
+
+    /// Adds the echoes of one line to samples that start at 0; sample k stands at displayed depth (k + 1/2) * spacing.
+    template <class Policy>
+    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<vec2> out) const {
+        const echo_line echoes{out, spacing, line.frequency};
+        echo_path path{};
+        for (std::size_t i = 0; i < line.layers.size() && path.shown < echoes.depth(); ++i) {
+            add_layer(line, line.layers[i], path, echoes);
+            if (i + 1 < line.layers.size() && line.layers[i + 1].medium != line.layers[i].medium)
+                path.passed *= add_interface(line, line.layers[i], line.layers[i + 1], path, echoes).transmitted;
+        }
+    }
+
+    /// Adds the texture of a layer, which `path` then has gone through.
+    INSONIFY_FN void add_layer(const traced_line& line, const layer& here, echo_path& path,
+                               const echo_line& echoes) const {
+        const medium& m = line.media[here.medium];
+        add_texture(line, here, m, path, echoes);
+        path.shown += (here.end - here.begin) * stretch(m);
+        path.lost_db += (here.end - here.begin) * echo_loss(m, line.frequency);
+    }
+
+    /// Adds the echo of the surface between two layers, at which `path` stands; returns what the law says of it.
+    INSONIFY_FN response add_interface(const traced_line& line, const layer& above, const layer& below,
+                                       const echo_path& path, const echo_line& echoes) const {
+        const medium &before = line.media[above.medium], &after = line.media[below.medium];
+        const bool head_on = angle == insonify::angle::normal;
+        const float cosine = head_on ? 1.0F : below.cosine;
+        const vec2 tilt = head_on ? vec2{0, 0} : below.tilt;
+        const incidence meeting{before, after, cosine, line.frequency};
+        const response met = boundary(meeting);
+        const beam_sample beam = line.beam.at(path.shown);
+        const float arrived = arriving(line, path.passed, path.lost_db, path.shown);
+
+        const float wavelengths = greater(path.shown, 1e-4F) * line.frequency / display_speed;
+        const float collected = specular(tilt.x, beam.fnumber, wavelengths) *
+                                specular(tilt.y, beam.elevation_fnumber, wavelengths) /
+                                across_the_lines(2 * wavenumber_shown(before, line.frequency), tilt.x, beam);
+        const float coherent = arrived * met.reflected * coherent_amplitude(meeting) * collected;
+        if (coherent != 0) echoes.add(path.shown, {coherent, 0});
+
+        // A Lambert lobe over the array's solid angle, by an independent calibration: 0.166 / (F#x F#y).
+        const float scattered = met.reflected * met.reflected * diffuse_energy(meeting);
+        const float diffuse =
+            arrived * std::sqrt(scattered * 0.166F / (beam.fnumber * beam.elevation_fnumber)) * cosine;
+        if (diffuse > 0) add_diffuse(line, below, tilt, diffuse * beam.incoherent, path, echoes);
+        return met;
+    }
+
+  private:
+    // Displayed metres a metre of the medium.
+    INSONIFY_FN float stretch(const medium& m) const {
+        return timing == insonify::timing::sound_speed ? display_speed / m.sound_speed : 1.0F;
+    }
+
+    // Radians a metre of the medium, as displayed.
+    INSONIFY_FN float wavenumber_shown(const medium& m, float frequency) const {
+        return 2 * pi * frequency / display_speed * stretch(m);
+    }
+
+    INSONIFY_FN static float amplitude_of(float decibels) { return std::pow(10.0F, decibels / 20); }
+
+    // Of a pulse of 2.5 cycles: 0.1874 c0 / (B f0), B = 1.61 / cycles.
+    INSONIFY_FN static float nominal_sigma(float frequency) {
+        return 0.1874F * display_speed * 2.5F / 1.61F / frequency;
+    }
+
+    // Amplitude that arrives and comes back, `lost_db` down a line at displayed depth `shown`.
+    INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown) const {
+        const float frequency = line.frequency;
+        const float peak_loss = band == insonify::pulse_band::broad
+                                    ? attenuated(lost_db, frequency, nominal_bandwidth(line)).loss_db
+                                    : lost_db;
+        const float direct = passed * amplitude_of(-peak_loss);
+        if (shadow_floor_db == -FLT_MAX) return direct;
+        return greater(direct, amplitude_of(shadow_floor_db - shown * echo_loss(line.media[0], frequency)));
+    }
+
+    INSONIFY_FN static float nominal_bandwidth(const traced_line& line) {
+        const float sigma = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+        return 0.1874F * display_speed / (sigma * line.frequency);
+    }
+
+    INSONIFY_FN void add_texture(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
+                                 const echo_line& echoes) const {
+        if (!(m.backscatter > 0)) return;
+        const float slot = display_speed / (8 * line.frequency); // metres of tissue
+        const float shrink = stretch(m), loss = echo_loss(m, line.frequency);
+        const float sigma = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+        const float along = std::sqrt(std::sqrt(pi) * sigma / (slot * shrink)); // root of the pulse's power over slots
+        const float level = m.backscatter * amplitude_of(texture_db) / along;
+        const pose place = line.places.empty() ? pose{} : line.places[here.place];
+        const float end = lesser(here.end, here.begin + (echoes.depth() - path.shown) / shrink + slot);
+        scattering.scatter(
+            in_object(line.frame, place, here.object), here.begin, end, slot, [&](const scatterer_run& run) {
+                const auto at = [&](float distance) {
+                    const float into = distance - here.begin, shown = path.shown + into * shrink;
+                    return level * line.beam.at(shown).incoherent *
+                           arriving(line, path.passed, path.lost_db + into * loss, shown);
+                };
+                const float length = run.step * static_cast<float>(run.count);
+                const float first = at(run.first), last = at(run.first + length);
+                const float ratio =
+                    run.count > 1 && first > 0 ? std::pow(last / first, 1 / static_cast<float>(run.count)) : 1.0F;
+                echoes.add(path.shown + (run.first - here.begin) * shrink, run.step * shrink, run.count, run.amplitude,
+                           first, ratio);
+            });
+    }
+
+    // What `convolve` will take from the echo of a tilted surface, because its phase differs from line to line. The
+    // specular return contains that already, so it is divided out: the Gaussian weights' spectrum at the phase's slope,
+    // and at its nearest aliases.
+    INSONIFY_FN static float across_the_lines(float phase_per_metre, float tilt, const beam_sample& beam) {
+        if (!(beam.lateral_sigma > 0) || !(beam.line_spacing > 0)) return 1;
+        const float slope = phase_per_metre * std::tan(lesser(std::fabs(tilt), 1.4F));
+        const float alias = 2 * pi / beam.line_spacing;
+        const float nearest = slope - alias * std::floor(slope / alias + 0.5F);
+        float met = 0, all = 0;
+        for (int i = -1; i <= 1; ++i) {
+            const float shift = static_cast<float>(i) * alias;
+            met += std::exp(-0.5F * square(beam.lateral_sigma * (nearest + shift)));
+            all += std::exp(-0.5F * square(beam.lateral_sigma * shift));
+        }
+        return greater(met / all, 0.05F);
+    }
+
+    // A rough surface is spread over the depths that the line's width covers on it: independent parts, of one power in
+    // all, for otherwise a steep one would be a staircase.
+    INSONIFY_FN void add_diffuse(const traced_line& line, const layer& below, vec2 tilt, float amplitude,
+                                 const echo_path& path, const echo_line& echoes) const {
+        const pose place = line.places.empty() ? pose{} : line.places[below.place];
+        const material_line inside = in_object(line.frame, place, below.object);
+        const gaussian_field<> surface{.seed = seed};
+        const float slot = display_speed / (8 * line.frequency);
+        const float spacing = line.beam.at(path.shown).line_spacing;
+        const float spread = lesser(spacing * std::tan(lesser(std::fabs(tilt.x), 1.4F)), 2e-3F);
+        const float part = greater(0.5F * nominal_sigma(line.frequency), 1e-6F);
+        const auto parts = static_cast<int>(std::ceil(spread / part)) + 1;
+        for (int i = 0; i < parts; ++i) {
+            const float offset = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
+            const vec2 value = surface.value(inside, below.begin + offset, slot);
+            echoes.add(path.shown + offset, value * (amplitude / std::sqrt(static_cast<float>(parts))));
+        }
+    }
+
+    INSONIFY_FN static float square(float x) { return x * x; }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,25 @@
+#ifndef INSONIFY_PROBE_REFINED_HPP
+#define INSONIFY_PROBE_REFINED_HPP
+
+#include <insonify/probe/transducer.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A probe with every line divided into `rays`: the same face, field and beam, sampled more finely.
+template <transducer Probe>
+struct refined : Probe {
+    std::uint32_t lines = 1; ///< hides that of the probe: rays times as many
+    std::uint32_t rays = 1;
+
+    refined(const Probe& probe, std::uint32_t rays_per_line)
+        : Probe{probe}, lines{probe.lines * rays_per_line}, rays{rays_per_line} {}
+
+    INSONIFY_FN ray beam(float line) const { return Probe::beam((line + 0.5F) / static_cast<float>(rays) - 0.5F); }
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        const vec2 place = Probe::locate(point);
+        return {(place.x + 0.5F) * static_cast<float>(rays) - 0.5F, place.y};
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,123 @@
+#ifndef INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
+#define INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
+
+#include <insonify/core/view.hpp>
+#include <insonify/probe/acquisition.hpp>
+#include <insonify/signal/taps.hpp>
+#include <insonify/signal/beam.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What a line takes from its neighbours at one depth: weights that sum to 1 over the lines that exist.
+struct lateral_weights {
+    view<const float> half{}; ///< by distance in lines, 0 to the reach; both sides together sum to 1
+    std::uint32_t lines = 1;  ///< of the probe
+    bool full_circle = false; ///< the last line is the neighbour of the first
+    float spacing = 0;        ///< of the lines at this depth, metres
+
+    INSONIFY_FN int reach() const { return static_cast<int>(half.size()) - 1; }
+
+    /// Offsets of the first and of the last neighbour within reach that exist.
+    INSONIFY_FN int first(std::uint32_t line) const {
+        const int there = static_cast<int>(line);
+        return full_circle || there > reach() ? -reach() : -there;
+    }
+    INSONIFY_FN int last(std::uint32_t line) const {
+        const int there = static_cast<int>(lines - 1 - line);
+        return full_circle || there > reach() ? reach() : there;
+    }
+
+    /// The sum of `half` over the lines that exist: 1 but near the ends, where the weights are divided by it.
+    INSONIFY_FN float existing(std::uint32_t line) const {
+        const int begin = first(line), end = last(line);
+        if (begin == -reach() && end == reach()) return 1;
+        float sum = 0;
+        for (int offset = begin; offset <= end; ++offset) sum += weight(offset);
+        return sum;
+    }
+
+    /// The power that noise of variance 1 keeps on a line: sum_jk w_j w_k C(x_j - x_k).
+    /// @param covariance  C(metres), of values on two lines so far apart; 1 at 0, and 0 from some distance on
+    template <class Covariance>
+    INSONIFY_FN float power(std::uint32_t line, const Covariance& covariance) const {
+        const int begin = first(line), end = last(line);
+        float sum = 0;
+        for (int lag = 0; lag <= end - begin; ++lag) {
+            const float alike = covariance(static_cast<float>(lag) * spacing);
+            if (!(alike > 0)) break;
+            float products = 0;
+            for (int offset = begin; offset + lag <= end; ++offset) products += weight(offset) * weight(offset + lag);
+            sum += (lag == 0 ? 1 : 2) * alike * products;
+        }
+        const float all = existing(line);
+        return sum / (all * all);
+    }
+
+  private:
+    INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
+};
+
+/// The weights of `convolve` at every depth of a grid of lines. Made by `make_lateral_kernel`.
+struct lateral_kernel {
+    static constexpr std::uint32_t depth_step = 8; ///< samples that share their weights
+
+    /// Where the weights of a depth begin in `weights`, and what they are for.
+    struct entry {
+        std::size_t begin = 0;
+        std::size_t count = 0;
+        float spacing = 0;
+    };
+    std::uint32_t lines = 1;
+    bool full_circle = false;
+    std::vector<entry> entries{};
+    std::vector<float> weights{};
+
+    /// The furthest of all depths, in lines.
+    std::size_t reach() const {
+        std::size_t most = 1;
+        for (const entry& e : entries) most = e.count > most ? e.count : most;
+        return most - 1;
+    }
+    lateral_weights at(std::uint32_t sample) const {
+        const entry& here = entries[sample / depth_step];
+        return {.half = {weights.data() + here.begin, here.count},
+                .lines = lines,
+                .full_circle = full_circle,
+                .spacing = here.spacing};
+    }
+};
+
+/// @param scan  depth and samples of the lines; `samples` must be stated
+/// @throws usage_error  where the probe or the acquisition makes no sense
+template <transducer Probe>
+lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan) {
+    const beam_model beam = beam_of(probe, scan.depth);
+    if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` must be stated"};
+    constexpr std::uint32_t step = lateral_kernel::depth_step;
+    lateral_kernel kernel{.lines = probe.lines, .full_circle = is_full_circle(probe)};
+    const std::uint32_t most = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
+    for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
+        const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
+        const float sigma = beam.lateral_sigma(depth);
+        const float spacing = line_spacing(probe, depth);
+        const std::size_t begin = kernel.weights.size();
+        double sum = 0;
+        for (std::uint32_t offset = 0; offset <= most; ++offset) {
+            const float sigmas = static_cast<float>(offset) * spacing / sigma;
+            if (sigmas > kernel_sigmas) break;
+            kernel.weights.push_back(std::exp(-0.5F * sigmas * sigmas));
+            sum += (offset == 0 ? 1 : 2) * static_cast<double>(kernel.weights.back());
+        }
+        const std::size_t end = kernel.weights.size();
+        for (std::size_t i = begin; i < end; ++i)
+            kernel.weights[i] = static_cast<float>(static_cast<double>(kernel.weights[i]) / sum);
+        kernel.entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
+    }
+    return kernel;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

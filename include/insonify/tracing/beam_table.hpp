@@ -1,0 +1,84 @@
+#ifndef INSONIFY_TRACING_BEAM_TABLE_HPP
+#define INSONIFY_TRACING_BEAM_TABLE_HPP
+
+#include <insonify/acoustics/layer.hpp>
+#include <insonify/execution/for_each.hpp>
+#include <insonify/signal/beam.hpp>
+#include <insonify/signal/lateral_kernel.hpp>
+#include <insonify/tracing/elevation.hpp>
+#include <algorithm>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What an acoustic model must know of the beam, for every line: made once a frame.
+///
+/// Independent echoes lose level where the beam averages them, and how much depends on the lines and planes that there
+/// are; `incoherent` makes up for it: 1 / sqrt(Px Py), P = sum over i, j of w_i w_j C(x_i - x_j), with the weights w of
+/// the beam and the covariance C of the echoes. Lines near the border have fewer neighbours, hence their own table.
+class beam_table {
+  public:
+    static constexpr std::uint32_t depths = 128;
+
+    template <class Policy, transducer Probe, class Covariance>
+    beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+               const Covariance& covariance)
+        : lines_{probe.lines}, spacing_{depth / depths} {
+        const beam_model beam = beam_of(probe, depth);
+        constexpr std::uint32_t step = lateral_kernel::depth_step;
+        const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = depth, .samples = depths * step});
+        for (std::uint32_t k = 0; k < depths; ++k)
+            border_ = std::max(border_, static_cast<std::uint32_t>(kernel.at(k * step).reach()));
+        border_ = kernel.full_circle ? 0 : std::min(border_, (probe.lines - 1) / 2);
+        samples_.resize(std::size_t{border_ + 1} * depths);
+        // Beams that fan out meet the scatterers of an object in different directions: independent lines.
+        const bool parallel = probe.lines < 2 || probe.beam(0).direction == probe.beam(1).direction;
+        const auto between_lines = [&](float apart) { return apart == 0 ? 1.0F : parallel ? covariance(apart) : 0.0F; };
+        for_each_index(policy, depths, [&](std::size_t k) {
+            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
+            float weight[elevation_planes::most];
+            planes.weights(z, weight);
+            float power = 0;
+            for (std::uint32_t i = 0; i < planes.count(); ++i)
+                for (std::uint32_t j = 0; j < planes.count(); ++j)
+                    power += weight[i] * weight[j] * (i == j ? 1.0F : covariance(planes.offset(i) - planes.offset(j)));
+            const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * step);
+            for (std::uint32_t line = 0; line <= border_; ++line)
+                samples_[std::size_t{line} * depths + k] = {
+                    .fnumber = beam.fnumber(z),
+                    .elevation_fnumber = beam.elevation_fnumber(),
+                    .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                    .line_spacing = across.spacing,
+                    .incoherent = 1 / std::sqrt(power * across.power(line, between_lines))};
+        });
+    }
+
+    /// No table: for models that ask for none.
+    beam_table() = default;
+
+    line_beam of_line(std::uint32_t line) const {
+        if (samples_.empty()) return {};
+        const std::uint32_t to_border = std::min({line, lines_ - 1 - line, border_});
+        return {{samples_.data() + std::size_t{to_border} * depths, depths}, spacing_};
+    }
+
+  private:
+    std::uint32_t lines_ = 0;
+    std::uint32_t border_ = 0;
+    float spacing_ = 0;
+    std::vector<beam_sample> samples_{};
+};
+
+/// The table for a model that says how alike independent echoes are on lines so many metres apart, with a member
+/// `float covariance(float metres) const`; none for others.
+template <class Policy, transducer Probe, class Model>
+beam_table make_beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+                           const Model& model) {
+    if constexpr (requires { model.covariance(depth); })
+        return {policy, probe, depth, planes, [&](float apart) { return model.covariance(apart); }};
+    else
+        return {};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,182 @@
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/tracing/path_estimate.hpp>
+#include <insonify/tracing/paths.hpp>
+#include <doctest/doctest.h>
+
+#include "echoes.hpp"
+
+using namespace insonify;
+
+namespace paths_test {
+namespace {
+
+using echoes_test::echo, echoes_test::echoes_of;
+
+mesh slab(float from, float to) { return make_box({-60_mm, -60_mm, from}, {60_mm, 60_mm, to}); }
+constexpr linear_array one_line{.lines = 1, .width = 1_mm, .frequency = 5_MHz};
+
+} // namespace
+} // namespace paths_test
+
+TEST_CASE("paths and beams agree where nothing bends and nothing is reflected twice") {
+    scene body{medium{.density = 1000, .sound_speed = 1540, .attenuation = 50, .backscatter = 0.5F}};
+    body.add(make_sphere({0, 0, 20_mm}, 5_mm, 4),
+             medium{.density = 1300, .sound_speed = 1540, .attenuation = 100, .backscatter = 0.7F});
+    body.add(make_sphere({-8_mm, 0, 15_mm}, 3_mm, 4), medium{.density = 900, .sound_speed = 1540, .roughness = 20_um});
+    body.build(exec::par);
+    const linear_array probe{.lines = 96};
+    const acquisition scan{.depth = 40_mm, .samples = 1600, .planes = 3};
+    const iq_lines beams = trace_beams(exec::par, body, probe, pose{}, physical<>{}, scan);
+    const iq_lines paths = trace_paths(exec::par, body, probe, pose{}, physical<>{}, scan, {.bounces = 0});
+    float largest = 0, worst = 0;
+    for (std::size_t i = 0; i < beams.values.size(); ++i) {
+        largest = std::max(largest, length(beams.values[i]));
+        worst = std::max(worst, length(beams.values[i] - paths.values[i]));
+    }
+    MESSAGE("largest echo ", largest, ", largest difference ", worst);
+    CHECK(largest > 1e-2F);
+    CHECK(worst < 1e-4F * largest);
+}
+
+TEST_CASE("a metal needle rings: a ladder of echoes, at its thickness and its loss a bounce") { // V20
+    // Z 1.698 MRayl against steel: r = 0.9278; 0.718 mm of 5740 m/s are 0.1926 mm as displayed.
+    medium steel = tissue::steel;
+    steel.attenuation = 0;
+    steel.roughness = 0;
+    scene body{medium{.density = 1075, .sound_speed = 1580}};
+    body.add(paths_test::slab(20_mm, 20.718_mm), steel);
+    body.build(exec::par);
+    const acquisition scan{.depth = 24_mm, .samples = 2400};
+    const auto found = paths_test::echoes_of(
+        trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan, {.bounces = 12}), 0);
+    REQUIRE(found.size() > 8);
+    MESSAGE("V20: first internal echo ", found[1].decibels() - found[0].decibels(),
+            " dB re top (expected -17.13), then ", found[2].decibels() - found[1].decibels(),
+            " dB an echo (expected -1.302), spacing ", (found[2].depth - found[1].depth) * 1e3, " mm (expected 0.193)");
+    CHECK(std::fabs(found[0].amplitude - 0.9278) < 1e-3);
+    CHECK(std::fabs(found[1].decibels() - found[0].decibels() + 17.13) < 0.05);
+    for (std::size_t i = 1; i < found.size() && i < 9; ++i) {
+        CHECK(std::fabs(found[i].depth - found[i - 1].depth - 0.1926e-3) < 5e-6); // half a sample
+        if (i > 1) CHECK(std::fabs(found[i].decibels() - found[i - 1].decibels() + 1.302) < 0.05);
+    }
+}
+
+TEST_CASE("a plate and the probe's face reverberate at n z with (r_plate r_face)^n") { // V20
+    scene body{medium{.density = 1000, .sound_speed = 1540}};
+    body.add(paths_test::slab(10_mm, 90_mm), medium{.density = 2000, .sound_speed = 1540}); // r = 1/3
+    body.build(exec::par);
+    const acquisition scan{.depth = 50_mm, .samples = 4990};
+    const auto found = paths_test::echoes_of(trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{},
+                                                         scan, {.bounces = 10, .face_reflection = 0.5F}),
+                                             0);
+    REQUIRE(found.size() == 4);
+    double expected = 1.0 / 3;
+    for (std::size_t n = 0; n < found.size(); ++n, expected *= 0.5 / 3) {
+        CHECK(found[n].amplitude == doctest::Approx(expected).epsilon(1e-3));
+        CHECK(std::fabs(found[n].depth - 10e-3 * static_cast<double>(n + 1)) < 5e-6);
+    }
+}
+
+TEST_CASE("a target below a tilted plane is seen where refraction puts it") { // V5
+    // Fat above, muscle below a plane tilted by 20 degrees; a small ball 40 mm below it along the normal of the probe.
+    // The beam that meets the plane under the ball's undeviated place misses it; one 1.259 mm aside hits it.
+    scene body{tissue::fat};
+    medium muscle = tissue::muscle;
+    muscle.backscatter = 0;
+    muscle.roughness = 0;
+    const float tilt = 20_deg;
+    const pose tilted =
+        look_at({0, 0, 20_mm}, {std::sin(tilt), 0, 20_mm + std::cos(tilt)}, {std::cos(tilt), 0, -std::sin(tilt)});
+    body.add(make_box({-60_mm, -60_mm, 0}, {60_mm, 60_mm, 100_mm}), muscle, {.at = tilted});
+    const float deep = 60_mm;
+    body.add(make_sphere({0, 0, deep}, 0.3_mm, 3), tissue::air, {.priority = 1});
+    body.build(exec::par);
+    const linear_array probe{.lines = 401, .width = 20.05_mm, .frequency = 5_MHz}; // 50 um apart
+    const auto model =
+        physical<>{.specular = {.lobe = specular_lobe::cosine, .power = 1}}.with_scattering(no_scatterers{});
+    const iq_lines lines =
+        trace_paths(exec::par, body, probe, pose{}, model, {.depth = 66_mm, .samples = 3300}, {.bounces = 0});
+    double sum = 0, moment = 0;
+    for (std::uint32_t i = 0; i < lines.count; ++i) {
+        double energy = 0;
+        for (std::uint32_t k = 2900; k < lines.samples; ++k)
+            energy += static_cast<double>(dot(lines(i, k), lines(i, k)));
+        const double x = (static_cast<double>(i) - 200) * 50e-6;
+        sum += energy;
+        moment += energy * x;
+    }
+    REQUIRE(sum > 0);
+    MESSAGE("V5: image of the target shifted by ", std::fabs(moment / sum) * 1e3, " mm");
+    // The shift that the geometry of this scene gives: the ray bends by 1.802 degrees at the plane.
+    double expected = 0;
+    for (int step = 0; step < 100; ++step) { // x where a beam meets the plane, so that it ends at x = 0, z = 60 mm
+        const double z = 20e-3 + 0 - expected * std::tan(static_cast<double>(tilt)) * -1;
+        expected = (60e-3 - z) * std::tan(1.8022 * 3.14159265 / 180);
+    }
+    CHECK(std::fabs(std::fabs(moment / sum) - expected) < 50e-6);
+    CHECK(40e-3 * std::tan(1.8022 * 3.14159265 / 180) == doctest::Approx(1.2586e-3).epsilon(1e-3)); // as published
+}
+
+TEST_CASE("behind a mirror stands the image of what is before it") {
+    // An air wall at 45 degrees turns the beam sideways onto a small target: seen below the wall, at the path's length.
+    scene body{tissue::water};
+    const pose turned = look_at({0, 0, 20_mm}, {1, 0, 1 + 20_mm}, {1, 0, -1});
+    body.add(make_box({-20_mm, -20_mm, 0}, {20_mm, 20_mm, 30_mm}), tissue::air, {.at = turned});
+    body.add(make_sphere({-10_mm, 0, 20_mm}, 1_mm, 5), medium{.density = 1910, .sound_speed = 3500});
+    body.build(exec::par);
+    const float scale = 1540.0F / 1482;
+    const linear_array probe{.lines = 41, .width = 4.1_mm, .frequency = 5_MHz};
+    const iq_lines lines =
+        trace_paths(exec::par, body, probe, pose{}, physical<>{}, {.depth = 40_mm, .samples = 2000}, {.bounces = 2});
+    const auto found = paths_test::echoes_of(lines, 20);
+    bool seen = false;
+    for (const auto& e : found)
+        seen = seen || (std::fabs(e.depth - static_cast<double>(29_mm * scale)) < 40e-6 && e.amplitude > 0.05);
+    CHECK(seen); // 20 mm down and 9 mm across, to the ball's near side
+    for (const auto& e : paths_test::echoes_of(
+             trace_beams(exec::par, body, probe, pose{}, physical<>{}, {.depth = 40_mm, .samples = 2000}), 20))
+        CHECK(std::fabs(e.depth - static_cast<double>(29_mm * scale)) > 40e-6);
+}
+
+TEST_CASE("random paths average to the split ones, and no path gains amplitude") {
+    scene body{tissue::water};
+    body.add(paths_test::slab(10_mm, 12_mm), medium{.density = 3000, .sound_speed = 1482});
+    body.add(paths_test::slab(20_mm, 60_mm), medium{.density = 1500, .sound_speed = 1482});
+    body.build(exec::par);
+    const acquisition scan{.depth = 30_mm, .samples = 600};
+    const iq_lines split =
+        trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan, {.bounces = 6});
+    path_estimate random;
+    for (std::uint64_t frame = 0; frame < 50; ++frame)
+        random.add(exec::par, trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan,
+                                          {.bounces = 6, .samples = 40, .seed = frame}));
+    CHECK(random.frames() == 50);
+    int outside = 0;
+    for (std::size_t i = 0; i < split.values.size(); ++i) {
+        const float error = random.standard_error().values[i];
+        if (length(random.mean().values[i] - split.values[i]) > 4 * error + 1e-5F) ++outside;
+        CHECK(length(split.values[i]) < 1.5F);
+    }
+    CHECK(outside <= 2);
+}
+
+TEST_CASE("paths are bit-equal on any number of threads, and refuse senseless settings") {
+    scene body{tissue::muscle};
+    body.add(make_sphere({0, 0, 20_mm}, 6_mm, 3), tissue::bone);
+    body.add(make_sphere({-10_mm, 0, 15_mm}, 4_mm, 3), tissue::fat);
+    body.build(exec::par);
+    const acquisition scan{.depth = 40_mm, .samples = 800};
+    for (const path_settings& settings : {path_settings{}, path_settings{.samples = 5}}) {
+        const iq_lines reference =
+            trace_paths(exec::seq, body, linear_array{.lines = 48}, pose{}, physical<>{}, scan, settings);
+        for (const std::uint32_t threads : {2U, 3U, 8U})
+            CHECK(trace_paths(exec::par.threads(threads), body, linear_array{.lines = 48}, pose{}, physical<>{}, scan,
+                              settings) == reference);
+    }
+    CHECK_THROWS_AS(trace_paths(exec::par, body, linear_array{}, pose{}, physical<>{}, scan, {.least_amplitude = 0}),
+                    usage_error);
+    CHECK_THROWS_AS(trace_paths(exec::par, body, linear_array{}, pose{}, physical<>{}, scan, {.face_reflection = 2}),
+                    usage_error);
+}
