@@ -45,10 +45,8 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
     probe.check();
     const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
     const pulse sent = nominal_pulse(probe);
-    std::uint32_t samples = settings.samples;
-    if (samples == 0)
-        samples = 64 * static_cast<std::uint32_t>(
-                           clamped(std::ceil(2 * settings.depth / sent.sigma_z(probe.frequency) / 64), 1, 16384));
+    const std::uint32_t samples =
+        settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
     iq_lines iq =
         trace(policy, body, fine, at, model, {.depth = settings.depth, .samples = samples, .planes = settings.planes});
     iq = convolve(policy, std::move(iq), sent, fine);

@@ -1,4 +1,5 @@
 #include <insonify/acoustics/law2011.hpp>
+#include <insonify/acoustics/physical.hpp>
 #include <insonify/bvh/traverse.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <type_traits>
@@ -19,4 +20,9 @@ __global__ void intensities(insonify::law2011 law, insonify::traced_line line, f
                             insonify::view<float> samples) {
     law(insonify::exec::sequenced_policy{}, line, spacing, samples);
     samples[0] = law.at(line, spacing / 2);
+}
+
+__global__ void echoes(insonify::physical<> model, insonify::traced_line line, float spacing,
+                       insonify::view<insonify::vec2> samples) {
+    model(insonify::exec::sequenced_policy{}, line, spacing, samples);
 }

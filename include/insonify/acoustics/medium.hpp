@@ -9,6 +9,17 @@ namespace insonify::inline INSONIFY_ABI {
 /// The speed that a scanner assumes everywhere: an echo after time t is displayed at depth display_speed * t / 2, m/s.
 inline constexpr float display_speed = 1540;
 
+/// Standard deviation along the displayed depth of the echo of a Gaussian pulse, metres: 0.1874 c0 / (B f0).
+/// @param bandwidth  B, of the amplitude spectrum at -6 dB, as a share of the frequency
+INSONIFY_FN constexpr float axial_sigma(float bandwidth, float frequency) {
+    return 0.1874F * display_speed / (bandwidth * frequency);
+}
+
+/// Samples for a line that is to be convolved with a pulse: two for each deviation of it, a multiple of 64.
+INSONIFY_FN inline std::uint32_t samples_for(float depth, float sigma) {
+    return 64 * static_cast<std::uint32_t>(clamped(std::ceil(2 * depth / sigma / 64), 1, 16384));
+}
+
 /// What sound meets inside an object. A medium of your own is smooth and silent unless you say otherwise.
 struct medium {
     float density = 998;         ///< kg/m^3; the defaults are those of water at 20 degrees Celsius

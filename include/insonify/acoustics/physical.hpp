@@ -64,8 +64,7 @@ struct physical {
 
     /// Samples of a line where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
     INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
-        const float sigma = nominal_sigma(frequency);
-        return 64 * static_cast<std::uint32_t>(clamped(std::ceil(2 * depth / sigma / 64), 1, 16384));
+        return samples_for(depth, nominal_sigma(frequency));
     }
 
     /// Sound fast on its way is displayed early: the line goes on until the time is spent, and a little further, so that
@@ -140,10 +139,8 @@ struct physical {
 
     INSONIFY_FN static float amplitude_of(float decibels) { return std::pow(10.0F, decibels / 20); }
 
-    // Of a pulse of 2.5 cycles: 0.1874 c0 / (B f0), B = 1.61 / cycles.
-    INSONIFY_FN static float nominal_sigma(float frequency) {
-        return 0.1874F * display_speed * 2.5F / 1.61F / frequency;
-    }
+    // Of a pulse of 2.5 cycles, whose bandwidth is 1.61 / 2.5.
+    INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
 
     // Amplitude that arrives and comes back, `lost_db` down a line at displayed depth `shown`.
     INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown) const {
@@ -158,7 +155,7 @@ struct physical {
 
     INSONIFY_FN static float nominal_bandwidth(const traced_line& line) {
         const float sigma = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
-        return 0.1874F * display_speed / (sigma * line.frequency);
+        return axial_sigma(sigma, line.frequency); // the formula is its own inverse
     }
 
     INSONIFY_FN void add_texture(const traced_line& line, const layer& here, const medium& m, const echo_path& path,

@@ -32,13 +32,18 @@ struct scatterer_run {
     const vec2* amplitude = nullptr; ///< complex
 };
 
+/// Something to emit to, for the check below.
+struct any_emit {
+    INSONIFY_FN void operator()(const scatterer_run&) const {}
+};
+
 /// What a scattering field must do: emit(run) for the scatterers of one object between two distances along a line.
 ///
 /// `spacing` metres of line hold a mean power of 1, whatever the field; `covariance` says how alike the amplitudes on
 /// two parallel lines are that lie so many metres apart, 1 to 0.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
-    field.scatter(line, x, x, x, [](const scatterer_run&) {});
+    field.scatter(line, x, x, x, any_emit{});
     { field.covariance(x) } -> std::convertible_to<float>;
 };
 

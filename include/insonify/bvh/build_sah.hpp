@@ -72,9 +72,9 @@ class sah_builder {
 
     static float leaf_cost(std::size_t count) { return static_cast<float>((count + Width - 1) / Width); }
 
-    // Twice the centre of a box: it sorts as the centre does.
+    // Half the centre of a box: it sorts as the centre does, and two of them never lie infinitely far apart.
     float centre(std::uint32_t primitive, int axis) const {
-        return 0.5F * boxes_[primitive].lower[axis] + 0.5F * boxes_[primitive].upper[axis];
+        return 0.25F * boxes_[primitive].lower[axis] + 0.25F * boxes_[primitive].upper[axis];
     }
 
     aabb box_of(std::size_t begin, std::size_t end) const {

@@ -10,21 +10,23 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
 struct convolve_settings {
-    std::uint32_t decimation = 1; ///< so many samples become one; it must divide their number
+    std::uint32_t decimation = 1; ///< so many samples become one, in the middle of them; it must divide their number
 };
 
-/// Along each line: in place where nothing is decimated.
+/// The axial half of `convolve`: in place where nothing is decimated.
+/// @param sigma  of the Gaussian, in samples
 template <exec::policy Policy>
 iq_lines convolve_along(const Policy& policy, iq_lines echoes, float sigma, std::uint32_t decimation) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     const axial_kernel kernel{echoes.samples, sigma, decimation};
     iq_lines decimated;
-    if (decimation > 1) decimated = iq_lines{echoes.count, echoes.samples / decimation, echoes.depth};
+    if (decimation > 1) decimated = {echoes.count, echoes.samples / decimation, echoes.depth};
     iq_lines& results = decimation > 1 ? decimated : echoes;
     exec::for_each_block(policy, echoes.count, 8, [&](std::size_t begin, std::size_t end) {
         std::vector<vec2> layout(kernel.layout_size());
@@ -36,45 +38,77 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, float sigma, std:
     return std::move(results);
 }
 
-/// Across the lines, in place.
+/// The lateral half of `convolve`, in place.
 template <exec::policy Policy>
 iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_kernel& kernel) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     constexpr std::size_t step = lateral_kernel::depth_step;
+    const std::size_t all = lines.count * step;
+    const std::size_t margin = kernel.reach() * step;
     exec::for_each_block(policy, lines.samples, 16 * step, [&](std::size_t begin, std::size_t end) {
-        const std::size_t margin = kernel.reach() * step;
-        std::vector<vec2> rows(2 * margin + lines.count * step + tap_block), sums(lines.count * step);
+        // The samples of a step on all lines, line after line, so that the taps read consecutive samples here too;
+        // around them zeros or, for a full circle, the lines from the other end.
+        std::vector<vec2> rows(margin + all + margin + tap_block), sums(all);
+        vec2* row = rows.data() + margin;
         std::vector<tap> taps;
         for (std::size_t first = begin; first < end; first += step) {
+            vec2* values = lines.values.data() + first;
             const std::size_t used = std::min(step, end - first);
             for (std::size_t line = 0; line < lines.count; ++line)
-                std::copy_n(lines.values.data() + line * lines.samples + first, used,
-                            rows.data() + margin + line * step);
+                std::copy_n(values + line * lines.samples, used, row + line * step);
             if (kernel.full_circle) {
-                std::copy_n(rows.data() + lines.count * step, margin, rows.data());
-                std::copy_n(rows.data() + margin, margin, rows.data() + margin + lines.count * step);
+                std::copy_n(row + all - margin, margin, row - margin);
+                std::copy_n(row, margin, row + all);
             }
             const lateral_weights weights = kernel.at(static_cast<std::uint32_t>(first));
             taps.clear();
             for (int offset = -weights.reach(); offset <= weights.reach(); ++offset)
-                taps.push_back({.weight = weights.half[static_cast<std::size_t>(std::abs(offset))], .offset = offset * static_cast<std::ptrdiff_t>(step)});
-            sum_taps<width>({taps.data(), taps.size()}, rows.data() + margin, sums.data(), lines.count * step);
+                taps.push_back({.weight = weights.half[static_cast<std::size_t>(offset < 0 ? -offset : offset)],
+                                .offset = offset * static_cast<std::ptrdiff_t>(step)});
+            sum_taps<width>({taps.data(), taps.size()}, row, sums.data(), all);
             for (std::uint32_t line = 0; line < lines.count; ++line) {
-                const float whole = 1 / weights.existing(line);
-                for (std::size_t i = 0; i < used; ++i) lines.values[line * lines.samples + first + i] = whole * sums[line * step + i];
+                const float to_one = 1 / weights.existing(line);
+                for (std::size_t i = 0; i < used; ++i)
+                    values[line * lines.samples + i] = to_one * sums[line * step + i];
             }
         }
     });
     return lines;
 }
 
+/// Echoes to what the probe receives: each spread by the pulse along the line and by the beam across the lines.
+///
+/// Along: a Gaussian of peak 1, `pulse::sigma_z` wide. Across: a Gaussian in metres, `beam_model::lateral_sigma` wide,
+/// whose weights sum to 1 over the lines that exist, also at the ends. So a plate keeps its amplitude at every depth,
+/// sampling and line spacing. Beyond the ends of a line there is nothing. In place: pass std::move(echoes).
+/// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
+/// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse; where
+///                      the pulse is not at the probe's frequency, or a setting makes no sense
 template <exec::policy Policy, transducer Probe>
 iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
                   const convolve_settings& settings = {}) {
-    const float sigma = sent.sigma_z(probe.frequency) * static_cast<float>(echoes.samples) / echoes.depth;
+    probe.check();
+    sent.check(probe.frequency);
+    if (echoes.count != probe.lines || echoes.samples == 0 ||
+        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
+        throw usage_error{"convolve: the echoes must have as many lines as the probe, and at least one sample"};
+    if (!is_finite(echoes.depth) || !(echoes.depth > 0))
+        throw usage_error{"convolve: the depth of the echoes must be a finite number of metres above 0"};
+    if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
+        throw usage_error{"convolve: `decimation` must divide the number of samples, " +
+                          std::to_string(echoes.samples)};
+    const float sigma = sent.sigma_z(probe.frequency) / echoes.depth * static_cast<float>(echoes.samples);
+    const auto decimation = static_cast<float>(settings.decimation);
+    if (!(sigma * 1.0001F >= decimation)) {
+        const float needed = lesser(std::ceil(static_cast<float>(echoes.samples) * decimation / sigma), 1e9F);
+        throw usage_error{"convolve: the samples are too coarse for this pulse; a line needs at least " +
+                          std::to_string(static_cast<std::uint32_t>(needed)) + " (twice as many are usual)" +
+                          (settings.decimation > 1 ? ", or a smaller `decimation`" : "")};
+    }
+
     iq_lines lines = convolve_along(policy, std::move(echoes), sigma, settings.decimation);
-    const lateral_kernel across = make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples});
-    return convolve_across(policy, std::move(lines), across);
+    return convolve_across(policy, std::move(lines),
+                           make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}));
 }
 
 } // namespace insonify::inline INSONIFY_ABI

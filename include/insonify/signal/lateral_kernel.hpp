@@ -3,8 +3,8 @@
 
 #include <insonify/core/view.hpp>
 #include <insonify/probe/acquisition.hpp>
-#include <insonify/signal/taps.hpp>
 #include <insonify/signal/beam.hpp>
+#include <insonify/signal/taps.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <vector>

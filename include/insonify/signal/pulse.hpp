@@ -22,9 +22,7 @@ struct pulse {
     ///
     /// The spectrum's is B f0 / 2.3548 and the envelope's in time 1 / (2 pi) over that; depth is c0 t / 2.
     /// @param carrier  f0, hertz
-    INSONIFY_FN constexpr float sigma_z(float carrier) const {
-        return 0.1874F * display_speed / (bandwidth() * carrier);
-    }
+    INSONIFY_FN constexpr float sigma_z(float carrier) const { return axial_sigma(bandwidth(), carrier); }
 
     /// @param carrier  frequency of the probe, which the echoes were traced at, hertz
     /// @throws usage_error  where a setting makes no sense, or the pulse is not at the carrier

@@ -47,7 +47,7 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     const auto rank_of = [&](const layer& one) {
         return one.place == 0 ? media_stack::none : body.objects()[one.place - 1].rank;
     };
-    const auto trace_line = [&](std::uint32_t line, view<const layer> layers) {
+    const auto trace_line = [&](std::uint32_t line, std::uint32_t, const line_frame&, view<const layer> layers) {
         float lost = 0;   // dB, to attenuation
         float passed = 1; // through interfaces
         for_each_stretch(layers, body.media(), axis, samples, spacing, [&](std::size_t i, const label_stretch& part) {
@@ -74,7 +74,8 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
             lost += loss * (here.end - here.begin);
         });
     };
-    for_each_line(policy, body, probe, at, axis.reach(settings.depth, body.media()), trace_line);
+    const elevation_planes middle{beam_of(probe, settings.depth), 1};
+    for_each_line(policy, body, probe, at, middle, axis.reach(settings.depth, body.media()), trace_line);
     return truth;
 }
 

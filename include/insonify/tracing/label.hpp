@@ -13,7 +13,7 @@
 namespace insonify::inline INSONIFY_ABI {
 
 /// What the depth of a sample means.
-enum class label_grid {
+enum class grid {
     geometric, ///< metres along the line: where things are
     displayed, ///< c0 t / 2, t being the travel time there and back: where a picture by `physical` shows them
 };
@@ -22,28 +22,25 @@ enum class label_grid {
 struct label_settings {
     float depth = 0.08F;       ///< metres, of the grid
     std::uint32_t samples = 0; ///< along each line; 0: as many as a picture by `physical` has
-    label_grid grid = label_grid::geometric;
+    insonify::grid grid = insonify::grid::geometric;
 };
 
 /// The depths of a label grid, for the tracer: it makes no samples itself.
 struct label_axis {
-    label_grid grid = label_grid::geometric;
+    insonify::grid grid = insonify::grid::geometric;
 
     /// Where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
-    std::uint32_t samples(float depth, float frequency) const {
-        const float blocks = std::ceil(2 * depth / pulse{}.sigma_z(frequency) / 64);
-        return 64 * static_cast<std::uint32_t>(clamped(blocks, 1, 16384));
-    }
+    std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
 
     /// How far lines are to be followed, metres: where sound is fast, things below `depth` are displayed above it.
     float reach(float depth, view<const medium> media) const {
         float fastest = display_speed;
         for (const medium& m : media) fastest = greater(fastest, m.sound_speed);
-        return grid == label_grid::displayed ? depth * (fastest / display_speed) : depth;
+        return grid == grid::displayed ? depth * (fastest / display_speed) : depth;
     }
 
     /// Metres of the grid a metre of the medium: c0 / c where displayed.
-    float scale(const medium& m) const { return grid == label_grid::displayed ? display_speed / m.sound_speed : 1.0F; }
+    float scale(const medium& m) const { return grid == grid::displayed ? display_speed / m.sound_speed : 1.0F; }
 };
 
 /// Which samples of a line stand in one of its layers: `first` up to, but without, `last`.
@@ -73,23 +70,6 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, const 
     }
 }
 
-/// Calls visit(line, layers) for every line of a probe: what it runs through, down to `reach` metres.
-template <exec::policy Policy, transducer Probe, class Visit>
-void for_each_line(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float reach,
-                   const Visit& visit) {
-    const vec3 elevation = at.direction({0, 1, 0});
-    exec::for_each_block(policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
-        line_crossings found;
-        std::vector<layer> layers;
-        for (std::size_t i = begin; i < end; ++i) {
-            const ray beam = world_beam(probe, at, static_cast<float>(i));
-            find_crossings(body, beam, reach, found);
-            stack_layers(body, {beam.origin, beam.direction, elevation}, reach, found, layers);
-            visit(static_cast<std::uint32_t>(i), view<const layer>{layers});
-        }
-    });
-}
-
 /// Which object each sample lies in: its id, and `background_label` outside all.
 ///
 ///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
@@ -109,13 +89,14 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
         check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
     const float spacing = settings.depth / static_cast<float>(samples);
     label_lines labels{probe.lines, samples, settings.depth};
-    const auto fill_line = [&](std::uint32_t line, view<const layer> layers) {
+    const auto fill_line = [&](std::uint32_t line, std::uint32_t, const line_frame&, view<const layer> layers) {
         label_id* const values = labels.values.data() + std::size_t{line} * samples;
         for_each_stretch(layers, body.media(), axis, samples, spacing, [&](std::size_t i, const label_stretch& part) {
             std::fill(values + part.first, values + part.last, layers[i].object);
         });
     };
-    for_each_line(policy, body, probe, at, axis.reach(settings.depth, body.media()), fill_line);
+    const elevation_planes middle{beam_of(probe, settings.depth), 1};
+    for_each_line(policy, body, probe, at, middle, axis.reach(settings.depth, body.media()), fill_line);
     return labels;
 }
 
