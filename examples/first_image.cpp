@@ -16,7 +16,8 @@ image draw_file(const char* path) {
 
 image draw_phantom() {
     const scene body = nerve_block_phantom().build(exec::par);
-    return b_mode(exec::par_unseq, body, nerve_block::probe, pose{}, {.depth = nerve_block::depth});
+    return b_mode(exec::par_unseq, body, nerve_block::probe, pose{},
+                  {.depth = nerve_block::depth, .tgc = nerve_block::tgc, .planes = nerve_block::planes});
 }
 
 int main(int argc, char** argv) {

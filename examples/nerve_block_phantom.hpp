@@ -11,7 +11,8 @@
 /// A limb as an anaesthetist sees it before a nerve block, made of formulas: no file is needed.
 ///
 ///     scene body = nerve_block_phantom().build(exec::par);
-///     image seen = b_mode(exec::par_unseq, body, nerve_block::probe, pose{}, {.depth = nerve_block::depth});
+///     image seen = b_mode(exec::par_unseq, body, nerve_block::probe, pose{},
+///                         {.depth = nerve_block::depth, .tgc = nerve_block::tgc, .planes = nerve_block::planes});
 ///
 /// The world is the frame of a probe at `pose{}`: x lateral, y along the limb, z depth, the skin 0.4 mm below the face
 /// under a film of gel. Structures run along y and change gently with it: slide the probe within 20 mm to either side.
@@ -19,8 +20,11 @@ namespace nerve_block {
 
 using namespace insonify;
 
-inline constexpr linear_array probe{.lines = 256, .width = 38_mm, .frequency = 7.5_MHz};
+inline constexpr linear_array probe{
+    .lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm};
 inline constexpr float depth = 40_mm;
+inline constexpr float tgc = 0.85_dB_per_cm;       ///< between that of fat and muscle
+inline constexpr std::uint32_t planes = 7;         ///< slices: with one, the needle would black out all below it
 inline constexpr vec2 nerve_centre{3_mm, 17.5_mm}; ///< x, z at y = 0
 inline constexpr vec2 bone_centre{11_mm, 36_mm};
 inline constexpr float bone_radius = 8_mm;
@@ -215,17 +219,8 @@ inline pose needle_at(vec3 tip, float down, float aside) {
     return look_at(tip, tip + advance, {-std::sin(down), 0, std::cos(down)});
 }
 
-/// As the phantom has it: at the nerve, its last centimetre in the slice plane of a probe at `pose{}`. Steel lets
-/// nothing through: lying in the plane as a whole it would hide all that is below.
-inline pose needle_pose() { return needle_at({0.35_mm, -0.3_mm, 15.5_mm}, 38_deg, 5.2_deg); }
-
-/// The object of that name; the first where there are several.
-/// @throws usage_error  where there is none
-inline object_id find(const scene& body, const std::string& name) {
-    for (const object& one : body.objects())
-        if (one.name == name) return one.id;
-    throw usage_error{"nerve_block: no object is called '" + name + "'"};
-}
+/// As the phantom has it: at the nerve, in the slice plane of a probe at `pose{}` but for a degree.
+inline pose needle_pose() { return needle_at({0.35_mm, 0, 15.5_mm}, 38_deg, 1_deg); }
 
 } // namespace nerve_block
 

@@ -169,8 +169,9 @@ void run(const simulate_options& chosen, const Probe& probe) {
     const image noisy = write(
         "noise", [&](const auto& policy) { return add_noise(policy, combined, make_noise(policy, combined.size)); });
     write("blur", [&](const auto& policy) { return radial_blur(policy, noisy, probe, map); });
-    write("b_mode",
-          [&](const auto& policy) { return b_mode(policy, body, probe, at, {.depth = depth, .size = size}); });
+    const float tgc = chosen.tgc ? *chosen.tgc * 1_dB_per_cm : phantom ? nerve_block::tgc : 0;
+    const b_mode_settings settings{.depth = depth, .size = size, .tgc = tgc, .planes = chosen.planes};
+    write("b_mode", [&](const auto& policy) { return b_mode(policy, body, probe, at, settings); });
 
     std::printf(
         "The pictures, intensity.png to b_mode.png, and scene.obj (the probe, its lines, the meshes) are in %s\n",

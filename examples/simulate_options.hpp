@@ -19,6 +19,8 @@ struct simulate_options {
     std::optional<std::array<float, 3>> from{}, towards{};
     std::array<float, 3> lateral{1, 0, 0};
     std::string law = "paper";
+    std::optional<float> tgc{};
+    std::uint32_t planes = 7;
     std::array<std::uint32_t, 2> size{768, 0};
     std::string output = "out";
 };
@@ -61,8 +63,12 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         ->transform(length);
     add("--lateral", into.lateral, "X,Y,Z", "direction of the array (1,0,0)")->delimiter(',')->transform(length);
     add("--law", into.law, "NAME",
-        "paper, as printed; attenuated, so are echoes too; echo, that there and back, behind interfaces (paper)")
+        "of the component pictures: paper, as printed; attenuated, so are echoes too; echo, that there and back, "
+        "behind interfaces (paper)")
         ->check(CLI::IsMember({"paper", "attenuated", "echo"}));
+    add("--tgc", into.tgc, "NUMBER", "of the B-mode: dB/(cm MHz) to make up for (the background's, 0.5 to 1)")
+        ->check(CLI::PositiveNumber);
+    add("--planes", into.planes, "COUNT", "of the B-mode: slices for the thickness of the beam, 1, 3, 5 or 7 (7)");
 }
 
 #endif

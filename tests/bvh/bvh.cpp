@@ -310,6 +310,42 @@ TEST_CASE("primitives that are not finite are left out, and change no other hit"
     for (std::uint64_t i = 0; i < 2000; ++i) REQUIRE(followed.closest(bvh_test::random_ray(9, i)).primitive != 1);
 }
 
+TEST_CASE("a mesh whose faces name no vertex makes no tree") {
+    mesh m = make_sphere({0, 0, 0}, 1, 1);
+    bvh tree{exec::par, m};
+    m.faces[3].y = 1000;
+    CHECK_THROWS_AS((bvh{exec::par, m}), geometry_error);
+    CHECK_THROWS_AS(tree.rebuild(exec::par), geometry_error);
+}
+
+TEST_CASE("meshes as large as numbers go make trees, and spoil no others") {
+    mesh m = bvh_test::random_triangles(10, 100, 0.4F);
+    const auto clean = static_cast<std::uint32_t>(m.faces.size());
+    for (const float reach : {1e15F, 1e25F, FLT_MAX})
+        for (std::uint64_t i = 0; i < 100; ++i) {
+            const auto first = static_cast<std::uint32_t>(m.positions.size());
+            for (std::uint64_t corner = 0; corner < 3; ++corner)
+                m.positions.push_back(reach * bvh_test::random_point(11, 3 * i + corner));
+            m.faces.push_back({first, first + 1, first + 2});
+        }
+    const bvh tree{exec::par, m};
+    CHECK(tree.statistics().primitives == 400);
+    CHECK(tree.statistics().levels <= most_levels<simd_width>);
+    mesh alone = m;
+    alone.faces.resize(clean);
+    const bvh expected{exec::par, alone};
+    std::vector<hit> hits;
+    for (std::uint64_t i = 0; i < 500; ++i) {
+        const ray r = bvh_test::random_ray(12, i);
+        tree.all(r, hits);
+        hits.erase(std::remove_if(hits.begin(), hits.end(), [&](const hit& h) { return h.primitive >= clean; }),
+                   hits.end());
+        std::vector<hit> all_expected;
+        expected.all(r, all_expected);
+        REQUIRE(bvh_test::same(hits, all_expected));
+    }
+}
+
 TEST_CASE("a ray that is not finite, or has no direction, meets nothing") {
     const mesh box = make_box({-1, -1, -1}, {1, 1, 1});
     const bvh tree{exec::seq, box};

@@ -13,6 +13,15 @@ TEST_CASE("a closed mesh encloses its volume, negative where it is inside out, w
     CHECK(enclosed_volume(mesh{}) == 0);
 }
 
+TEST_CASE("a face that names no vertex is told of") {
+    mesh box = make_box({0, 0, 0}, {1, 1, 1});
+    CHECK_NOTHROW(check_faces(box, "box: "));
+    CHECK_NOTHROW(check_faces(mesh{}, ""));
+    box.faces.back().z = static_cast<std::uint32_t>(box.positions.size());
+    CHECK_THROWS_WITH_AS(check_faces(box, "box: "),
+                         "box: a face names vertex 8, but the mesh has 8; indices start at 0", geometry_error);
+}
+
 TEST_CASE("a mesh view shows triangles") {
     const mesh m{.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .faces = {{2, 0, 1}}};
     const mesh_view seen{m};

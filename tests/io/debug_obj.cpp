@@ -132,6 +132,8 @@ TEST_CASE("write_debug_obj refuses what makes no sense with a sentence") {
               "write_debug_obj: the depth must be a finite number of metres above 0");
     CHECK(sentence<geometry_error>([&] { write_debug_obj(path, scene{}, probe, {.rotation = mat3{2}}, 1); }) ==
           "write_debug_obj: the pose of the probe is no rigid motion");
+    CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, linear_array{.lines = ~0U}, pose{}, 1); }) ==
+          "write_debug_obj: at most 65536 lines are drawn; ask for fewer");
     CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, linear_array{.lines = 0}, pose{}, 1); }) ==
           "probe: `lines` must be at least 1");
     CHECK(!std::filesystem::exists(path));

@@ -178,6 +178,11 @@ TEST_CASE("faults of an OBJ file are told with its name, the line and what to do
     has(complaint(tetrahedron + "f 0 1 2\n"), ":5: a face names vertex 0, but OBJ counts from 1");
     for (const char* word : {"x", "1.5", "2x", "--1", "/1"})
         has(complaint(tetrahedron + "f 1 2 " + word + "\n"), " is not the index of a vertex");
+    std::string endless = "f"; // to cut it would take hours
+    for (int i = 0; i < 100'000; ++i) endless += " 1 2 3 4";
+    has(complaint(tetrahedron + endless + "\n"), ":5: this face has 400000 corners, more than 10000; triangulate");
+    has(complaint(std::string{"v 0 0 \0\x1b[2J\n", 12}), ":1: the coordinate '??[2J' is not"); // safe to print
+    has(complaint("v 0 0 " + std::string(1000, 'x') + "\n"), std::string(60, 'x') + "...' is not");
 
     const temporary_folder folder;
     has(sentence<io_error>([&] { load_obj(folder.path("no.obj"), {.unit = 1_m}); }),

@@ -86,9 +86,10 @@ class bvh_storage {
 template <primitive_range Range, int Width = simd_width, class Builder = build_sah>
 class bvh {
   public:
+    /// @throws geometry_error  where a face of a mesh names a vertex that is not there; here and in `rebuild`
     template <exec::policy Policy>
     bvh(const Policy& policy, const Range& range) : range_{range} {
-        storage_.build(policy, range_);
+        rebuild(policy);
     }
     template <exec::policy Policy>
     bvh(const Policy& policy, const mesh& triangles) requires std::same_as<Range, mesh_view>
@@ -138,7 +139,7 @@ class bvh {
         std::sort(primitives.begin(), primitives.end());
     }
 
-    /// Follows primitives that moved; the topology stays. @throws geometry_error  where their number has changed
+    /// Follows primitives that moved; the topology stays.
     template <exec::policy Policy>
     void refit(const Policy& policy) {
         storage_.refit(policy, range_);
@@ -147,6 +148,7 @@ class bvh {
     /// Builds anew over the primitives as they are now.
     template <exec::policy Policy>
     void rebuild(const Policy& policy) {
+        if constexpr (std::same_as<Range, mesh_view>) check_faces(range_, "bvh: ");
         storage_.build(policy, range_);
     }
 

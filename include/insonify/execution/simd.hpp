@@ -53,6 +53,10 @@ INSONIFY_INLINE stdx::simd<float, Abi> absolute(const stdx::simd<float, Abi>& a)
     return stdx::abs(a);
 }
 template <class Abi>
+INSONIFY_INLINE stdx::simd<float, Abi> square_root(const stdx::simd<float, Abi>& a) {
+    return stdx::sqrt(a);
+}
+template <class Abi>
 INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>& a, const stdx::simd<float, Abi>& b,
                                                     const stdx::simd<float, Abi>& c) {
     if constexpr (has_fma)
@@ -117,6 +121,9 @@ struct lanes {
     }
     INSONIFY_FN friend lanes absolute(const lanes& a) {
         return each<lanes>([&](int i) { return std::fabs(a.lane[i]); });
+    }
+    INSONIFY_FN friend lanes square_root(const lanes& a) {
+        return each<lanes>([&](int i) { return std::sqrt(a.lane[i]); });
     }
     INSONIFY_FN friend lanes multiply_add(const lanes& a, const lanes& b, const lanes& c) {
         return each<lanes>([&](int i) { return insonify::multiply_add(a.lane[i], b.lane[i], c.lane[i]); });

@@ -1,8 +1,10 @@
 #ifndef INSONIFY_GEOMETRY_MESH_HPP
 #define INSONIFY_GEOMETRY_MESH_HPP
 
+#include <insonify/core/error.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/triangle.hpp>
+#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -29,6 +31,17 @@ struct mesh_view {
         return {positions[corner.x], positions[corner.y], positions[corner.z]};
     }
 };
+
+/// @param named  what the sentence begins with: whose mesh it is
+/// @throws geometry_error  where a face names a vertex that is not there
+inline void check_faces(const mesh_view& m, const std::string& named) {
+    for (const uvec3& face : m.faces)
+        for (int corner = 0; corner < 3; ++corner)
+            if (face[corner] >= m.positions.size())
+                throw geometry_error{named + "a face names vertex " + std::to_string(face[corner]) +
+                                     ", but the mesh has " + std::to_string(m.positions.size()) +
+                                     "; indices start at 0"};
+}
 
 /// What a closed mesh encloses, m^3; negative where its faces look inwards. By the divergence theorem, in double,
 /// measured from a vertex, so that it does not drown in rounding far from the origin.

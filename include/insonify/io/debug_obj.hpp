@@ -30,13 +30,14 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
 /// The objects of the file: `probe`, the outline of the field from the face down to `depth`; `lines`, one polyline for
 /// each line of the probe; then every object of the scene under its name, where it is placed. The scene need not be
 /// built.
-/// @throws usage_error     for a depth that is not above 0, or a probe whose settings make no sense
+/// @throws usage_error     for a depth that is not above 0, more than 65536 lines, or a probe that makes no sense
 /// @throws geometry_error  for a pose that is no rigid motion
 /// @throws io_error        where the file cannot be written
 template <transducer Probe>
 void write_debug_obj(const std::string& path, const scene& body, const Probe& probe, const pose& at, float depth) {
     probe.check();
     if (!is_rigid(at)) throw geometry_error{"write_debug_obj: the pose of the probe is no rigid motion"};
+    if (probe.lines > 65536) throw usage_error{"write_debug_obj: at most 65536 lines are drawn; ask for fewer"};
     if (!is_finite(depth) || !(depth > 0))
         throw usage_error{"write_debug_obj: the depth must be a finite number of metres above 0"};
 

@@ -135,7 +135,7 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings) {
     for (const io::obj_face& face : content.faces) {
         const std::string& name = content.parts[face.part];
         if (face.medium < 0)
-            throw io_error{path + ":" + std::to_string(face.line) + ": the face of object '" + name +
+            throw io_error{path + ":" + std::to_string(face.line) + ": the face of object '" + io::shown(name) +
                            "' has no medium; put a line like 'usemtl muscle' before it"};
         const auto [place, is_new] = known.try_emplace({name, face.medium}, objects.size());
         if (is_new) objects.push_back({.name = name, .medium = face.medium});

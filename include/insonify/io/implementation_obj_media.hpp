@@ -75,12 +75,12 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
         if (names.size() > 1 && exists(line.name)) names = {line.name};
         for (const std::string& name : names) {
             if (leaves_folder(name))
-                throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + name +
+                throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + shown(name) +
                                "' lies outside of the file's own folder and is not opened; put it beside the file"};
             if (exists(name))
                 read_library((folder / name).string(), libraries);
             else
-                libraries.missing += " (" + name + " was not found)";
+                libraries.missing += " (" + shown(name) + " was not found)";
         }
     }
     return libraries;
@@ -89,6 +89,7 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
 /// What the name after `usemtl` stands for.
 /// @throws io_error  naming line or library, where it stands for nothing, or for values that make no sense
 inline obj_medium find_medium(const std::string& path, const named_line& wanted, const obj_libraries& libraries) {
+    const std::string name = shown(wanted.name);
     const loader::material_t* entry = libraries.find(wanted.name);
     const std::string source =
         entry == nullptr ? path : libraries.paths[static_cast<std::size_t>(entry - libraries.materials.data())];
@@ -100,16 +101,16 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
         text.imbue(std::locale::classic());
         float number = 0;
         if (!(text >> number) || !(text >> std::ws).eof() || !is_finite(number))
-            throw io_error{source + ": newmtl " + wanted.name + ": " + key + " is '" + found->second +
+            throw io_error{source + ": newmtl " + name + ": " + key + " is '" + shown(found->second) +
                            "', which is not a number; write the number alone, without a unit"};
         return number;
     };
     const std::optional<medium> known = tissue::find(wanted.name);
     const std::optional<float> density = value("density"), sound_speed = value("sound_speed");
     if (!known && !(density && sound_speed))
-        throw io_error{path + ":" + std::to_string(wanted.line) + ": the medium '" + wanted.name +
+        throw io_error{path + ":" + std::to_string(wanted.line) + ": the medium '" + name +
                        "' is unknown: use the name of a tissue (`tissue::all` lists them), or give density and " +
-                       "sound_speed under 'newmtl " + wanted.name + "' in the material library" + libraries.missing};
+                       "sound_speed under 'newmtl " + name + "' in the material library" + libraries.missing};
 
     obj_medium found{.inside = density && sound_speed ? medium{} : *known};
     medium& m = found.inside;
@@ -120,11 +121,11 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     if (const auto decibels = value("backscatter_db")) m.backscatter = std::pow(10.0F, *decibels / 20);
     if (const auto micrometres = value("roughness_um")) m.roughness = 1e-6F * *micrometres;
     if (!is_valid(m))
-        throw io_error{source + ": newmtl " + wanted.name +
+        throw io_error{source + ": newmtl " + name +
                        ": density and sound_speed must be above 0, the other values not below, and none out of bounds"};
     const float priority = value("priority").value_or(0);
     if (priority != std::round(priority) || std::fabs(priority) > 1e6F)
-        throw io_error{source + ": newmtl " + wanted.name + ": priority must be a whole number within a million"};
+        throw io_error{source + ": newmtl " + name + ": priority must be a whole number within a million"};
     found.priority = static_cast<int>(priority);
     return found;
 }

@@ -63,6 +63,17 @@ inline bool is_number(std::string_view word) {
     return i == word.size();
 }
 
+/// A word of a file as a sentence may show it: without control characters, and not without end.
+inline std::string shown(std::string_view word) {
+    std::string text{word.substr(0, 60)};
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, '?');
+    return word.size() > 60 ? text + "..." : text;
+}
+
+/// More corners than this are taken for a mistake: the time to cut a polygon into triangles grows as their square.
+inline constexpr std::uint32_t most_corners = 10'000;
+
 /// A name that a file gives, and where.
 struct named_line {
     std::string name{};
@@ -98,8 +109,7 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                 const std::string_view word = next_word(rest);
                 if (word.empty()) throw fault("a vertex needs three coordinates");
                 if (!is_number(word))
-                    throw fault("the coordinate '" + std::string{word} +
-                                "' is not a finite number; write it as in -1.5e-3");
+                    throw fault("the coordinate '" + shown(word) + "' is not a finite number; write it as in -1.5e-3");
                 obj.rewritten.append(" ").append(word);
             }
             obj.rewritten.push_back('\n');
@@ -114,16 +124,19 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                 std::int64_t position = 0;
                 const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), position);
                 if (status == std::errc::invalid_argument || end != word.data() + word.size())
-                    throw fault("'" + std::string{word} + "' is not the index of a vertex; write whole numbers");
+                    throw fault("'" + shown(word) + "' is not the index of a vertex; write whole numbers");
                 if (status == std::errc{} && position == 0)
                     throw fault("a face names vertex 0, but OBJ counts from 1; add 1 to every index");
                 if (status != std::errc{} || position > vertices || position < -vertices)
-                    throw fault("a face names vertex " + std::string{word} + ", but the file has " +
+                    throw fault("a face names vertex " + shown(word) + ", but the file has " +
                                 std::to_string(vertices) + " up to here; the vertices must come before the faces");
                 obj.rewritten.append(" ").append(std::to_string(position > 0 ? position : vertices + 1 + position));
             }
             obj.rewritten.push_back('\n');
             if (corners < 3) throw fault("a face needs three corners or more; remove it");
+            if (corners > most_corners)
+                throw fault("this face has " + std::to_string(corners) + " corners, more than " +
+                            std::to_string(most_corners) + "; triangulate the mesh before it is exported");
             obj.face_triangles.resize(line + 1);
             obj.face_triangles[line] = corners - 2;
             has_faces = true;

@@ -39,12 +39,7 @@ class scene {
         const std::string named = "object '" + settings.name + "': ";
         if (!is_valid(inside)) throw usage_error{named + "its medium needs a density and a sound speed above 0"};
         if (!is_rigid(settings.at)) throw geometry_error{named + "its pose is no rigid motion; scale the mesh instead"};
-        for (const uvec3& face : surface.faces)
-            for (int corner = 0; corner < 3; ++corner)
-                if (face[corner] >= surface.positions.size())
-                    throw geometry_error{named + "a face names vertex " + std::to_string(face[corner]) +
-                                         ", but the mesh has " + std::to_string(surface.positions.size()) +
-                                         "; indices start at 0"};
+        check_faces(surface, named);
         for (std::size_t i = 0; i < surface.positions.size(); ++i)
             if (!is_finite(surface.positions[i]))
                 throw geometry_error{named + "vertex " + std::to_string(i) +

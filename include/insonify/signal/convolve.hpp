@@ -42,35 +42,38 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, float sigma, std:
 template <exec::policy Policy>
 iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_kernel& kernel) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    constexpr std::size_t step = lateral_kernel::depth_step;
-    const std::size_t all = lines.count * step;
-    const std::size_t margin = kernel.reach() * step;
-    exec::for_each_block(policy, lines.samples, 16 * step, [&](std::size_t begin, std::size_t end) {
-        // The samples of a step on all lines, line after line, so that the taps read consecutive samples here too;
-        // around them zeros or, for a full circle, the lines from the other end.
-        std::vector<vec2> rows(margin + all + margin + tap_block), sums(all);
-        vec2* row = rows.data() + margin;
+    constexpr std::size_t together = 16; // samples whose lines are turned into rows at a time: whole cache lines
+    const std::size_t margin = kernel.reach();
+    const std::size_t stride = margin + lines.count + margin + tap_block;
+    exec::for_each_block(policy, lines.samples, 8 * together, [&](std::size_t begin, std::size_t end) {
+        // A row is a sample on all lines, so that the taps read consecutive values here too; around it zeros or, for a
+        // full circle, the lines from the other end.
+        std::vector<vec2> rows(together * stride), sums(together * lines.count);
         std::vector<tap> taps;
-        for (std::size_t first = begin; first < end; first += step) {
+        std::vector<float> half;
+        for (std::size_t first = begin; first < end; first += together) {
+            const std::size_t count = std::min(together, end - first);
             vec2* values = lines.values.data() + first;
-            const std::size_t used = std::min(step, end - first);
             for (std::size_t line = 0; line < lines.count; ++line)
-                std::copy_n(values + line * lines.samples, used, row + line * step);
-            if (kernel.full_circle) {
-                std::copy_n(row + all - margin, margin, row - margin);
-                std::copy_n(row, margin, row + all);
+                for (std::size_t i = 0; i < count; ++i)
+                    rows[i * stride + margin + line] = values[line * lines.samples + i];
+            for (std::size_t i = 0; i < count; ++i) {
+                vec2* row = rows.data() + i * stride + margin;
+                if (kernel.full_circle) {
+                    std::copy_n(row + lines.count - margin, margin, row - margin);
+                    std::copy_n(row, margin, row + lines.count);
+                }
+                const lateral_weights weights = kernel.at(static_cast<std::uint32_t>(first + i), half);
+                taps.clear();
+                for (int offset = -weights.reach(); offset <= weights.reach(); ++offset)
+                    taps.push_back(
+                        {.weight = half[static_cast<std::size_t>(offset < 0 ? -offset : offset)], .offset = offset});
+                vec2* sum = sums.data() + i * lines.count;
+                sum_taps<width>({taps.data(), taps.size()}, row, sum, lines.count);
+                for (std::uint32_t line = 0; line < lines.count; ++line) sum[line] /= weights.existing(line);
             }
-            const lateral_weights weights = kernel.at(static_cast<std::uint32_t>(first));
-            taps.clear();
-            for (int offset = -weights.reach(); offset <= weights.reach(); ++offset)
-                taps.push_back({.weight = weights.half[static_cast<std::size_t>(offset < 0 ? -offset : offset)],
-                                .offset = offset * static_cast<std::ptrdiff_t>(step)});
-            sum_taps<width>({taps.data(), taps.size()}, row, sums.data(), all);
-            for (std::uint32_t line = 0; line < lines.count; ++line) {
-                const float to_one = 1 / weights.existing(line);
-                for (std::size_t i = 0; i < used; ++i)
-                    values[line * lines.samples + i] = to_one * sums[line * step + i];
-            }
+            for (std::size_t line = 0; line < lines.count; ++line)
+                for (std::size_t i = 0; i < count; ++i) values[line * lines.samples + i] = sums[i * lines.count + line];
         }
     });
     return lines;

@@ -139,7 +139,10 @@ class path_tracer {
         below.tilt = smooth.tilt;
         const response met = model_.add_interface(line_, above, below, now.path, echoes);
         const vec3 point = now.frame.origin + below.begin * now.frame.along;
-        const float back = met.reflected * met.reflected;
+        // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
+        const bool random = settings_.samples > 0;
+        const float mirrored = random ? 1.0F : coherent_amplitude({before, after, smooth.cosine, line_.frequency});
+        const float back = met.reflected * met.reflected * mirrored * mirrored;
 
         branch on = now, off = now;
         on.inside = beyond;
@@ -150,7 +153,7 @@ class path_tracer {
         off.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, normal) * normal);
         off.path.passed *= back;
         ++off.bounces;
-        if (settings_.samples > 0) { // one of the two, with the probability of its share: its weight stays
+        if (random) { // one of the two, with the probability of its share: its weight stays
             const float share = back + met.transmitted;
             if (!(share > 0)) return;
             const bool reflects = uniform() * share < back;

@@ -1,0 +1,96 @@
+#ifndef INSONIFY_SIGNAL_HILBERT_HPP
+#define INSONIFY_SIGNAL_HILBERT_HPP
+
+#include <insonify/execution/simd.hpp>
+#include <bit>
+#include <cstddef>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Turns the phase of every frequency of a real signal back by a quarter of a cycle: cos becomes sin.
+///
+/// By Fourier transforms of a power of two with at least a quarter of zeros after the signal, of two signals at a time,
+/// one as real and one as imaginary part. The forward transform leaves its results in bit-reversed order and the one
+/// back starts from there, so that nothing is reordered: positive frequencies stand at even places, negative ones at odd
+/// places. Source: Gentleman & Sande 1966 forward, Cooley & Tukey 1965 back.
+class hilbert_transform {
+  public:
+    explicit hilbert_transform(std::size_t samples)
+        : size_{std::bit_ceil(samples + samples / 4 + 2)}, cosine_(size_), sine_(size_) {
+        for (std::size_t half = 1; half < size_; half *= 2)
+            for (std::size_t i = 0; i < half; ++i) {
+                const double angle = 3.14159265358979323846 * static_cast<double>(i) / static_cast<double>(half);
+                cosine_[half + i] = static_cast<float>(std::cos(angle));
+                sine_[half + i] = static_cast<float>(std::sin(angle));
+            }
+    }
+
+    /// Floats that `apply` works on, and whose first are the signal; the others must be 0.
+    std::size_t size() const { return size_; }
+
+    /// In place; the values after the signal are no longer 0.
+    /// @tparam Width  floats that are worked on at once
+    template <int Width>
+    void apply(float* one, float* other) const {
+        for (std::size_t half = size_ / 2; half > 0; half /= 2)
+            for (std::size_t begin = 0; begin < size_; begin += 2 * half) {
+                std::size_t i = 0;
+                for (; i + Width <= half; i += Width) forward<Width>(one + begin + i, other + begin + i, half, i);
+                for (; i < half; ++i) forward<1>(one + begin + i, other + begin + i, half, i);
+            }
+
+        const float scale = 1 / static_cast<float>(size_);
+        one[0] = one[1] = other[0] = other[1] = 0; // the mean and the highest frequency have no phase
+        for (std::size_t i = 2; i < size_; i += 2) {
+            const float real = one[i], imaginary = other[i];
+            one[i] = scale * imaginary;
+            other[i] = -scale * real;
+            const float negative_real = one[i + 1], negative_imaginary = other[i + 1];
+            one[i + 1] = -scale * negative_imaginary;
+            other[i + 1] = scale * negative_real;
+        }
+
+        for (std::size_t half = 1; half < size_; half *= 2)
+            for (std::size_t begin = 0; begin < size_; begin += 2 * half) {
+                std::size_t i = 0;
+                for (; i + Width <= half; i += Width) back<Width>(one + begin + i, other + begin + i, half, i);
+                for (; i < half; ++i) back<1>(one + begin + i, other + begin + i, half, i);
+            }
+    }
+
+  private:
+    /// (a, b) becomes (a + b, (a - b) exp(-j angle)).
+    template <int Width>
+    void forward(float* real, float* imaginary, std::size_t half, std::size_t i) const {
+        using floats = lanes<Width>;
+        const floats ar = load<Width>(real), br = load<Width>(real + half);
+        const floats ai = load<Width>(imaginary), bi = load<Width>(imaginary + half);
+        const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
+        store(ar + br, real);
+        store(ai + bi, imaginary);
+        store((ar - br) * c + (ai - bi) * s, real + half);
+        store((ai - bi) * c - (ar - br) * s, imaginary + half);
+    }
+
+    /// (a, b) becomes (a + b exp(+j angle), a - b exp(+j angle)).
+    template <int Width>
+    void back(float* real, float* imaginary, std::size_t half, std::size_t i) const {
+        using floats = lanes<Width>;
+        const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
+        const floats xr = load<Width>(real + half), xi = load<Width>(imaginary + half);
+        const floats ar = load<Width>(real), ai = load<Width>(imaginary);
+        const floats br = xr * c - xi * s, bi = xi * c + xr * s;
+        store(ar + br, real);
+        store(ai + bi, imaginary);
+        store(ar - br, real + half);
+        store(ai - bi, imaginary + half);
+    }
+
+    std::size_t size_ = 0;
+    std::vector<float> cosine_{}; // of i / half of half a turn, at half + i
+    std::vector<float> sine_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
