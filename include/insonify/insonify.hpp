@@ -33,6 +33,7 @@
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/gain.hpp>
 #include <insonify/signal/pulse.hpp>
+#include <insonify/signal/rf.hpp>
 #include <insonify/tracing/ground_truth.hpp>
 #include <insonify/tracing/label.hpp>
 #include <insonify/tracing/path_estimate.hpp>

@@ -2843,32 +2843,34 @@ struct lateral_weights {
     INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
 };
 
-/// The weights of `convolve` at every depth of a grid of lines: stated at each node, linear between two.
+/// The weights of `convolve` at every depth of a grid of lines. Made by `make_lateral_kernel`.
+///
+/// Stated in the middle of every depth step, and linear between: steps in them would be heard as noise.
 struct lateral_kernel {
-    static constexpr std::uint32_t step = 8; ///< samples from one node to the next; the first is sample 0
+    static constexpr std::uint32_t depth_step = 8; ///< samples
 
-    /// Where the weights of a node begin in `weights`.
+    /// Where the weights of a step begin in `weights`.
     struct entry {
         std::size_t begin = 0;
         std::size_t count = 0;
         float spacing = 0; ///< of the lines, metres
     };
     std::uint32_t lines = 1;
-    bool full_circle = false;     ///< the last line is the neighbour of the first
-    std::vector<entry> entries{}; ///< one more than the samples need
+    bool full_circle = false; ///< the last line is the neighbour of the first
+    std::vector<entry> entries{};
     std::vector<float> weights{};
 
-    lateral_weights node(std::size_t i) const {
-        return {.half = {weights.data() + entries[i].begin, entries[i].count},
-                .lines = lines,
-                .full_circle = full_circle,
-                .spacing = entries[i].spacing};
-    }
+    /// In the middle of the step that a sample belongs to.
+    lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
 
+    /// At a sample itself, as `convolve` takes them.
     /// @param half  is overwritten, and must outlive the answer
-    lateral_weights at(std::uint32_t sample, std::vector<float>& half) const {
-        const lateral_weights above = node(sample / step), below = node(sample / step + 1);
-        const float share = static_cast<float>(sample % step) / step;
+    lateral_weights between(std::uint32_t sample, std::vector<float>& half) const {
+        const auto last = static_cast<float>(entries.size() - 1);
+        const float place = clamped((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
+        const auto first = static_cast<std::size_t>(place);
+        const lateral_weights above = of(entries[first]), below = of(entries[first + (place < last ? 1 : 0)]);
+        const float share = place - static_cast<float>(first);
         half.assign(above.half.size() > below.half.size() ? above.half.size() : below.half.size(), 0.0F);
         for (std::size_t i = 0; i < above.half.size(); ++i) half[i] += (1 - share) * above.half[i];
         for (std::size_t i = 0; i < below.half.size(); ++i) half[i] += share * below.half[i];
@@ -2884,6 +2886,14 @@ struct lateral_kernel {
         for (const entry& e : entries) most = e.count > most ? e.count : most;
         return most - 1;
     }
+
+  private:
+    lateral_weights of(const entry& e) const {
+        return {.half = {weights.data() + e.begin, e.count},
+                .lines = lines,
+                .full_circle = full_circle,
+                .spacing = e.spacing};
+    }
 };
 
 /// @param scan  depth and samples of the lines; `samples` must be stated
@@ -2892,11 +2902,11 @@ template <transducer Probe>
 lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan) {
     const beam_model beam = beam_of(probe, scan.depth);
     if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` must be stated"};
+    constexpr std::uint32_t step = lateral_kernel::depth_step;
     lateral_kernel kernel{.lines = probe.lines, .full_circle = is_full_circle(probe)};
     const std::uint32_t most = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
-    for (std::uint32_t node = 0; node < (scan.samples - 1) / kernel.step + 2; ++node) {
-        const float sample = static_cast<float>(node) * kernel.step + 0.5F;
-        const float depth = sample * scan.depth / static_cast<float>(scan.samples);
+    for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
+        const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
         const float sigma = beam.lateral_sigma(depth);
         const float spacing = line_spacing(probe, depth);
         const std::size_t begin = kernel.weights.size();
@@ -3001,10 +3011,10 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, float sigma, std:
 template <exec::policy Policy>
 iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_kernel& kernel) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    constexpr std::size_t together = 16; // samples whose lines are turned into rows at a time: whole cache lines
+    constexpr std::size_t together = 8; // samples whose lines are turned into rows at a time: whole cache lines
     const std::size_t margin = kernel.reach();
     const std::size_t stride = margin + lines.count + margin + tap_block;
-    exec::for_each_block(policy, lines.samples, 8 * together, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, lines.samples, 16 * together, [&](std::size_t begin, std::size_t end) {
         // A row is a sample on all lines, so that the taps read consecutive values here too; around it zeros or, for a
         // full circle, the lines from the other end.
         std::vector<vec2> rows(together * stride), sums(together * lines.count);
@@ -3022,14 +3032,16 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_ker
                     std::copy_n(row + lines.count - margin, margin, row - margin);
                     std::copy_n(row, margin, row + lines.count);
                 }
-                const lateral_weights weights = kernel.at(static_cast<std::uint32_t>(first + i), half);
+                const lateral_weights weights = kernel.between(static_cast<std::uint32_t>(first + i), half);
                 taps.clear();
                 for (int offset = -weights.reach(); offset <= weights.reach(); ++offset)
                     taps.push_back(
                         {.weight = half[static_cast<std::size_t>(offset < 0 ? -offset : offset)], .offset = offset});
                 vec2* sum = sums.data() + i * lines.count;
                 sum_taps<width>({taps.data(), taps.size()}, row, sum, lines.count);
-                for (std::uint32_t line = 0; line < lines.count; ++line) sum[line] /= weights.existing(line);
+                const auto reach = static_cast<std::uint32_t>(weights.reach());
+                for (std::uint32_t line = 0; line < lines.count; ++line)
+                    if (line < reach || line + reach >= lines.count) sum[line] /= weights.existing(line);
             }
             for (std::size_t line = 0; line < lines.count; ++line)
                 for (std::size_t i = 0; i < count; ++i) values[line * lines.samples + i] = sums[i * lines.count + line];
@@ -6087,6 +6099,50 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
         for (std::size_t i = begin; i < end; ++i) lines.values[i] += scale * hash_normal(stream, i);
     });
     return lines;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_RF_HPP
+#define INSONIFY_SIGNAL_RF_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The oscillating signal that a probe really receives: RF(z) = Re(IQ(z) exp(+j 4 pi f0 z / c0)).
+///
+/// In displayed depth the carrier has 2 f0 / c0 cycles a metre. `envelope` of it is that of the IQ lines.
+/// @param frequency  f0 of the carrier, hertz
+/// @throws usage_error  where there are less than four samples a cycle, or the lines or the frequency make no sense
+template <exec::policy Policy>
+scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
+    if (iq.samples == 0 || iq.values.size() != static_cast<std::size_t>(iq.count) * iq.samples ||
+        !is_finite(iq.depth) || !(iq.depth > 0))
+        throw usage_error{"to_rf: the lines must have samples, and a depth above 0"};
+    if (!is_finite(frequency) || !(frequency > 0))
+        throw usage_error{"to_rf: the frequency must be a finite number of hertz above 0"};
+    const double cycles_a_sample = 2.0 * frequency / display_speed * iq.depth / iq.samples;
+    if (cycles_a_sample > 0.25001)
+        throw usage_error{"to_rf: an oscillating signal needs four samples a cycle; trace and convolve with at least " +
+                          std::to_string(cycles_a_sample * 4 * iq.samples) + " samples a line"};
+
+    std::vector<vec2> carrier(iq.samples); // cosine and sine
+    for (std::uint32_t k = 0; k < iq.samples; ++k) {
+        const double cycles = (k + 0.5) * cycles_a_sample;
+        const auto phase = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
+        carrier[k] = {std::cos(phase), std::sin(phase)};
+    }
+    scan_lines rf{iq.count, iq.samples, iq.depth};
+    for_each_index(policy, iq.count, [&](std::size_t line) {
+        const vec2* from = iq.values.data() + line * iq.samples;
+        float* to = rf.values.data() + line * iq.samples;
+        for (std::uint32_t k = 0; k < iq.samples; ++k) to[k] = from[k].x * carrier[k].x - from[k].y * carrier[k].y;
+    });
+    return rf;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -42,10 +42,10 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, float sigma, std:
 template <exec::policy Policy>
 iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_kernel& kernel) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    constexpr std::size_t together = 16; // samples whose lines are turned into rows at a time: whole cache lines
+    constexpr std::size_t together = 8; // samples whose lines are turned into rows at a time: whole cache lines
     const std::size_t margin = kernel.reach();
     const std::size_t stride = margin + lines.count + margin + tap_block;
-    exec::for_each_block(policy, lines.samples, 8 * together, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, lines.samples, 16 * together, [&](std::size_t begin, std::size_t end) {
         // A row is a sample on all lines, so that the taps read consecutive values here too; around it zeros or, for a
         // full circle, the lines from the other end.
         std::vector<vec2> rows(together * stride), sums(together * lines.count);
@@ -63,14 +63,16 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_ker
                     std::copy_n(row + lines.count - margin, margin, row - margin);
                     std::copy_n(row, margin, row + lines.count);
                 }
-                const lateral_weights weights = kernel.at(static_cast<std::uint32_t>(first + i), half);
+                const lateral_weights weights = kernel.between(static_cast<std::uint32_t>(first + i), half);
                 taps.clear();
                 for (int offset = -weights.reach(); offset <= weights.reach(); ++offset)
                     taps.push_back(
                         {.weight = half[static_cast<std::size_t>(offset < 0 ? -offset : offset)], .offset = offset});
                 vec2* sum = sums.data() + i * lines.count;
                 sum_taps<width>({taps.data(), taps.size()}, row, sum, lines.count);
-                for (std::uint32_t line = 0; line < lines.count; ++line) sum[line] /= weights.existing(line);
+                const auto reach = static_cast<std::uint32_t>(weights.reach());
+                for (std::uint32_t line = 0; line < lines.count; ++line)
+                    if (line < reach || line + reach >= lines.count) sum[line] /= weights.existing(line);
             }
             for (std::size_t line = 0; line < lines.count; ++line)
                 for (std::size_t i = 0; i < count; ++i) values[line * lines.samples + i] = sums[i * lines.count + line];

@@ -60,32 +60,34 @@ struct lateral_weights {
     INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
 };
 
-/// The weights of `convolve` at every depth of a grid of lines: stated at each node, linear between two.
+/// The weights of `convolve` at every depth of a grid of lines. Made by `make_lateral_kernel`.
+///
+/// Stated in the middle of every depth step, and linear between: steps in them would be heard as noise.
 struct lateral_kernel {
-    static constexpr std::uint32_t step = 8; ///< samples from one node to the next; the first is sample 0
+    static constexpr std::uint32_t depth_step = 8; ///< samples
 
-    /// Where the weights of a node begin in `weights`.
+    /// Where the weights of a step begin in `weights`.
     struct entry {
         std::size_t begin = 0;
         std::size_t count = 0;
         float spacing = 0; ///< of the lines, metres
     };
     std::uint32_t lines = 1;
-    bool full_circle = false;     ///< the last line is the neighbour of the first
-    std::vector<entry> entries{}; ///< one more than the samples need
+    bool full_circle = false; ///< the last line is the neighbour of the first
+    std::vector<entry> entries{};
     std::vector<float> weights{};
 
-    lateral_weights node(std::size_t i) const {
-        return {.half = {weights.data() + entries[i].begin, entries[i].count},
-                .lines = lines,
-                .full_circle = full_circle,
-                .spacing = entries[i].spacing};
-    }
+    /// In the middle of the step that a sample belongs to.
+    lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
 
+    /// At a sample itself, as `convolve` takes them.
     /// @param half  is overwritten, and must outlive the answer
-    lateral_weights at(std::uint32_t sample, std::vector<float>& half) const {
-        const lateral_weights above = node(sample / step), below = node(sample / step + 1);
-        const float share = static_cast<float>(sample % step) / step;
+    lateral_weights between(std::uint32_t sample, std::vector<float>& half) const {
+        const auto last = static_cast<float>(entries.size() - 1);
+        const float place = clamped((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
+        const auto first = static_cast<std::size_t>(place);
+        const lateral_weights above = of(entries[first]), below = of(entries[first + (place < last ? 1 : 0)]);
+        const float share = place - static_cast<float>(first);
         half.assign(above.half.size() > below.half.size() ? above.half.size() : below.half.size(), 0.0F);
         for (std::size_t i = 0; i < above.half.size(); ++i) half[i] += (1 - share) * above.half[i];
         for (std::size_t i = 0; i < below.half.size(); ++i) half[i] += share * below.half[i];
@@ -101,6 +103,14 @@ struct lateral_kernel {
         for (const entry& e : entries) most = e.count > most ? e.count : most;
         return most - 1;
     }
+
+  private:
+    lateral_weights of(const entry& e) const {
+        return {.half = {weights.data() + e.begin, e.count},
+                .lines = lines,
+                .full_circle = full_circle,
+                .spacing = e.spacing};
+    }
 };
 
 /// @param scan  depth and samples of the lines; `samples` must be stated
@@ -109,11 +119,11 @@ template <transducer Probe>
 lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan) {
     const beam_model beam = beam_of(probe, scan.depth);
     if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` must be stated"};
+    constexpr std::uint32_t step = lateral_kernel::depth_step;
     lateral_kernel kernel{.lines = probe.lines, .full_circle = is_full_circle(probe)};
     const std::uint32_t most = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
-    for (std::uint32_t node = 0; node < (scan.samples - 1) / kernel.step + 2; ++node) {
-        const float sample = static_cast<float>(node) * kernel.step + 0.5F;
-        const float depth = sample * scan.depth / static_cast<float>(scan.samples);
+    for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
+        const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
         const float sigma = beam.lateral_sigma(depth);
         const float spacing = line_spacing(probe, depth);
         const std::size_t begin = kernel.weights.size();
