@@ -3,6 +3,8 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/signal/convolve.hpp>
+#include <insonify/signal/envelope.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <doctest/doctest.h>
 
@@ -243,4 +245,111 @@ TEST_CASE("physical echoes are bit-equal on any number of threads, and the same 
                     usage_error);
     CHECK_THROWS_AS(trace(exec::par, body, linear_array{}, pose{}, physical<>{}, {.depth = 40_mm, .planes = 9}),
                     usage_error);
+}
+
+TEST_CASE("a tilted plate, traced and convolved, fades as a simulated aperture's does") { // V19, the whole way
+    // Published for a plate in the focus, 30 mm deep, F/2: decibels against the plate across the beam.
+    struct {
+        float frequency;
+        double level[5]; // at 2, 4, 6, 8 and 10 degrees
+    } const rows[] = {{2.5_MHz, {-0.376, -1.714, -4.031, -6.397, -10.26}},
+                      {5_MHz, {-0.536, -2.334, -4.245, -6.671, -10.053}},
+                      {7.5_MHz, {-0.662, -2.503, -4.359, -6.778, -10.107}}};
+    for (const auto& row : rows) {
+        const linear_array probe{.lines = 301, .width = 30.1_mm, .frequency = row.frequency, .focus = 30_mm};
+        double level[6];
+        for (int i = 0; i <= 5; ++i) {
+            const float tilt = static_cast<float>(2 * i) * 1_deg;
+            const pose turned = look_at({0, 0, 30_mm}, {std::sin(tilt), 0, 30_mm + std::cos(tilt)},
+                                        {std::cos(tilt), 0, -std::sin(tilt)});
+            scene body{medium{.density = 1000, .sound_speed = 1540}};
+            body.add(make_box({-60_mm, -60_mm, 0}, {60_mm, 60_mm, 40_mm}), medium{.density = 1200, .sound_speed = 1540},
+                     {.at = turned});
+            body.build(exec::par);
+            const physical<> model{.specular = {.lobe = specular_lobe::exact}};
+            const acquisition scan{.depth = 40_mm, .samples = 4000};
+            const scan_lines seen = envelope(
+                exec::par, convolve(exec::par, trace(exec::par, body, probe, pose{}, model, scan), pulse{}, probe));
+            float most = 0;
+            for (std::uint32_t k = 0; k < seen.samples; ++k) most = std::max(most, seen(150, k));
+            level[i] = 20 * std::log10(static_cast<double>(most));
+        }
+        for (int i = 1; i <= 5; ++i) {
+            MESSAGE("V19 at ", row.frequency / 1e6F, " MHz, ", 2 * i, " degrees: ", level[i] - level[0],
+                    " dB, simulated ", row.level[i - 1]);
+            CHECK(std::fabs(level[i] - level[0] - row.level[i - 1]) < 1);
+        }
+    }
+}
+
+TEST_CASE("the edges of a shadow follow the lines: constant for parallel ones, growing where they fan out") { // V18
+    scene body{medium{.density = 1000, .sound_speed = 1540, .backscatter = 1}};
+    body.add(make_box({-10_mm, -30_mm, 20_mm}, {10_mm, 30_mm, 22_mm}), tissue::air);
+    body.build(exec::par);
+    const auto half_width = [&](const auto& probe, float depth_below, auto along) {
+        const iq_lines lines = trace(exec::par, body, probe, pose{}, physical<>{}, {.depth = 90_mm, .samples = 4500});
+        std::uint32_t dark = 0;
+        for (std::uint32_t i = 0; i < lines.count; ++i) {
+            const float depth = along(probe.beam(static_cast<float>(i)), depth_below);
+            const auto k = static_cast<std::uint32_t>(depth / lines.depth * static_cast<float>(lines.samples));
+            float energy = 0;
+            for (std::uint32_t n = k - 20; n < k + 20; ++n) energy += dot(lines(i, n), lines(i, n));
+            dark += energy < 1e-10F ? 1 : 0;
+        }
+        return dark;
+    };
+    const auto to_plane = [](const ray& beam, float z) { return (z - beam.origin.z) / beam.direction.z; };
+    const linear_array flat{.lines = 400, .width = 40_mm, .frequency = 5_MHz}; // 0.1 mm apart
+    for (const float z : {25_mm, 40_mm, 60_mm})
+        CHECK(std::fabs(static_cast<float>(half_width(flat, z, to_plane)) * 0.05_mm - 10_mm) <= 0.1_mm);
+    struct {
+        float radius, expected;
+    } const rows[] = {{60_mm, 15.0_mm}, {40_mm, 16.6667_mm}};
+    for (const auto& row : rows) {
+        const convex_array fan{.lines = 801, .radius = row.radius, .field_of_view = 60_deg, .frequency = 5_MHz};
+        const float angle = static_cast<float>(half_width(fan, 60_mm, to_plane)) * 0.5F * 60_deg / 801;
+        const float found = std::tan(angle) * (row.radius + 60_mm);
+        MESSAGE("V18: half width ", found * 1e3F, " mm, expected ", row.expected * 1e3F);
+        CHECK(std::fabs(found - row.expected) < 0.16_mm); // one line
+    }
+}
+
+TEST_CASE("a model changes its law, its texture and its options, and keeps the rest") {
+    struct mirror {
+        response operator()(const incidence&) const { return {.reflected = 0.5F, .transmitted = 0.25F}; }
+    };
+    scene body{medium{.density = 1000, .sound_speed = 1540, .backscatter = 1}};
+    body.add(make_box({-50_mm, -50_mm, 0}, {50_mm, 50_mm, 20_mm}), medium{.density = 1200, .sound_speed = 1540},
+             {.at = look_at({0, 0, 20_mm}, {0.3F, 0, 1.02F}, {1, 0, -0.3F})});
+    body.build(exec::par);
+    const acquisition scan{.depth = 40_mm, .samples = 4000};
+    const auto first_echo = [&](const auto& model) {
+        return physical_test::echoes_of(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, model, scan), 8)
+            .front()
+            .amplitude;
+    };
+    const physical<> base{.angle = angle::normal, .texture_db = -300};
+    const auto silent = base.with_scattering(no_scatterers{});
+    CHECK(silent.angle == angle::normal);
+    CHECK(first_echo(silent) == doctest::Approx(1.0 / 11)); // (1.2 - 1) / (1.2 + 1), as if met head on
+    CHECK(first_echo(silent.with_boundary(mirror{})) == doctest::Approx(0.5));
+    CHECK(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, silent.with_boundary(fresnel{}), scan) ==
+          trace(exec::par, body, physical_test::probe(5_MHz), pose{}, silent, scan));
+    const physical<fresnel, no_scatterers> oblique{};
+    CHECK(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, oblique, scan).values ==
+          std::vector<vec2>(16 * 4000, vec2{0, 0})); // 17 degrees off: beside the aperture
+    const physical<fresnel, no_scatterers> broad{.band = pulse_band::broad}, narrow{};
+    scene lossy{medium{.density = 1000, .sound_speed = 1540, .attenuation = 50}};
+    lossy.add(physical_test::slab(40_mm, 60_mm), tissue::air);
+    lossy.build(exec::par);
+    const auto level = [&](const auto& model) {
+        return physical_test::echoes_of(trace(exec::par, lossy, physical_test::probe(5_MHz), pose{}, model,
+                                              {.depth = 45_mm, .samples = 4500}),
+                                        8)
+            .front()
+            .decibels();
+    };
+    CHECK(level(narrow) == doctest::Approx(-20).epsilon(1e-3));
+    CHECK(level(broad) > -18.5 - 0.4); // B = 0.644 for 2.5 cycles: a little less than the 18.5 dB of B = 0.6
+    CHECK(level(broad) < -18.0);
 }

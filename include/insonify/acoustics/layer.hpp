@@ -37,7 +37,7 @@ struct beam_sample {
     float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
 };
 
-/// Beam samples at equal steps of displayed depth, from the face on.
+/// Beam samples for equal parts of the displayed depth, from the face on.
 struct line_beam {
     view<const beam_sample> samples{};
     float spacing = 1; ///< metres
@@ -45,7 +45,7 @@ struct line_beam {
     INSONIFY_FN beam_sample at(float depth) const {
         if (samples.empty()) return {};
         const float place = clamped(depth / spacing, 0, static_cast<float>(samples.size() - 1));
-        return samples[static_cast<std::size_t>(place + 0.5F)];
+        return samples[static_cast<std::size_t>(place)];
     }
 };
 

@@ -112,9 +112,9 @@ struct physical {
         const float arrived = arriving(line, path.passed, path.lost_db, path.shown);
 
         const float wavelengths = greater(path.shown, 1e-4F) * line.frequency / display_speed;
-        const float collected = specular(tilt.x, beam.fnumber, wavelengths) *
-                                specular(tilt.y, beam.elevation_fnumber, wavelengths) /
-                                across_the_lines(2 * wavenumber_shown(before, line.frequency), tilt.x, beam);
+        const float collected =
+            specular(tilt.x, beam.fnumber, wavelengths) * specular(tilt.y, beam.elevation_fnumber, wavelengths) /
+            across_the_lines(line, std::tan(lesser(std::fabs(tilt.x), 1.4F)) * stretch(before), beam);
         const float coherent = arrived * met.reflected * coherent_amplitude(meeting) * collected;
         if (coherent != 0) echoes.add(path.shown, {coherent, 0});
 
@@ -130,11 +130,6 @@ struct physical {
     // Displayed metres a metre of the medium.
     INSONIFY_FN float stretch(const medium& m) const {
         return timing == insonify::timing::sound_speed ? display_speed / m.sound_speed : 1.0F;
-    }
-
-    // Radians a metre of the medium, as displayed.
-    INSONIFY_FN float wavenumber_shown(const medium& m, float frequency) const {
-        return 2 * pi * frequency / display_speed * stretch(m);
     }
 
     INSONIFY_FN static float amplitude_of(float decibels) { return std::pow(10.0F, decibels / 20); }
@@ -184,21 +179,23 @@ struct physical {
             });
     }
 
-    // What `convolve` will take from the echo of a tilted surface, because its phase differs from line to line. The
-    // specular return contains that already, so it is divided out: the Gaussian weights' spectrum at the phase's slope,
-    // and at its nearest aliases.
-    INSONIFY_FN static float across_the_lines(float phase_per_metre, float tilt, const beam_sample& beam) {
+    // What `convolve` will take from the echo of a tilted surface, because its phase and depth differ from line to line.
+    // The specular return contains that already, so it is divided out. A slope of s metres of depth a metre across gives
+    // the lines' Gaussian, narrowed to where the pulse still reaches, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and
+    // its spectrum at the phase's slope of 4 pi f0 s / c0 and at the nearest aliases of the lines.
+    INSONIFY_FN static float across_the_lines(const traced_line& line, float slope, const beam_sample& beam) {
         if (!(beam.lateral_sigma > 0) || !(beam.line_spacing > 0)) return 1;
-        const float slope = phase_per_metre * std::tan(lesser(std::fabs(tilt), 1.4F));
-        const float alias = 2 * pi / beam.line_spacing;
-        const float nearest = slope - alias * std::floor(slope / alias + 0.5F);
+        const float sigma_z = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+        const float narrowed = 1 / std::sqrt(1 + square(beam.lateral_sigma * slope / sigma_z));
+        const float phase = 4 * pi * line.frequency / display_speed * slope, alias = 2 * pi / beam.line_spacing;
+        const float nearest = phase - alias * std::floor(phase / alias + 0.5F);
         float met = 0, all = 0;
         for (int i = -1; i <= 1; ++i) {
             const float shift = static_cast<float>(i) * alias;
-            met += std::exp(-0.5F * square(beam.lateral_sigma * (nearest + shift)));
+            met += std::exp(-0.5F * square(narrowed * beam.lateral_sigma * (nearest + shift)));
             all += std::exp(-0.5F * square(beam.lateral_sigma * shift));
         }
-        return greater(met / all, 0.05F);
+        return greater(narrowed * met / all, 0.05F);
     }
 
     // A rough surface is spread over the depths that the line's width covers on it: independent parts, of one power in

@@ -36,9 +36,9 @@ void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const sca
     for_each_index(policy, map.size.y, [&](std::size_t y) {
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) continue;
-            const std::size_t line = map.across[i] > 0.5F ? map.samples : 0;
+            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
             const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
-            pixels[i] = lines.values[map.first[i] + line + sample];
+            pixels[i] = lines.values[line + sample];
         }
     });
 }

@@ -39,6 +39,12 @@ struct scan_map {
     std::vector<float> across{};        ///< a pixel: share of the next line
     std::vector<float> along{};         ///< a pixel: share of the next sample
 
+    /// The index of the sample at the same depth on the next line; that of a full circle's last line is its first.
+    INSONIFY_FN std::uint32_t beside(std::uint32_t sample) const {
+        const std::uint32_t last_line = (count - 1) * samples;
+        return sample < last_line ? sample + samples : sample - last_line;
+    }
+
     INSONIFY_FN vec2 point(vec2 pixel) const {
         return centre + pitch * (pixel - 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)});
     }
@@ -54,7 +60,7 @@ struct scan_map {
 /// Makes the tables of `scan_convert`.
 ///
 /// The field of view reaches half a line beyond the centres of the first and the last line, and from depth 0 to
-/// `depth`.
+/// `depth`. Where it is a full circle, the first line follows upon the last.
 /// @param scan  depth and samples of the lines to come; `samples` must be stated
 /// @throws usage_error  where the probe, the acquisition or the picture size makes no sense
 template <exec::policy Policy, transducer Probe>
@@ -105,6 +111,7 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     map.first.assign(pixels, scan_map::outside);
     map.across.assign(pixels, 0.0F);
     map.along.assign(pixels, 0.0F);
+    const bool full_circle = is_full_circle(probe);
     const float last_line = greater(lines - 2, 0);
     const float last_sample = greater(static_cast<float>(map.samples) - 2, 0);
     for_each_index(policy, map.size.y, [&](std::size_t row) {
@@ -113,11 +120,11 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
             const vec2 at = probe.locate(map.point(x, y));
             if (!(at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= map.depth)) continue;
             const float sample = at.y / map.depth * static_cast<float>(map.samples) - 0.5F;
-            const float line_below = clamped(std::floor(at.x), 0, last_line);
+            const float line_below = full_circle ? std::floor(at.x) : clamped(std::floor(at.x), 0, last_line);
             const float sample_below = clamped(std::floor(sample), 0, last_sample);
             const std::size_t i = row * map.size.x + x;
-            map.first[i] =
-                static_cast<std::uint32_t>(line_below) * map.samples + static_cast<std::uint32_t>(sample_below);
+            const float line = line_below < 0 ? lines - 1 : line_below;
+            map.first[i] = static_cast<std::uint32_t>(line) * map.samples + static_cast<std::uint32_t>(sample_below);
             map.across[i] = clamped(at.x - line_below, 0, 1);
             map.along[i] = clamped(sample - sample_below, 0, 1);
         }
@@ -135,19 +142,17 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
         lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
         throw usage_error{"scan_convert: lines, samples or depth differ from those that the map was made for; make one "
                           "anew with make_scan_map"};
-    const std::size_t next_line = map.count > 1 ? map.samples : 0;
     const std::size_t next_sample = map.samples > 1 ? 1 : 0;
     image picture{map.size, map.background};
     for_each_index(policy, map.size.y, [&](std::size_t y) {
         const float* values = lines.values.data();
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) continue;
-            const float* corner = values + map.first[i];
             const auto between = [along = map.along[i], next_sample](const float* sample) {
                 return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
             };
-            const float here = between(corner);
-            picture.pixels[i] = multiply_add(map.across[i], between(corner + next_line) - here, here);
+            const float here = between(values + map.first[i]);
+            picture.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
         }
     });
     return picture;

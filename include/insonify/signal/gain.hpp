@@ -4,8 +4,12 @@
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
+#include <algorithm>
+#include <array>
 #include <cfloat>
+#include <concepts>
 #include <cstddef>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -44,32 +48,75 @@ scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compre
     return lines;
 }
 
-/// Time-gain compensation: what a scanner adds, depth by depth, to make up for the attenuation it expects.
-struct tgc_settings {
-    float attenuation = 50; ///< dB/m at 1 MHz, one way: what is expected (50 is 0.5 dB/(cm MHz), as on a scanner)
-    float most_db = 60;     ///< the gain rises no further than this
+/// A point of a gain curve.
+struct tgc_point {
+    float depth = 0;   ///< metres
+    float gain_db = 0; ///< there
 };
 
-/// Raises each sample by 2 * attenuation * frequency * depth, in dB; in place: pass std::move(lines).
-/// @param frequency  hertz, of the probe
-/// @throws usage_error  where a setting is not a finite number, 0 or more
-template <exec::policy Policy>
-scan_lines tgc(const Policy& policy, scan_lines lines, float frequency, const tgc_settings& settings = {}) {
-    if (!(settings.attenuation >= 0 && settings.most_db >= 0 && frequency >= 0) || !is_finite(frequency) ||
-        !is_finite(settings.attenuation) || !is_finite(settings.most_db))
-        throw usage_error{"tgc: `attenuation`, `most_db` and the frequency must be finite numbers, 0 or more"};
-    std::vector<float> gain(lines.samples);
-    const float spacing = lines.depth / static_cast<float>(lines.samples);
-    for (std::uint32_t k = 0; k < lines.samples; ++k) {
-        const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-        gain[k] = std::pow(10.0F, lesser(2 * settings.attenuation * frequency * 1e-6F * depth, settings.most_db) / 20);
+/// Time-gain compensation: what a scanner adds, depth by depth, to make up for the attenuation it expects.
+///
+/// The gain is the automatic one or, where there is a curve, that of the curve; the sliders are added to either.
+struct tgc_settings {
+    float attenuation = 50; ///< dB/m at 1 MHz, one way: what is expected (50 is 0.5 dB/(cm MHz), as on a scanner)
+    float most_db = 60;     ///< the automatic gain rises no further than this
+    std::array<float, 8> sliders{}; ///< dB at eight depths, the first at 0 and the last at the end; linear between
+    std::vector<tgc_point> curve{}; ///< by rising depth; linear between its points, level before and after them
+
+    /// @param depth      metres
+    /// @param end        of the lines, metres
+    /// @param frequency  f0 of the probe, hertz: the automatic gain is 2 attenuation f0 depth
+    float gain_db(float depth, float end, float frequency) const {
+        const float place = clamped(depth / end, 0, 1) * 7;
+        const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;
+        const float share_of_next = place - static_cast<float>(slider);
+        const float by_hand = sliders[slider] + share_of_next * (sliders[slider + 1] - sliders[slider]);
+        if (curve.empty()) return by_hand + lesser(2 * attenuation * frequency * 1e-6F * depth, most_db);
+
+        const auto after =
+            std::find_if(curve.begin(), curve.end(), [=](const tgc_point& p) { return p.depth > depth; });
+        if (after == curve.begin()) return by_hand + curve.front().gain_db;
+        if (after == curve.end()) return by_hand + curve.back().gain_db;
+        const tgc_point& before = *(after - 1);
+        const float share = (depth - before.depth) / (after->depth - before.depth);
+        return by_hand + before.gain_db + share * (after->gain_db - before.gain_db);
     }
-    for_each_index(policy, lines.count, [&](std::size_t line) {
-        float* values = lines.values.data() + line * lines.samples;
-        for (std::uint32_t k = 0; k < lines.samples; ++k) values[k] *= gain[k];
-    });
-    return lines;
-}
+
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        if (!is_finite(attenuation) || !(attenuation >= 0) || !is_finite(most_db) || !(most_db >= 0))
+            throw usage_error{"tgc: `attenuation` and `most_db` must be finite numbers, 0 or more"};
+        for (const float slider : sliders)
+            if (!is_finite(slider)) throw usage_error{"tgc: `sliders` must be finite numbers of dB"};
+        for (std::size_t i = 0; i < curve.size(); ++i)
+            if (!is_finite(curve[i].depth) || !is_finite(curve[i].gain_db) ||
+                (i > 0 && !(curve[i].depth > curve[i - 1].depth)))
+                throw usage_error{"tgc: the points of `curve` must be finite, each deeper than the one before"};
+    }
+};
+
+/// Raises each sample by the gain of its depth; in place: pass std::move(lines).
+/// @tparam Value     float for amplitudes, vec2 for IQ
+/// @param frequency  hertz, of the probe
+/// @throws usage_error  where the frequency or a setting makes no sense
+template <exec::policy Policy, class Value>
+    requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
+    tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
+        settings.check();
+        if (!is_finite(frequency) || !(frequency >= 0))
+            throw usage_error{"tgc: the frequency must be a finite number of hertz, 0 or more"};
+        std::vector<float> gain(lines.samples);
+        const float spacing = lines.depth / static_cast<float>(lines.samples);
+        for (std::uint32_t k = 0; k < lines.samples; ++k) {
+            const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+            gain[k] = std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
+        }
+        for_each_index(policy, lines.count, [&](std::size_t line) {
+            Value* values = lines.values.data() + line * lines.samples;
+            for (std::uint32_t k = 0; k < lines.samples; ++k) values[k] *= gain[k];
+        });
+        return lines;
+    }
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

@@ -25,23 +25,23 @@ class beam_table {
                const Covariance& covariance)
         : lines_{probe.lines}, spacing_{depth / depths} {
         const beam_model beam = beam_of(probe, depth);
-        // Nodes of the kernel from the face on, `depths` to the picture.
+        // One step of the kernel for each of the depths.
         const lateral_kernel kernel =
-            make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::step});
+            make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
         border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
         // Beams that fan out meet the scatterers of an object in different directions: independent lines.
         const bool parallel = probe.lines < 2 || probe.beam(0).direction == probe.beam(1).direction;
         const auto between_lines = [&](float apart) { return apart == 0 ? 1.0F : parallel ? covariance(apart) : 0.0F; };
         for_each_index(policy, depths, [&](std::size_t k) {
-            const float z = static_cast<float>(k) * spacing_;
+            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             float weight[elevation_planes::most];
             planes.weights(z, weight);
             float power = 0;
             for (std::uint32_t i = 0; i < planes.count(); ++i)
                 for (std::uint32_t j = 0; j < planes.count(); ++j)
                     power += weight[i] * weight[j] * (i == j ? 1.0F : covariance(planes.offset(i) - planes.offset(j)));
-            const lateral_weights across = kernel.node(k);
+            const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {
                     .fnumber = beam.fnumber(z),

@@ -1,0 +1,43 @@
+#ifndef INSONIFY_EXAMINATIONS_HPP
+#define INSONIFY_EXAMINATIONS_HPP
+
+#include <insonify/b_mode.hpp>
+#include <insonify/probe/presets.hpp>
+#include <insonify/probe/radial_array.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What is set on a scanner before a patient is looked at:
+///
+///     b_mode(exec::par_unseq, body, presets::abdomen.probe, at, presets::abdomen.settings)
+template <transducer Probe>
+struct examination {
+    Probe probe{};
+    b_mode_settings settings{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+namespace insonify::inline INSONIFY_ABI::presets {
+
+/// A nerve block: a needle towards a nerve a few centimetres under the skin.
+inline constexpr examination<linear_array> nerve_block{
+    .probe = {.lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm},
+    .settings = {.depth = 40_mm, .tgc = 0.85_dB_per_cm, .planes = 7}};
+
+/// Liver, kidneys, gall bladder.
+inline constexpr examination<convex_array> abdomen{
+    .probe = {.lines = 192, .radius = 60_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz},
+    .settings = {.depth = 160_mm}};
+
+/// The heart between the ribs.
+inline constexpr examination<phased_array> heart{
+    .probe = {.lines = 128, .width = 20_mm, .field_of_view = 90_deg, .frequency = 2.5_MHz},
+    .settings = {.depth = 160_mm}};
+
+/// A vessel from inside.
+inline constexpr examination<radial_array> intravascular{.probe = {.lines = 256, .radius = 0.5_mm, .frequency = 20_MHz},
+                                                         .settings = {.depth = 6_mm}};
+
+} // namespace insonify::inline INSONIFY_ABI::presets
+#endif

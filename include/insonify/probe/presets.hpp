@@ -1,0 +1,48 @@
+#ifndef INSONIFY_PROBE_PRESETS_HPP
+#define INSONIFY_PROBE_PRESETS_HPP
+
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+
+/// Real probes: one line for each element, and 128 over 90 degrees for the phased array.
+///
+/// Source: `getparam` of PyMUST (Garcia 2021), from Verasonics' data: pitch, elements, frequency, bandwidth, elevation.
+namespace insonify::inline INSONIFY_ABI::presets {
+
+/// Vessels, nerves, muscles: 128 elements, 0.30 mm apart.
+inline constexpr linear_array l11_5v{.lines = 128,
+                                     .width = 128 * 0.30_mm,
+                                     .frequency = 7.6_MHz,
+                                     .elevation_height = 5_mm,
+                                     .elevation_focus = 18_mm,
+                                     .bandwidth = 0.77F};
+
+/// Small parts near the surface: 192 elements, 0.20 mm apart.
+inline constexpr linear_array l12_3v{.lines = 192,
+                                     .width = 192 * 0.20_mm,
+                                     .frequency = 7.54_MHz,
+                                     .elevation_height = 5_mm,
+                                     .elevation_focus = 20_mm,
+                                     .bandwidth = 0.93F};
+
+/// Abdomen: 128 elements, 0.508 mm apart on an arc of 49.57 mm radius.
+inline constexpr convex_array c5_2v{.lines = 128,
+                                    .radius = 49.57_mm,
+                                    .field_of_view = 128 * 0.508F / 49.57F,
+                                    .frequency = 3.57_MHz,
+                                    .elevation_height = 13.5_mm,
+                                    .elevation_focus = 60_mm,
+                                    .bandwidth = 0.79F};
+
+/// Heart: 64 elements, 0.30 mm apart.
+inline constexpr phased_array p4_2v{.lines = 128,
+                                    .width = 64 * 0.30_mm,
+                                    .field_of_view = 90_deg,
+                                    .frequency = 2.72_MHz,
+                                    .elevation_height = 14_mm,
+                                    .elevation_focus = 60_mm,
+                                    .bandwidth = 0.74F};
+
+} // namespace insonify::inline INSONIFY_ABI::presets
+#endif
