@@ -1,118 +1,250 @@
-// What a physicist does to a scanner once a year: scans a phantom whose content is known (quality_phantom.hpp), measures
-// the echoes and compares. Prints a table, draws what it sees, and fails where a number is out.
+// What a physicist does to a scanner once a year: scan a phantom whose content is known, measure the echoes, compare.
+// Prints a table, draws what was seen, and fails where a number is out.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 #include "quality_phantom.hpp"
+#include <cmath>
 #include <cstdio>
 #include <string>
 
 using namespace insonify;
 
-/// Prints each number beside what it must be, and counts those that are out.
+std::string text(const char* format, float number) {
+    char buffer[40];
+    std::snprintf(buffer, sizeof buffer, format, static_cast<double>(number));
+    return buffer;
+}
+
+/// Prints each number beside what it must be, and counts those that are not.
 struct quality_table {
     int out = 0;
 
-    void print(const std::string& what, float measured, const char* relation, float stated, float allowed, bool good) {
-        std::printf("  %-38s %9.3f  %2s %8.3f", what.c_str(), static_cast<double>(measured), relation,
-                    static_cast<double>(stated));
-        if (allowed > 0)
-            std::printf(" +- %5.3f", static_cast<double>(allowed));
-        else
-            std::printf("         ");
-        std::printf("   %s\n", good ? "ok" : "NOT OK");
+    void row(const std::string& what, float measured, const std::string& stated, bool good) {
+        std::printf("  %-42s %9.3f   %-18s %s\n", what.c_str(), static_cast<double>(measured), stated.c_str(),
+                    good ? "ok" : "OUT");
         out += good ? 0 : 1;
     }
     void within(const std::string& what, float measured, float stated, float allowed) {
-        print(what, measured, "", stated, allowed, std::fabs(measured - stated) <= allowed);
+        row(what, measured, text("%.3f", stated) + text(" +- %.3f", allowed), std::fabs(measured - stated) <= allowed);
     }
     void at_least(const std::string& what, float measured, float bound) {
-        print(what, measured, ">=", bound, 0, measured >= bound);
+        row(what, measured, text("at least %g", bound), measured >= bound);
     }
     void at_most(const std::string& what, float measured, float bound) {
-        print(what, measured, "<=", bound, 0, measured <= bound);
+        row(what, measured, text("at most %g", bound), measured <= bound);
     }
 };
 
-/// The envelopes of slices a millimetre apart about y: what runs along y is the same in all, the speckle is not. The first
-/// is drawn as well.
+/// Envelopes of slices a millimetre apart about y: what runs along y is the same in all, the speckle is not.
+/// @param picture  where the first is drawn
 template <transducer Probe>
 std::vector<scan_lines> scan(const scene& body, const Probe& probe, float y, int slices, const acquisition& how,
                              const std::string& picture) {
     std::vector<scan_lines> all;
     for (int i = 0; i < slices; ++i) {
-        const pose at{.translation = {0, y + (static_cast<float>(i) - 0.5F * static_cast<float>(slices)) * 1_mm, 0}};
+        const pose at{.translation = {0, y + static_cast<float>(i - slices / 2) * 1_mm, 0}};
         iq_lines iq = trace(exec::par_unseq, body, probe, at, physical<>{}, how);
         iq = convolve(exec::par_unseq, std::move(iq), nominal_pulse(probe), probe);
         all.push_back(envelope(exec::par_unseq, iq));
     }
     const scan_lines greys = log_compress(exec::par_unseq, tgc(exec::par_unseq, all[0], probe.frequency));
-    write_png(picture + ".png", scan_convert(exec::par_unseq, greys, probe, {.size = {768, 0}}));
+    write_png(picture, scan_convert(exec::par_unseq, greys, probe, {.size = {768, 0}}));
     return all;
 }
 
-/// One picture out of slices: the root of their mean power.
-scan_lines mean_of(std::vector<scan_lines> slices) {
-    scan_lines& mean = slices[0];
-    for (std::size_t i = 0; i < mean.values.size(); ++i) {
-        float power = 0;
-        for (const scan_lines& each : slices) power += each.values[i] * each.values[i];
-        mean.values[i] = std::sqrt(power / static_cast<float>(slices.size()));
-    }
-    return std::move(mean);
-}
-
-/// Lines with which a wire is sought: its picture, and what lies between two of them.
+/// Envelopes as a function of the point {x, z}: the root of the slices' mean power, linear between lines and samples.
 template <transducer Probe>
-struct finder {
-    const scan_lines& lines;
+struct wire_finder {
+    const std::vector<scan_lines>& slices;
     const Probe& probe;
-    float sample = lines.depth / static_cast<float>(lines.samples); ///< metres
 
-    float operator()(int line, int k) const {
-        return lines(static_cast<std::uint32_t>(line), static_cast<std::uint32_t>(k));
+    float operator()(vec2 point) const {
+        const vec2 place = probe.locate(point);
+        const float sample = place.y / slices[0].depth * static_cast<float>(slices[0].samples) - 0.5F;
+        const vec2 share{place.x - std::floor(place.x), sample - std::floor(sample)};
+        const auto i = static_cast<std::uint32_t>(place.x), k = static_cast<std::uint32_t>(sample);
+        float power = 0;
+        for (const scan_lines& lines : slices) {
+            const float here = (1 - share.y) * lines(i, k) + share.y * lines(i, k + 1);
+            const float next = (1 - share.y) * lines(i + 1, k) + share.y * lines(i + 1, k + 1);
+            const float value = (1 - share.x) * here + share.x * next;
+            power += value * value;
+        }
+        return std::sqrt(power / static_cast<float>(slices.size()));
     }
-    int line_at(vec2 point) const { return static_cast<int>(std::lround(probe.locate(point).x)); }
-    int sample_at(vec2 point) const { return static_cast<int>(probe.locate(point).y / sample); }
 
-    /// The picture of a point: where its middle is, x and z, and its -6 dB width across the beam and along it.
+    /// The picture of a wire: the middle between its -6 dB points, and their distance across the beam and along it.
     struct spot {
-        vec2 at{0, 0};
+        vec2 middle{0, 0};
         vec2 width{0, 0};
     };
-    spot find(vec2 point) const {
-        const float spacing = line_spacing(probe, probe.locate(point).y);
-        const int across = static_cast<int>(0.4_mm / spacing), along = static_cast<int>(0.4_mm / sample);
-        int line = line_at(point), k = sample_at(point);
-        for (int x = line_at(point) - across; x <= line_at(point) + across; ++x)
-            for (int z = sample_at(point) - along; z <= sample_at(point) + along; ++z)
-                if ((*this)(x, z) > (*this)(line, k)) line = x, k = z;
-        const auto half_height = [](const auto& value, int peak, int step) { // linear between two values
-            int i = peak;
-            while (value(i) > 0.5F * value(peak)) i += step;
-            const float beyond = (0.5F * value(peak) - value(i)) / (value(i - step) - value(i));
-            return static_cast<float>(i) - static_cast<float>(step) * beyond;
+    spot find(vec2 expected) const {
+        vec2 peak = expected;
+        for (int x = -20; x <= 20; ++x)
+            for (int z = -20; z <= 20; ++z)
+                if (const vec2 near_by = expected + 20_um * vec2{x, z}; (*this)(near_by) > (*this)(peak))
+                    peak = near_by;
+        const vec3 direction = probe.beam(probe.locate(expected).x).direction;
+        const vec2 along{direction.x, direction.z}, across{direction.z, -direction.x};
+        const auto reach = [&](vec2 aside) {
+            float distance = 0;
+            while ((*this)(peak + distance * aside) > 0.5F * (*this)(peak)) distance += 1_um;
+            return distance;
         };
-        const auto row = [&](int x) { return (*this)(x, k); };
-        const auto column = [&](int z) { return (*this)(line, z); };
-        const float left = half_height(row, line, -1), right = half_height(row, line, 1);
-        const float top = half_height(column, k, -1), bottom = half_height(column, k, 1);
-        const vec3 middle = probe.beam(0.5F * (left + right)).at((0.5F * (top + bottom) + 0.5F) * sample);
-        return {{middle.x, middle.z}, {(right - left) * spacing, (bottom - top) * sample}};
+        const float left = reach(-across), right = reach(across), up = reach(-along), down = reach(along);
+        return {peak + 0.5F * (right - left) * across + 0.5F * (down - up) * along, {left + right, up + down}};
     }
 
-    /// Along a row through two wires, and along a column: the highest values nearby, so that neither need be met exactly.
-    std::vector<float> across(vec2 from, vec2 to) const {
-        std::vector<float> profile;
-        for (int line = line_at(from); line <= line_at(to); ++line) {
-            profile.push_back(0);
-            for (int k = sample_at(from) - 3; k <= sample_at(from) + 3; ++k)
-                profile.back() = greater(profile.back(), (*this)(line, k));
+    /// How far the echo falls between two wires, dB: below the weaker of the peaks in either half of the way.
+    float dip(vec3 from, vec3 to) const {
+        float peak[2] = {0, 0}, least = FLT_MAX;
+        for (int i = 0; i <= 100; ++i) {
+            const vec3 point = from + 0.01F * static_cast<float>(i) * (to - from);
+            const float value = (*this)({point.x, point.z});
+            peak[i / 51] = greater(peak[i / 51], value);
+            least = lesser(least, value);
         }
-        return profile;
-    }
-    std::vector<float> along(vec2 from, vec2 to) const {
-        std::vector<float> profile;
-        for (int k = sample_at(from); k <= sample_at(to); ++k) profile.push_back((*this)(line_at(from), k));
-        return profile;
+        return 20 * std::log10(lesser(peak[0], peak[1]) / least);
     }
 };
+
+/// Wires: where they are seen, how sharply, and which two are seen as two.
+template <transducer Probe>
+void check_wires(quality_table& table, const std::vector<scan_lines>& slices, const Probe& probe, float scale) {
+    const wire_finder<Probe> seen{slices, probe};
+    const float lateral = 0.92F * display_speed / probe.frequency * probe.fnumber; // in the focus
+    const float axial = 0.441F * display_speed / (probe.bandwidth * probe.frequency);
+    float along = 0;
+    for (const vec2 wire : quality::wires) {
+        const auto spot = seen.find(scale * wire);
+        table.within("wire: x, mm", spot.middle.x / 1_mm, scale * wire.x / 1_mm, 0.05F);
+        table.within("wire: z, mm", spot.middle.y / 1_mm, scale * wire.y / 1_mm, 0.05F);
+        along += spot.width.y / static_cast<float>(std::size(quality::wires));
+    }
+    const float across = seen.find(scale * quality::focused_wire).width.x;
+    table.within("-6 dB width of the focused wire, mm", across / 1_mm, lateral / 1_mm, 0.05F * lateral / 1_mm);
+    table.within("-6 dB length of wires, mean, mm", along / 1_mm, axial / 1_mm, 0.03F * axial / 1_mm);
+
+    const auto check_pair = [&](const quality::wire_pair& two, vec3 direction, float width, const char* how) {
+        const pose at = quality::on_beam(probe, scale * two.middle);
+        const float spacing = scale * two.spacing, widths = spacing / width;
+        const vec3 half = 0.5F * spacing * direction;
+        const float dip = seen.dip(at.point(-half), at.point(half));
+        const std::string name = text("wires %g mm ", spacing / 1_mm) + how + text(" (%.2f widths): dip, dB", widths);
+        widths < 1 ? table.at_most(name, dip, 6) : table.at_least(name, dip, 6);
+    };
+    for (const quality::wire_pair& two : quality::lateral_pairs) check_pair(two, {1, 0, 0}, lateral, "across");
+    for (const quality::wire_pair& two : quality::axial_pairs) check_pair(two, {0, 0, 1}, axial, "along");
+}
+
+/// What the samples of a region say.
+struct speckle {
+    double n = 0, sum = 0, power = 0, depths = 0, squares = 0, decibels = 0, products = 0;
+
+    void add(float depth, float amplitude) {
+        const double a = static_cast<double>(amplitude), z = static_cast<double>(depth), level = 20 * std::log10(a);
+        ++n, sum += a, power += a * a, depths += z, squares += z * z, decibels += level, products += z * level;
+    }
+    float level() const { return static_cast<float>(10 * std::log10(power / n)); }
+    float signal_to_noise() const { return static_cast<float>(1 / std::sqrt(power * n / (sum * sum) - 1)); }
+    float decibels_per_metre() const { // regression of levels on depths
+        return static_cast<float>((n * products - depths * decibels) / (n * squares - depths * depths));
+    }
+};
+
+/// Calls visit(share of the field, point {x, z}, depth, amplitude) for the samples between two depths, in a gel whose
+/// attenuation is made up for.
+template <transducer Probe, class Visit>
+void for_each_sample(const std::vector<scan_lines>& slices, const Probe& probe, const medium& gel, vec2 depths,
+                     const Visit& visit) {
+    const float spacing = slices[0].depth / static_cast<float>(slices[0].samples);
+    const auto first = static_cast<std::uint32_t>(depths.x / spacing),
+               end = static_cast<std::uint32_t>(depths.y / spacing);
+    for (std::uint32_t k = first; k < end; ++k) {
+        const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+        const float gain = std::pow(10.0F, echo_loss(gel, probe.frequency) * depth / 20);
+        for (std::uint32_t i = 0; i < probe.lines; ++i) {
+            const auto line = static_cast<float>(i);
+            const vec3 at = probe.beam(line).at(depth);
+            for (const scan_lines& lines : slices)
+                visit(share_of_line(line, probe.lines), vec2{at.x, at.z}, depth, gain * lines(i, k));
+        }
+    }
+}
+
+/// Gel of both kinds: level, statistics and attenuation of its speckle, and the black of cysts in it.
+template <transducer Probe>
+void check_gel(quality_table& table, const std::vector<scan_lines>& slices, const Probe& probe, float scale) {
+    for (const float side : {-1.0F, 1.0F}) {
+        const medium& gel = side < 0 ? tissue::tmm_low : tissue::tmm_high;
+        const std::string name = side < 0 ? "gel of 0.5: " : "gel of 0.7: ";
+        const float loss = echo_loss(gel, probe.frequency) * 1_cm;
+        speckle clear;
+        for_each_sample(slices, probe, gel, scale * vec2{5_mm, 45_mm},
+                        [&](float share, vec2, float depth, float amplitude) {
+                            if (side * share > 0.03F && side * share < 0.15F) clear.add(depth, amplitude);
+                        });
+        table.within(name + "level, dB", clear.level(), -55, 0.3F);
+        table.within(name + "mean over deviation", clear.signal_to_noise(), 1.913F, 0.02F * 1.913F);
+        table.within(name + "attenuation, dB/cm", loss - clear.decibels_per_metre() * 1_cm, loss, 0.02F * loss);
+        for (const quality::target& cyst : quality::cysts) {
+            if (side * cyst.centre.x < 0) continue;
+            const float depth = probe.locate(scale * cyst.centre).y;
+            const float radius = scale * cyst.radius - beam_of(probe, slices[0].depth).lateral_width(depth);
+            speckle inside;
+            for_each_sample(slices, probe, gel, depth + radius * vec2{-1, 1},
+                            [&](float, vec2 at, float z, float amplitude) {
+                                if (length(at - scale * cyst.centre) < radius) inside.add(z, amplitude);
+                            });
+            table.at_most(name + text("cyst of %g mm, dB", 2 * scale * cyst.radius / 1_mm),
+                          inside.level() - clear.level(), -28);
+        }
+    }
+}
+
+/// Grey targets against the gel beside them, between them and to both sides.
+template <transducer Probe>
+void check_targets(quality_table& table, const std::vector<scan_lines>& slices, const Probe& probe, float scale) {
+    const beam_model beam = beam_of(probe, slices[0].depth);
+    for (const quality::target& target : quality::targets) {
+        const float depth = probe.locate(scale * target.centre).y, margin = beam.lateral_width(depth);
+        const float radius = scale * target.radius - margin;
+        speckle inside, beside;
+        for_each_sample(slices, probe, tissue::tmm_low, depth + radius * vec2{-1, 1},
+                        [&](float, vec2 at, float z, float amplitude) {
+                            float distance = FLT_MAX;
+                            for (const quality::target& each : quality::targets)
+                                distance = lesser(distance, length(at - scale * each.centre));
+                            if (distance > scale * target.radius + margin) beside.add(z, amplitude);
+                            if (length(at - scale * target.centre) < radius) inside.add(z, amplitude);
+                        });
+        const float cell = 2 * pi * beam.lateral_sigma(depth) * nominal_pulse(probe).sigma_z(probe.frequency);
+        const float cells = pi * radius * radius / cell * static_cast<float>(slices.size());
+        table.within("target " + text("%g mm deep, dB", scale * target.centre.y / 1_mm),
+                     inside.level() - beside.level(), static_cast<float>(target.level_db), 13 / std::sqrt(cells));
+    }
+}
+
+/// @param rays  for each line, so that two meet the front of a wire
+/// @return how many numbers are out
+template <transducer Probe>
+int examine(const std::string& name, const Probe& probe, float scale, std::uint32_t rays) {
+    std::printf("%s, %g MHz\n", name.c_str(), static_cast<double>(probe.frequency / 1_MHz));
+    const scene body = quality_phantom(probe, scale).build(exec::par);
+    const acquisition usual{.depth = scale * 50_mm}, finer{.depth = usual.depth, .samples = 3072};
+    const refined<Probe> lines{probe, rays_per_line(probe, usual.depth)}, finer_lines{probe, rays};
+    const auto picture = [&](const char* part) { return "quality_" + name + "_" + part + ".png"; };
+    quality_table table;
+    check_wires(table, scan(body, finer_lines, quality::wires_at, 4, finer, picture("wires")), finer_lines, scale);
+    check_gel(table, scan(body, lines, quality::cysts_at, 8, usual, picture("cysts")), lines, scale);
+    check_targets(table, scan(body, lines, quality::targets_at, 8, usual, picture("targets")), lines, scale);
+    return table.out;
+}
+
+int main() {
+    const linear_array linear{.focus = 30_mm, .bandwidth = 0.6F};
+    const convex_array convex{.focus = 60_mm, .bandwidth = 0.6F};
+    const int out = examine("linear", linear, 1, 8) + examine("convex", convex, 2, 16);
+    std::printf("%d numbers are out\n", out);
+    return out == 0 ? 0 : 1;
+}

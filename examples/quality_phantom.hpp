@@ -43,11 +43,8 @@ inline constexpr vec2 wires[] = {{-2_mm, 10_mm},  {-1.5_mm, 20_mm}, {-1_mm, 30_m
 inline constexpr vec2 focused_wire = wires[2];
 
 /// Side by side across the beam.
-inline constexpr wire_pair lateral_pairs[] = {{{2_mm, 30_mm}, 0.25_mm},
-                                              {{4_mm, 30_mm}, 0.4_mm},
-                                              {{6.7_mm, 30_mm}, 0.6_mm},
-                                              {{9.5_mm, 30_mm}, 1_mm},
-                                              {{13_mm, 30_mm}, 2_mm}};
+inline constexpr wire_pair lateral_pairs[] = {
+    {{2_mm, 30_mm}, 0.25_mm}, {{6.7_mm, 30_mm}, 0.6_mm}, {{9.5_mm, 30_mm}, 1_mm}, {{13_mm, 30_mm}, 2_mm}};
 /// One behind the other along the beam, and to both sides of it by `stagger`, out of one another's shadow.
 inline constexpr float stagger = 0.06_mm;
 inline constexpr wire_pair axial_pairs[] = {
@@ -57,9 +54,10 @@ inline constexpr wire_pair axial_pairs[] = {
 inline constexpr target cysts[] = {{{-15_mm, 10_mm}, 1_mm}, {{-15_mm, 25_mm}, 2_mm}, {{-15_mm, 40_mm}, 3_mm},
                                    {{15_mm, 10_mm}, 1_mm},  {{15_mm, 25_mm}, 2_mm},  {{15_mm, 40_mm}, 3_mm}};
 inline constexpr target targets[] = {
-    {{-12_mm, 10_mm}, 2.5_mm, -6}, {{-4_mm, 10_mm}, 2.5_mm, -3}, {{4_mm, 10_mm}, 2.5_mm, 3}, {{12_mm, 10_mm}, 2.5_mm, 6},
-    {{-12_mm, 25_mm}, 2.5_mm, -6}, {{-4_mm, 25_mm}, 2.5_mm, -3}, {{4_mm, 25_mm}, 2.5_mm, 3}, {{12_mm, 25_mm}, 2.5_mm, 6},
-    {{-12_mm, 40_mm}, 2.5_mm, -6}, {{-4_mm, 40_mm}, 2.5_mm, -3}, {{4_mm, 40_mm}, 2.5_mm, 3}, {{12_mm, 40_mm}, 2.5_mm, 6}};
+    {{-12_mm, 10_mm}, 2.5_mm, -6}, {{-4_mm, 10_mm}, 2.5_mm, -3},  {{4_mm, 10_mm}, 2.5_mm, 3},
+    {{12_mm, 10_mm}, 2.5_mm, 6},   {{-12_mm, 25_mm}, 2.5_mm, -6}, {{-4_mm, 25_mm}, 2.5_mm, -3},
+    {{4_mm, 25_mm}, 2.5_mm, 3},    {{12_mm, 25_mm}, 2.5_mm, 6},   {{-12_mm, 40_mm}, 2.5_mm, -6},
+    {{-4_mm, 40_mm}, 2.5_mm, -3},  {{4_mm, 40_mm}, 2.5_mm, 3},    {{12_mm, 40_mm}, 2.5_mm, 6}};
 
 /// A frame at a point of the part with wires: x across the beam that goes there, y along the wires, z along the beam.
 template <transducer Probe>

@@ -404,7 +404,7 @@ struct beam_sample {
     float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
 };
 
-/// Beam samples at equal steps of displayed depth, from the face on.
+/// Beam samples for equal parts of the displayed depth, from the face on.
 struct line_beam {
     view<const beam_sample> samples{};
     float spacing = 1; ///< metres
@@ -412,7 +412,7 @@ struct line_beam {
     INSONIFY_FN beam_sample at(float depth) const {
         if (samples.empty()) return {};
         const float place = clamped(depth / spacing, 0, static_cast<float>(samples.size() - 1));
-        return samples[static_cast<std::size_t>(place + 0.5F)];
+        return samples[static_cast<std::size_t>(place)];
     }
 };
 
@@ -1898,9 +1898,9 @@ struct physical {
         const float arrived = arriving(line, path.passed, path.lost_db, path.shown);
 
         const float wavelengths = greater(path.shown, 1e-4F) * line.frequency / display_speed;
-        const float collected = specular(tilt.x, beam.fnumber, wavelengths) *
-                                specular(tilt.y, beam.elevation_fnumber, wavelengths) /
-                                across_the_lines(2 * wavenumber_shown(before, line.frequency), tilt.x, beam);
+        const float collected =
+            specular(tilt.x, beam.fnumber, wavelengths) * specular(tilt.y, beam.elevation_fnumber, wavelengths) /
+            across_the_lines(line, std::tan(lesser(std::fabs(tilt.x), 1.4F)) * stretch(before), beam);
         const float coherent = arrived * met.reflected * coherent_amplitude(meeting) * collected;
         if (coherent != 0) echoes.add(path.shown, {coherent, 0});
 
@@ -1916,11 +1916,6 @@ struct physical {
     // Displayed metres a metre of the medium.
     INSONIFY_FN float stretch(const medium& m) const {
         return timing == insonify::timing::sound_speed ? display_speed / m.sound_speed : 1.0F;
-    }
-
-    // Radians a metre of the medium, as displayed.
-    INSONIFY_FN float wavenumber_shown(const medium& m, float frequency) const {
-        return 2 * pi * frequency / display_speed * stretch(m);
     }
 
     INSONIFY_FN static float amplitude_of(float decibels) { return std::pow(10.0F, decibels / 20); }
@@ -1970,21 +1965,23 @@ struct physical {
             });
     }
 
-    // What `convolve` will take from the echo of a tilted surface, because its phase differs from line to line. The
-    // specular return contains that already, so it is divided out: the Gaussian weights' spectrum at the phase's slope,
-    // and at its nearest aliases.
-    INSONIFY_FN static float across_the_lines(float phase_per_metre, float tilt, const beam_sample& beam) {
+    // What `convolve` will take from the echo of a tilted surface, because its phase and depth differ from line to line.
+    // The specular return contains that already, so it is divided out. A slope of s metres of depth a metre across gives
+    // the lines' Gaussian, narrowed to where the pulse still reaches, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and
+    // its spectrum at the phase's slope of 4 pi f0 s / c0 and at the nearest aliases of the lines.
+    INSONIFY_FN static float across_the_lines(const traced_line& line, float slope, const beam_sample& beam) {
         if (!(beam.lateral_sigma > 0) || !(beam.line_spacing > 0)) return 1;
-        const float slope = phase_per_metre * std::tan(lesser(std::fabs(tilt), 1.4F));
-        const float alias = 2 * pi / beam.line_spacing;
-        const float nearest = slope - alias * std::floor(slope / alias + 0.5F);
+        const float sigma_z = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+        const float narrowed = 1 / std::sqrt(1 + square(beam.lateral_sigma * slope / sigma_z));
+        const float phase = 4 * pi * line.frequency / display_speed * slope, alias = 2 * pi / beam.line_spacing;
+        const float nearest = phase - alias * std::floor(phase / alias + 0.5F);
         float met = 0, all = 0;
         for (int i = -1; i <= 1; ++i) {
             const float shift = static_cast<float>(i) * alias;
-            met += std::exp(-0.5F * square(beam.lateral_sigma * (nearest + shift)));
+            met += std::exp(-0.5F * square(narrowed * beam.lateral_sigma * (nearest + shift)));
             all += std::exp(-0.5F * square(beam.lateral_sigma * shift));
         }
-        return greater(met / all, 0.05F);
+        return greater(narrowed * met / all, 0.05F);
     }
 
     // A rough surface is spread over the depths that the line's width covers on it: independent parts, of one power in
@@ -2440,6 +2437,12 @@ struct scan_map {
     std::vector<float> across{};        ///< a pixel: share of the next line
     std::vector<float> along{};         ///< a pixel: share of the next sample
 
+    /// The index of the sample at the same depth on the next line; that of a full circle's last line is its first.
+    INSONIFY_FN std::uint32_t beside(std::uint32_t sample) const {
+        const std::uint32_t last_line = (count - 1) * samples;
+        return sample < last_line ? sample + samples : sample - last_line;
+    }
+
     INSONIFY_FN vec2 point(vec2 pixel) const {
         return centre + pitch * (pixel - 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)});
     }
@@ -2455,7 +2458,7 @@ struct scan_map {
 /// Makes the tables of `scan_convert`.
 ///
 /// The field of view reaches half a line beyond the centres of the first and the last line, and from depth 0 to
-/// `depth`.
+/// `depth`. Where it is a full circle, the first line follows upon the last.
 /// @param scan  depth and samples of the lines to come; `samples` must be stated
 /// @throws usage_error  where the probe, the acquisition or the picture size makes no sense
 template <exec::policy Policy, transducer Probe>
@@ -2506,6 +2509,7 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     map.first.assign(pixels, scan_map::outside);
     map.across.assign(pixels, 0.0F);
     map.along.assign(pixels, 0.0F);
+    const bool full_circle = is_full_circle(probe);
     const float last_line = greater(lines - 2, 0);
     const float last_sample = greater(static_cast<float>(map.samples) - 2, 0);
     for_each_index(policy, map.size.y, [&](std::size_t row) {
@@ -2514,11 +2518,11 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
             const vec2 at = probe.locate(map.point(x, y));
             if (!(at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= map.depth)) continue;
             const float sample = at.y / map.depth * static_cast<float>(map.samples) - 0.5F;
-            const float line_below = clamped(std::floor(at.x), 0, last_line);
+            const float line_below = full_circle ? std::floor(at.x) : clamped(std::floor(at.x), 0, last_line);
             const float sample_below = clamped(std::floor(sample), 0, last_sample);
             const std::size_t i = row * map.size.x + x;
-            map.first[i] =
-                static_cast<std::uint32_t>(line_below) * map.samples + static_cast<std::uint32_t>(sample_below);
+            const float line = line_below < 0 ? lines - 1 : line_below;
+            map.first[i] = static_cast<std::uint32_t>(line) * map.samples + static_cast<std::uint32_t>(sample_below);
             map.across[i] = clamped(at.x - line_below, 0, 1);
             map.along[i] = clamped(sample - sample_below, 0, 1);
         }
@@ -2536,19 +2540,17 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
         lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
         throw usage_error{"scan_convert: lines, samples or depth differ from those that the map was made for; make one "
                           "anew with make_scan_map"};
-    const std::size_t next_line = map.count > 1 ? map.samples : 0;
     const std::size_t next_sample = map.samples > 1 ? 1 : 0;
     image picture{map.size, map.background};
     for_each_index(policy, map.size.y, [&](std::size_t y) {
         const float* values = lines.values.data();
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) continue;
-            const float* corner = values + map.first[i];
             const auto between = [along = map.along[i], next_sample](const float* sample) {
                 return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
             };
-            const float here = between(corner);
-            picture.pixels[i] = multiply_add(map.across[i], between(corner + next_line) - here, here);
+            const float here = between(values + map.first[i]);
+            picture.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
         }
     });
     return picture;
@@ -3247,8 +3249,12 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
 #ifndef INSONIFY_SIGNAL_GAIN_HPP
 #define INSONIFY_SIGNAL_GAIN_HPP
 
+#include <algorithm>
+#include <array>
 #include <cfloat>
+#include <concepts>
 #include <cstddef>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -3287,32 +3293,75 @@ scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compre
     return lines;
 }
 
-/// Time-gain compensation: what a scanner adds, depth by depth, to make up for the attenuation it expects.
-struct tgc_settings {
-    float attenuation = 50; ///< dB/m at 1 MHz, one way: what is expected (50 is 0.5 dB/(cm MHz), as on a scanner)
-    float most_db = 60;     ///< the gain rises no further than this
+/// A point of a gain curve.
+struct tgc_point {
+    float depth = 0;   ///< metres
+    float gain_db = 0; ///< there
 };
 
-/// Raises each sample by 2 * attenuation * frequency * depth, in dB; in place: pass std::move(lines).
-/// @param frequency  hertz, of the probe
-/// @throws usage_error  where a setting is not a finite number, 0 or more
-template <exec::policy Policy>
-scan_lines tgc(const Policy& policy, scan_lines lines, float frequency, const tgc_settings& settings = {}) {
-    if (!(settings.attenuation >= 0 && settings.most_db >= 0 && frequency >= 0) || !is_finite(frequency) ||
-        !is_finite(settings.attenuation) || !is_finite(settings.most_db))
-        throw usage_error{"tgc: `attenuation`, `most_db` and the frequency must be finite numbers, 0 or more"};
-    std::vector<float> gain(lines.samples);
-    const float spacing = lines.depth / static_cast<float>(lines.samples);
-    for (std::uint32_t k = 0; k < lines.samples; ++k) {
-        const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-        gain[k] = std::pow(10.0F, lesser(2 * settings.attenuation * frequency * 1e-6F * depth, settings.most_db) / 20);
+/// Time-gain compensation: what a scanner adds, depth by depth, to make up for the attenuation it expects.
+///
+/// The gain is the automatic one or, where there is a curve, that of the curve; the sliders are added to either.
+struct tgc_settings {
+    float attenuation = 50; ///< dB/m at 1 MHz, one way: what is expected (50 is 0.5 dB/(cm MHz), as on a scanner)
+    float most_db = 60;     ///< the automatic gain rises no further than this
+    std::array<float, 8> sliders{}; ///< dB at eight depths, the first at 0 and the last at the end; linear between
+    std::vector<tgc_point> curve{}; ///< by rising depth; linear between its points, level before and after them
+
+    /// @param depth      metres
+    /// @param end        of the lines, metres
+    /// @param frequency  f0 of the probe, hertz: the automatic gain is 2 attenuation f0 depth
+    float gain_db(float depth, float end, float frequency) const {
+        const float place = clamped(depth / end, 0, 1) * 7;
+        const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;
+        const float share_of_next = place - static_cast<float>(slider);
+        const float by_hand = sliders[slider] + share_of_next * (sliders[slider + 1] - sliders[slider]);
+        if (curve.empty()) return by_hand + lesser(2 * attenuation * frequency * 1e-6F * depth, most_db);
+
+        const auto after =
+            std::find_if(curve.begin(), curve.end(), [=](const tgc_point& p) { return p.depth > depth; });
+        if (after == curve.begin()) return by_hand + curve.front().gain_db;
+        if (after == curve.end()) return by_hand + curve.back().gain_db;
+        const tgc_point& before = *(after - 1);
+        const float share = (depth - before.depth) / (after->depth - before.depth);
+        return by_hand + before.gain_db + share * (after->gain_db - before.gain_db);
     }
-    for_each_index(policy, lines.count, [&](std::size_t line) {
-        float* values = lines.values.data() + line * lines.samples;
-        for (std::uint32_t k = 0; k < lines.samples; ++k) values[k] *= gain[k];
-    });
-    return lines;
-}
+
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        if (!is_finite(attenuation) || !(attenuation >= 0) || !is_finite(most_db) || !(most_db >= 0))
+            throw usage_error{"tgc: `attenuation` and `most_db` must be finite numbers, 0 or more"};
+        for (const float slider : sliders)
+            if (!is_finite(slider)) throw usage_error{"tgc: `sliders` must be finite numbers of dB"};
+        for (std::size_t i = 0; i < curve.size(); ++i)
+            if (!is_finite(curve[i].depth) || !is_finite(curve[i].gain_db) ||
+                (i > 0 && !(curve[i].depth > curve[i - 1].depth)))
+                throw usage_error{"tgc: the points of `curve` must be finite, each deeper than the one before"};
+    }
+};
+
+/// Raises each sample by the gain of its depth; in place: pass std::move(lines).
+/// @tparam Value     float for amplitudes, vec2 for IQ
+/// @param frequency  hertz, of the probe
+/// @throws usage_error  where the frequency or a setting makes no sense
+template <exec::policy Policy, class Value>
+    requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
+    tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
+        settings.check();
+        if (!is_finite(frequency) || !(frequency >= 0))
+            throw usage_error{"tgc: the frequency must be a finite number of hertz, 0 or more"};
+        std::vector<float> gain(lines.samples);
+        const float spacing = lines.depth / static_cast<float>(lines.samples);
+        for (std::uint32_t k = 0; k < lines.samples; ++k) {
+            const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+            gain[k] = std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
+        }
+        for_each_index(policy, lines.count, [&](std::size_t line) {
+            Value* values = lines.values.data() + line * lines.samples;
+            for (std::uint32_t k = 0; k < lines.samples; ++k) values[k] *= gain[k];
+        });
+        return lines;
+    }
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -4891,23 +4940,23 @@ class beam_table {
                const Covariance& covariance)
         : lines_{probe.lines}, spacing_{depth / depths} {
         const beam_model beam = beam_of(probe, depth);
-        // Nodes of the kernel from the face on, `depths` to the picture.
+        // One step of the kernel for each of the depths.
         const lateral_kernel kernel =
-            make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::step});
+            make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
         border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
         // Beams that fan out meet the scatterers of an object in different directions: independent lines.
         const bool parallel = probe.lines < 2 || probe.beam(0).direction == probe.beam(1).direction;
         const auto between_lines = [&](float apart) { return apart == 0 ? 1.0F : parallel ? covariance(apart) : 0.0F; };
         for_each_index(policy, depths, [&](std::size_t k) {
-            const float z = static_cast<float>(k) * spacing_;
+            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             float weight[elevation_planes::most];
             planes.weights(z, weight);
             float power = 0;
             for (std::uint32_t i = 0; i < planes.count(); ++i)
                 for (std::uint32_t j = 0; j < planes.count(); ++j)
                     power += weight[i] * weight[j] * (i == j ? 1.0F : covariance(planes.offset(i) - planes.offset(j)));
-            const lateral_weights across = kernel.node(k);
+            const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {
                     .fnumber = beam.fnumber(z),
@@ -5126,6 +5175,269 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_EXAMINATIONS_HPP
+#define INSONIFY_EXAMINATIONS_HPP
+
+#ifndef INSONIFY_PROBE_PRESETS_HPP
+#define INSONIFY_PROBE_PRESETS_HPP
+
+#ifndef INSONIFY_PROBE_CONVEX_ARRAY_HPP
+#define INSONIFY_PROBE_CONVEX_ARRAY_HPP
+
+#ifndef INSONIFY_PROBE_SECTOR_HPP
+#define INSONIFY_PROBE_SECTOR_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Lines that fan out from one point, the apex, which lies `radius` behind the face.
+struct sector {
+    std::uint32_t lines = 1;
+    float radius = 0;        ///< of the face, metres
+    float field_of_view = 1; ///< between the two ends of the fan, radians
+
+    /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
+    INSONIFY_FN ray beam(float line) const {
+        const float angle = share_of_line(line, lines) * field_of_view;
+        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
+        return {.origin = radius * (direction - vec3{0, 0, 1}), .direction = direction};
+    }
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        const float along = point.y + radius;
+        const float from_apex = std::sqrt(point.x * point.x + along * along);
+        return {line_of_share(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Lines that leave a curved face at right angles: the abdomen.
+///
+/// The elevation defaults are those of a C5-2v. Source: the probe table of PyMUST.
+struct convex_array {
+    std::uint32_t lines = 192;
+    float radius = 60_mm;         ///< of the face, metres
+    float field_of_view = 60_deg; ///< between the two ends of the face, radians; up to 360_deg
+    float frequency = 3.5_MHz;
+    float fnumber = 2;                ///< depth over the aperture in use, across the lines
+    float focus = 0;                  ///< depth in metres; 0: half the depth of the picture
+    float elevation_height = 13.5_mm; ///< of the aperture out of the slice plane, metres
+    float elevation_focus = 60_mm;    ///< depth at which the slice is thinnest, metres
+    float bandwidth = 0.644F;         ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
+
+    INSONIFY_FN ray beam(float line) const { return sector{lines, radius, field_of_view}.beam(line); }
+    INSONIFY_FN vec2 locate(vec2 point) const { return sector{lines, radius, field_of_view}.locate(point); }
+
+    /// The widest aperture that a line can use, metres.
+    INSONIFY_FN float aperture() const { return radius * field_of_view; }
+
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        check_array(*this);
+        check_positive(radius, "radius");
+        check_positive(field_of_view, "field_of_view");
+        if (field_of_view > 2 * pi)
+            throw usage_error{"convex_array: `field_of_view` is in radians and at most 360_deg; write it as 60_deg"};
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_PROBE_LINEAR_ARRAY_HPP
+#define INSONIFY_PROBE_LINEAR_ARRAY_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Parallel lines from a flat face: vessels, nerves, muscles.
+///
+/// The defaults are those of an L12-3v. Source: the probe table of PyMUST.
+struct linear_array {
+    std::uint32_t lines = 192;
+    float width = 38_mm; ///< of the face, metres; the lines stand in the middle of `lines` equal parts of it
+    float frequency = 7.5_MHz;
+    float fnumber = 2;             ///< depth over the aperture in use, across the lines
+    float focus = 0;               ///< depth in metres; 0: half the depth of the picture
+    float elevation_height = 5_mm; ///< of the aperture out of the slice plane, metres
+    float elevation_focus = 20_mm; ///< depth at which the slice is thinnest, metres
+    float bandwidth = 0.644F;      ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
+
+    INSONIFY_FN ray beam(float line) const { return {.origin = {share_of_line(line, lines) * width, 0, 0}}; }
+    INSONIFY_FN vec2 locate(vec2 point) const { return {line_of_share(point.x / width, lines), point.y}; }
+
+    /// The widest aperture that a line can use, metres.
+    INSONIFY_FN float aperture() const { return width; }
+
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        check_array(*this);
+        check_positive(width, "width");
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_PROBE_PHASED_ARRAY_HPP
+#define INSONIFY_PROBE_PHASED_ARRAY_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Lines steered from the middle of a small flat face: the heart between the ribs.
+///
+/// The elevation defaults are those of a P4-2v. Source: the probe table of PyMUST.
+struct phased_array {
+    std::uint32_t lines = 128;
+    float width = 20_mm;          ///< of the face, metres: the whole aperture; every line starts in its middle
+    float field_of_view = 90_deg; ///< between the two ends of the fan, radians; up to 180_deg
+    float frequency = 2.5_MHz;
+    float fnumber = 2;              ///< depth over the aperture in use, across the lines
+    float focus = 0;                ///< depth in metres; 0: half the depth of the picture
+    float elevation_height = 14_mm; ///< of the aperture out of the slice plane, metres
+    float elevation_focus = 60_mm;  ///< depth at which the slice is thinnest, metres
+    float bandwidth = 0.644F;       ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
+
+    INSONIFY_FN ray beam(float line) const { return sector{lines, 0, field_of_view}.beam(line); }
+    INSONIFY_FN vec2 locate(vec2 point) const { return sector{lines, 0, field_of_view}.locate(point); }
+
+    /// The widest aperture that a line can use, metres.
+    INSONIFY_FN float aperture() const { return width; }
+
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        check_array(*this);
+        check_positive(width, "width");
+        check_positive(field_of_view, "field_of_view");
+        if (field_of_view > pi)
+            throw usage_error{"phased_array: `field_of_view` is in radians and at most 180_deg; write it as 90_deg"};
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+/// Real probes: one line for each element, and 128 over 90 degrees for the phased array.
+///
+/// Source: `getparam` of PyMUST (Garcia 2021), from Verasonics' data: pitch, elements, frequency, bandwidth, elevation.
+namespace insonify::inline INSONIFY_ABI::presets {
+
+/// Vessels, nerves, muscles: 128 elements, 0.30 mm apart.
+inline constexpr linear_array l11_5v{.lines = 128,
+                                     .width = 128 * 0.30_mm,
+                                     .frequency = 7.6_MHz,
+                                     .elevation_height = 5_mm,
+                                     .elevation_focus = 18_mm,
+                                     .bandwidth = 0.77F};
+
+/// Small parts near the surface: 192 elements, 0.20 mm apart.
+inline constexpr linear_array l12_3v{.lines = 192,
+                                     .width = 192 * 0.20_mm,
+                                     .frequency = 7.54_MHz,
+                                     .elevation_height = 5_mm,
+                                     .elevation_focus = 20_mm,
+                                     .bandwidth = 0.93F};
+
+/// Abdomen: 128 elements, 0.508 mm apart on an arc of 49.57 mm radius.
+inline constexpr convex_array c5_2v{.lines = 128,
+                                    .radius = 49.57_mm,
+                                    .field_of_view = 128 * 0.508F / 49.57F,
+                                    .frequency = 3.57_MHz,
+                                    .elevation_height = 13.5_mm,
+                                    .elevation_focus = 60_mm,
+                                    .bandwidth = 0.79F};
+
+/// Heart: 64 elements, 0.30 mm apart.
+inline constexpr phased_array p4_2v{.lines = 128,
+                                    .width = 64 * 0.30_mm,
+                                    .field_of_view = 90_deg,
+                                    .frequency = 2.72_MHz,
+                                    .elevation_height = 14_mm,
+                                    .elevation_focus = 60_mm,
+                                    .bandwidth = 0.74F};
+
+} // namespace insonify::inline INSONIFY_ABI::presets
+#endif
+#ifndef INSONIFY_PROBE_RADIAL_ARRAY_HPP
+#define INSONIFY_PROBE_RADIAL_ARRAY_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Lines all around the axis of a catheter: vessels from inside.
+///
+/// Here the frame's origin lies on the axis, which is y: line i of N leaves the face at the angle ((i + 1/2) / N - 1/2)
+/// of a full turn, from z towards x. Depth counts from the face, and the last line is the neighbour of the first.
+struct radial_array {
+    std::uint32_t lines = 256;
+    float radius = 0.5_mm; ///< of the face, metres
+    float frequency = 20_MHz;
+    float fnumber = 2;             ///< depth over the aperture in use, across the lines
+    float focus = 0;               ///< depth in metres; 0: half the depth of the picture
+    float elevation_height = 1_mm; ///< of the aperture along the axis, metres
+    float elevation_focus = 3_mm;  ///< depth at which the slice is thinnest, metres
+    float bandwidth = 0.644F;      ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
+
+    INSONIFY_FN ray beam(float line) const {
+        const float angle = share_of_line(line, lines) * 2 * pi;
+        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
+        return {.origin = radius * direction, .direction = direction};
+    }
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        return {line_of_share(std::atan2(point.x, point.y) / (2 * pi), lines), length(point) - radius};
+    }
+
+    /// The widest aperture that a line can use, metres: what of the face looks its way.
+    INSONIFY_FN float aperture() const { return 2 * radius; }
+
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        check_array(*this);
+        check_positive(radius, "radius");
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What is set on a scanner before a patient is looked at:
+///
+///     b_mode(exec::par_unseq, body, presets::abdomen.probe, at, presets::abdomen.settings)
+template <transducer Probe>
+struct examination {
+    Probe probe{};
+    b_mode_settings settings{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+namespace insonify::inline INSONIFY_ABI::presets {
+
+/// A nerve block: a needle towards a nerve a few centimetres under the skin.
+inline constexpr examination<linear_array> nerve_block{
+    .probe = {.lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm},
+    .settings = {.depth = 40_mm, .tgc = 0.85_dB_per_cm, .planes = 7}};
+
+/// Liver, kidneys, gall bladder.
+inline constexpr examination<convex_array> abdomen{
+    .probe = {.lines = 192, .radius = 60_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz},
+    .settings = {.depth = 160_mm}};
+
+/// The heart between the ribs.
+inline constexpr examination<phased_array> heart{
+    .probe = {.lines = 128, .width = 20_mm, .field_of_view = 90_deg, .frequency = 2.5_MHz},
+    .settings = {.depth = 160_mm}};
+
+/// A vessel from inside.
+inline constexpr examination<radial_array> intravascular{.probe = {.lines = 256, .radius = 0.5_mm, .frequency = 20_MHz},
+                                                         .settings = {.depth = 6_mm}};
+
+} // namespace insonify::inline INSONIFY_ABI::presets
 #endif
 #ifndef INSONIFY_FWD_HPP
 #define INSONIFY_FWD_HPP
@@ -5689,6 +6001,46 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_IMAGE_GREY_MAP_HPP
+#define INSONIFY_IMAGE_GREY_MAP_HPP
+
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The last curve before the screen. As it stands it changes nothing; black and white stay what they are.
+struct grey_map {
+    float gamma = 1;    ///< exponent: below 1 lifts the dark greys, above 1 presses them down
+    float contrast = 0; ///< share of an S-curve, 0 to 1: dark greys darker, bright ones brighter
+
+    /// s(g)^gamma, where s(g) = g + contrast (3 g^2 - 2 g^3 - g); g is cut off at 0 and 1.
+    INSONIFY_FN float operator()(float grey) const {
+        const float g = clamped(grey, 0, 1);
+        const float curved = g + contrast * (g * g * (3 - 2 * g) - g);
+        return gamma == 1 ? curved : std::pow(curved, gamma);
+    }
+
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        if (!is_finite(gamma) || !(gamma > 0))
+            throw usage_error{"grey_map: `gamma` must be a finite number above 0; 1 changes nothing"};
+        if (!(contrast >= 0 && contrast <= 1)) throw usage_error{"grey_map: `contrast` must be from 0 to 1"};
+    }
+};
+
+/// Applies a curve to every pixel, in place: pass std::move(picture).
+/// @throws usage_error  where a setting makes no sense
+template <exec::policy Policy>
+image map_grey(const Policy& policy, image picture, const grey_map& map) {
+    map.check();
+    exec::for_each_block(policy, picture.pixels.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) picture.pixels[i] = map(picture.pixels[i]);
+    });
+    return picture;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #ifndef INSONIFY_IMAGE_LABEL_IMAGE_HPP
 #define INSONIFY_IMAGE_LABEL_IMAGE_HPP
 
@@ -5726,9 +6078,9 @@ void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const sca
     for_each_index(policy, map.size.y, [&](std::size_t y) {
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) continue;
-            const std::size_t line = map.across[i] > 0.5F ? map.samples : 0;
+            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
             const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
-            pixels[i] = lines.values[map.first[i] + line + sample];
+            pixels[i] = lines.values[line + sample];
         }
     });
 }
@@ -5938,143 +6290,6 @@ void write_png(const std::string& path, const image& picture);
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_PROBE_CONVEX_ARRAY_HPP
-#define INSONIFY_PROBE_CONVEX_ARRAY_HPP
-
-#ifndef INSONIFY_PROBE_SECTOR_HPP
-#define INSONIFY_PROBE_SECTOR_HPP
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Lines that fan out from one point, the apex, which lies `radius` behind the face.
-struct sector {
-    std::uint32_t lines = 1;
-    float radius = 0;        ///< of the face, metres
-    float field_of_view = 1; ///< between the two ends of the fan, radians
-
-    /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
-    INSONIFY_FN ray beam(float line) const {
-        const float angle = share_of_line(line, lines) * field_of_view;
-        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
-        return {.origin = radius * (direction - vec3{0, 0, 1}), .direction = direction};
-    }
-    INSONIFY_FN vec2 locate(vec2 point) const {
-        const float along = point.y + radius;
-        const float from_apex = std::sqrt(point.x * point.x + along * along);
-        return {line_of_share(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Lines that leave a curved face at right angles: the abdomen.
-///
-/// The elevation defaults are those of a C5-2v. Source: the probe table of PyMUST.
-struct convex_array {
-    std::uint32_t lines = 192;
-    float radius = 60_mm;         ///< of the face, metres
-    float field_of_view = 60_deg; ///< between the two ends of the face, radians; up to 360_deg
-    float frequency = 3.5_MHz;
-    float fnumber = 2;                ///< depth over the aperture in use, across the lines
-    float focus = 0;                  ///< depth in metres; 0: half the depth of the picture
-    float elevation_height = 13.5_mm; ///< of the aperture out of the slice plane, metres
-    float elevation_focus = 60_mm;    ///< depth at which the slice is thinnest, metres
-    float bandwidth = 0.644F;         ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
-
-    INSONIFY_FN ray beam(float line) const { return sector{lines, radius, field_of_view}.beam(line); }
-    INSONIFY_FN vec2 locate(vec2 point) const { return sector{lines, radius, field_of_view}.locate(point); }
-
-    /// The widest aperture that a line can use, metres.
-    INSONIFY_FN float aperture() const { return radius * field_of_view; }
-
-    /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
-        check_array(*this);
-        check_positive(radius, "radius");
-        check_positive(field_of_view, "field_of_view");
-        if (field_of_view > 2 * pi)
-            throw usage_error{"convex_array: `field_of_view` is in radians and at most 360_deg; write it as 60_deg"};
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_PROBE_LINEAR_ARRAY_HPP
-#define INSONIFY_PROBE_LINEAR_ARRAY_HPP
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Parallel lines from a flat face: vessels, nerves, muscles.
-///
-/// The defaults are those of an L12-3v. Source: the probe table of PyMUST.
-struct linear_array {
-    std::uint32_t lines = 192;
-    float width = 38_mm; ///< of the face, metres; the lines stand in the middle of `lines` equal parts of it
-    float frequency = 7.5_MHz;
-    float fnumber = 2;             ///< depth over the aperture in use, across the lines
-    float focus = 0;               ///< depth in metres; 0: half the depth of the picture
-    float elevation_height = 5_mm; ///< of the aperture out of the slice plane, metres
-    float elevation_focus = 20_mm; ///< depth at which the slice is thinnest, metres
-    float bandwidth = 0.644F;      ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
-
-    INSONIFY_FN ray beam(float line) const { return {.origin = {share_of_line(line, lines) * width, 0, 0}}; }
-    INSONIFY_FN vec2 locate(vec2 point) const { return {line_of_share(point.x / width, lines), point.y}; }
-
-    /// The widest aperture that a line can use, metres.
-    INSONIFY_FN float aperture() const { return width; }
-
-    /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
-        check_array(*this);
-        check_positive(width, "width");
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_PROBE_PHASED_ARRAY_HPP
-#define INSONIFY_PROBE_PHASED_ARRAY_HPP
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Lines steered from the middle of a small flat face: the heart between the ribs.
-///
-/// The elevation defaults are those of a P4-2v. Source: the probe table of PyMUST.
-struct phased_array {
-    std::uint32_t lines = 128;
-    float width = 20_mm;          ///< of the face, metres: the whole aperture; every line starts in its middle
-    float field_of_view = 90_deg; ///< between the two ends of the fan, radians; up to 180_deg
-    float frequency = 2.5_MHz;
-    float fnumber = 2;              ///< depth over the aperture in use, across the lines
-    float focus = 0;                ///< depth in metres; 0: half the depth of the picture
-    float elevation_height = 14_mm; ///< of the aperture out of the slice plane, metres
-    float elevation_focus = 60_mm;  ///< depth at which the slice is thinnest, metres
-    float bandwidth = 0.644F;       ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
-
-    INSONIFY_FN ray beam(float line) const { return sector{lines, 0, field_of_view}.beam(line); }
-    INSONIFY_FN vec2 locate(vec2 point) const { return sector{lines, 0, field_of_view}.locate(point); }
-
-    /// The widest aperture that a line can use, metres.
-    INSONIFY_FN float aperture() const { return width; }
-
-    /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
-        check_array(*this);
-        check_positive(width, "width");
-        check_positive(field_of_view, "field_of_view");
-        if (field_of_view > pi)
-            throw usage_error{"phased_array: `field_of_view` is in radians and at most 180_deg; write it as 90_deg"};
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #ifndef INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
 #define INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
 
@@ -6103,6 +6318,52 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_SIGNAL_PERSISTENCE_HPP
+#define INSONIFY_SIGNAL_PERSISTENCE_HPP
+
+#include <cstddef>
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Lets the frames of a clip fade into each other: grey = p old + (1 - p) new, on the grey of `log_compress`.
+class persistence {
+  public:
+    /// @param share  p of what was shown before: 0 shows every frame as it is, and below 1
+    /// @throws usage_error  where the share makes no sense
+    explicit persistence(float share = 0) : share_{share} {
+        if (!(share >= 0 && share < 1))
+            throw usage_error{"persistence: the share of the past must be from 0 to below 1"};
+    }
+
+    /// Takes in one more frame. The past is forgotten where the pose of the probe, the number of lines or of samples, or
+    /// the depth differs from the frame before.
+    /// @return what is to be shown; good until the next call
+    template <exec::policy Policy>
+    const scan_lines& add(const Policy& policy, scan_lines frame, const pose& at) {
+        const bool fades = at == at_ && frame.count == shown_.count && frame.samples == shown_.samples &&
+                           frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
+        if (fades && share_ > 0)
+            exec::for_each_block(policy, frame.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i)
+                    frame.values[i] = share_ * shown_.values[i] + (1 - share_) * frame.values[i];
+            });
+        at_ = at;
+        std::swap(shown_, frame);
+        return shown_;
+    }
+
+    /// Forgets the past, so that the next frame stands alone: for changes that neither the pose nor the grid tells of.
+    void reset() { shown_ = {}; }
+
+  private:
+    float share_ = 0;
+    pose at_{};
+    scan_lines shown_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #ifndef INSONIFY_SIGNAL_RF_HPP
 #define INSONIFY_SIGNAL_RF_HPP
 
@@ -6126,9 +6387,11 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
     if (!is_finite(frequency) || !(frequency > 0))
         throw usage_error{"to_rf: the frequency must be a finite number of hertz above 0"};
     const double cycles_a_sample = 2.0 * frequency / display_speed * iq.depth / iq.samples;
-    if (cycles_a_sample > 0.25001)
+    if (cycles_a_sample > 0.25001) {
+        const float needed = lesser(std::ceil(static_cast<float>(4 * cycles_a_sample * iq.samples)), 1e9F);
         throw usage_error{"to_rf: an oscillating signal needs four samples a cycle; trace and convolve with at least " +
-                          std::to_string(cycles_a_sample * 4 * iq.samples) + " samples a line"};
+                          std::to_string(static_cast<std::uint32_t>(needed)) + " samples a line"};
+    }
 
     std::vector<vec2> carrier(iq.samples); // cosine and sine
     for (std::uint32_t k = 0; k < iq.samples; ++k) {

@@ -1,4 +1,5 @@
 #include <insonify/signal/gain.hpp>
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <initializer_list>
@@ -84,6 +85,66 @@ TEST_CASE("log_compress: senseless settings are refused") {
         CHECK_THROWS_AS(log_compress(exec::seq, scan_lines{}, {.gain_db = bad}), usage_error);
         CHECK_THROWS_AS(log_compress(exec::seq, scan_lines{}, {.reject_db = bad}), usage_error);
     }
+}
+
+TEST_CASE("tgc: the automatic gain is 2 a f z, up to the most") {
+    const scan_lines ones = [] {
+        scan_lines lines{2, 1000, 0.1F};
+        for (float& value : lines.values) value = 0.5F;
+        return lines;
+    }();
+    const scan_lines lines = tgc(exec::par, ones, 5e6F, {.attenuation = 70, .most_db = 40});
+    CHECK(lines.count == 2);
+    CHECK(lines.depth == 0.1F);
+    for (std::uint32_t k = 0; k < 1000; ++k) {
+        const double db = std::min(2 * 0.7 * 5 * (k + 0.5) * 0.1 / 1000 * 100, 40.0); // 0.7 dB/(cm MHz), 5 MHz
+        REQUIRE(lines(1, k) == doctest::Approx(0.5 * std::pow(10, db / 20)).epsilon(1e-4));
+    }
+    CHECK(tgc(exec::seq, ones, 5e6F)(0, 499) == doctest::Approx(0.5 * std::pow(10, 24.975 / 20)).epsilon(1e-4));
+    CHECK(tgc(exec::seq, ones, 0) == ones);
+}
+
+TEST_CASE("tgc: eight sliders from the face to the end add their gain, linear between two") {
+    const tgc_settings settings{.attenuation = 0, .sliders = {0, 6, -3, 0, 0, 0, 0, 7}};
+    CHECK(settings.gain_db(0, 0.07F, 5e6F) == 0);
+    CHECK(settings.gain_db(0.01F, 0.07F, 5e6F) == doctest::Approx(6));
+    CHECK(settings.gain_db(0.015F, 0.07F, 5e6F) == doctest::Approx(1.5));
+    CHECK(settings.gain_db(0.02F, 0.07F, 5e6F) == doctest::Approx(-3));
+    CHECK(settings.gain_db(0.065F, 0.07F, 5e6F) == doctest::Approx(3.5));
+    CHECK(settings.gain_db(0.07F, 0.07F, 5e6F) == doctest::Approx(7));
+    tgc_settings with_automatic = settings;
+    with_automatic.attenuation = 50;
+    CHECK(with_automatic.gain_db(0.01F, 0.07F, 5e6F) == doctest::Approx(6 + 5));
+}
+
+TEST_CASE("tgc: a curve of one's own takes the place of the automatic gain") {
+    const tgc_settings settings{.sliders = {1, 1, 1, 1, 1, 1, 1, 1}, .curve = {{0.01F, 3}, {0.03F, 13}, {0.04F, 8}}};
+    CHECK(settings.gain_db(0, 0.05F, 5e6F) == doctest::Approx(4));
+    CHECK(settings.gain_db(0.02F, 0.05F, 5e6F) == doctest::Approx(9));
+    CHECK(settings.gain_db(0.035F, 0.05F, 5e6F) == doctest::Approx(11.5));
+    CHECK(settings.gain_db(0.05F, 0.05F, 5e6F) == doctest::Approx(9));
+    iq_lines iq{1, 50, 0.05F};
+    iq(0, 49) = {3, -4};
+    iq = tgc(exec::par, std::move(iq), 5e6F, {.curve = {{0, 20}}});
+    CHECK(iq(0, 49).x == doctest::Approx(30));
+    CHECK(iq(0, 49).y == doctest::Approx(-40));
+}
+
+TEST_CASE("tgc: senseless settings are refused") {
+    const float infinite = std::numeric_limits<float>::infinity();
+    const float not_a_number = std::numeric_limits<float>::quiet_NaN();
+    for (const float bad : {-1.0F, infinite, not_a_number}) {
+        CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, bad), usage_error);
+        CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.attenuation = bad}), usage_error);
+        CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.most_db = bad}), usage_error);
+    }
+    for (const float bad : {infinite, not_a_number}) {
+        CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.sliders = {0, 0, bad}}), usage_error);
+        CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.curve = {{0, bad}}}), usage_error);
+        CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.curve = {{bad, 0}}}), usage_error);
+    }
+    CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.curve = {{0.02F, 1}, {0.01F, 2}}}), usage_error);
+    CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.curve = {{0.02F, 1}, {0.02F, 2}}}), usage_error);
 }
 
 } // namespace gain_test

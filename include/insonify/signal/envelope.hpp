@@ -5,6 +5,7 @@
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/hilbert.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -13,9 +14,9 @@ namespace insonify::inline INSONIFY_ABI {
 /// Roots of all values, in place.
 template <int Width>
 void square_roots(float* values, std::size_t count) {
-    std::size_t i = 0;
-    for (; i + Width <= count; i += Width) store(square_root(load<Width>(values + i)), values + i);
-    for (; i < count; ++i) values[i] = std::sqrt(values[i]);
+    const std::size_t whole = count - count % Width;
+    for (std::size_t i = 0; i < whole; i += Width) store(square_root(load<Width>(values + i)), values + i);
+    for (std::size_t i = whole; i < count; ++i) values[i] = std::sqrt(values[i]);
 }
 
 /// The amplitude of each sample: |IQ| = sqrt(I^2 + Q^2).

@@ -25,9 +25,11 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
     if (!is_finite(frequency) || !(frequency > 0))
         throw usage_error{"to_rf: the frequency must be a finite number of hertz above 0"};
     const double cycles_a_sample = 2.0 * frequency / display_speed * iq.depth / iq.samples;
-    if (cycles_a_sample > 0.25001)
+    if (cycles_a_sample > 0.25001) {
+        const float needed = lesser(std::ceil(static_cast<float>(4 * cycles_a_sample * iq.samples)), 1e9F);
         throw usage_error{"to_rf: an oscillating signal needs four samples a cycle; trace and convolve with at least " +
-                          std::to_string(cycles_a_sample * 4 * iq.samples) + " samples a line"};
+                          std::to_string(static_cast<std::uint32_t>(needed)) + " samples a line"};
+    }
 
     std::vector<vec2> carrier(iq.samples); // cosine and sine
     for (std::uint32_t k = 0; k < iq.samples; ++k) {

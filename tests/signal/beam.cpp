@@ -1,0 +1,119 @@
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+#include <insonify/signal/beam.hpp>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <limits>
+
+using namespace insonify;
+
+namespace beam_test {
+namespace {
+
+struct bare_probe {
+    std::uint32_t lines = 3;
+    float frequency = 5_MHz;
+    ray beam(float line) const { return {.origin = {(line - 1) * 1_mm, 0, 0}}; }
+    vec2 locate(vec2 point) const { return {point.x / 1_mm + 1, point.y}; }
+    void check() const {}
+};
+
+} // namespace
+
+TEST_CASE("beam: the width at the focus is that of independent simulations") { // V12, V13
+    struct {
+        float fnumber, frequency;
+        double own, py_must; // mm: a Rayleigh integral in three dimensions, and PyMUST
+    } const rows[] = {{2, 5_MHz, 0.571, 0.577},
+                      {2, 7.5_MHz, 0.389, 0.391},
+                      {2.94F, 5_MHz, 0.822, 0.832},
+                      {2.94F, 7.5_MHz, 0.554, 0.561}};
+    for (const auto& row : rows) {
+        const linear_array probe{.frequency = row.frequency, .fnumber = row.fnumber, .focus = 30_mm};
+        const double width = 1e3 * static_cast<double>(beam_of(probe, 60_mm).lateral_width(30_mm));
+        MESSAGE("F/", row.fnumber, ", ", (row.frequency * 1e-6F), " MHz: ", width, " mm; expected ", row.own, ", ",
+                row.py_must);
+        CHECK(width == doctest::Approx(row.own).epsilon(0.05));
+        CHECK(width == doctest::Approx(row.py_must).epsilon(0.05));
+    }
+}
+
+TEST_CASE("beam: the width away from the focus follows a simulated array that receives at constant F/2") {
+    struct {
+        float depth;
+        double simulated; // mm
+    } const rows[] = {{14, 0.7921}, {18, 0.7839}, {22, 0.8312}, {24, 0.8435}, {26, 0.6499}, {28, 0.5596}, {30, 0.5591},
+                      {32, 0.5929}, {34, 0.6409}, {36, 0.7162}, {40, 0.8324}, {44, 0.8202}, {48, 0.7730}, {50, 0.7679}};
+    const beam_model beam = beam_of(linear_array{.frequency = 5_MHz, .focus = 30_mm}, 60_mm);
+    double worst = 0;
+    for (const auto& row : rows) {
+        const double width = 1e3 * static_cast<double>(beam.lateral_width(row.depth * 1_mm));
+        worst = std::max(worst, std::fabs(width / row.simulated - 1));
+    }
+    MESSAGE("furthest from the simulation: ", 100 * worst, " %; expected about 12 %");
+    CHECK(worst < 0.15);
+}
+
+TEST_CASE("beam: the aperture opens with depth, as far as it goes") {
+    const linear_array probe{.width = 20_mm, .frequency = 5_MHz, .fnumber = 2, .focus = 10_mm};
+    const beam_model beam = beam_of(probe, 100_mm);
+    CHECK(beam.fnumber(10_mm) == 2);
+    CHECK(beam.fnumber(40_mm) == doctest::Approx(2));
+    CHECK(beam.fnumber(100_mm) == doctest::Approx(5));
+    CHECK(beam.lateral_width(100_mm) == doctest::Approx(1.24 * 0.308e-3 * 5).epsilon(1e-4));
+    CHECK(beam.lateral_sigma(100_mm) ==
+          doctest::Approx(1.24 * 0.308e-3 * 5 / std::sqrt(8 * std::log(2.0))).epsilon(1e-4));
+    const convex_array convex{.radius = 60_mm, .field_of_view = 60_deg};
+    CHECK(beam_of(convex, 0.1F).aperture == doctest::Approx(60e-3 * std::acos(-1.0) / 3));
+    CHECK(beam_of(phased_array{.width = 15_mm}, 0.1F).aperture == 15_mm);
+}
+
+TEST_CASE("beam: a focus of 0 is half the depth of the picture") {
+    CHECK(beam_of(linear_array{}, 80_mm).focus == 40_mm);
+    CHECK(beam_of(linear_array{.focus = 18_mm}, 80_mm).focus == 18_mm);
+}
+
+TEST_CASE("beam: the slice is thinnest at the lens's focus and spreads like the aperture's shadow") {
+    const beam_model beam =
+        beam_of(linear_array{.frequency = 5_MHz, .elevation_height = 5_mm, .elevation_focus = 20_mm}, 60_mm);
+    CHECK(beam.elevation_fnumber() == doctest::Approx(4));
+    CHECK(beam.elevation_sigma(20_mm) == doctest::Approx(0.92 * 0.308e-3 * 4 / 2.3548));
+    for (const float depth : {5_mm, 60_mm}) { // a uniform shadow of width w has the deviation w / sqrt(12)
+        const double shadow = 5e-3 * std::fabs(1 - static_cast<double>(depth) / 20e-3) / std::sqrt(12.0);
+        const double focal = 0.92 * 0.308e-3 * 4 / 2.3548;
+        CHECK(beam.elevation_sigma(depth) == doctest::Approx(std::hypot(shadow, focal)).epsilon(2e-3));
+    }
+}
+
+TEST_CASE("beam: a probe that states nothing has the usual beam") {
+    const beam_model beam = beam_of(bare_probe{}, 80_mm);
+    CHECK(beam.fnumber(10) == 2);
+    CHECK(beam.focus == 40_mm);
+    CHECK(beam.wavelength == doctest::Approx(0.308e-3));
+    CHECK(beam.elevation_fnumber() == doctest::Approx(4));
+}
+
+TEST_CASE("beam: lines of a flat array keep their distance, those of a sector are the longer apart the deeper") {
+    CHECK(line_spacing(linear_array{.lines = 128, .width = 38.4_mm}, 5_mm) == doctest::Approx(0.3e-3));
+    CHECK(line_spacing(linear_array{.lines = 1, .width = 2_mm}, 5_mm) == doctest::Approx(2e-3));
+    CHECK(line_spacing(bare_probe{}, 50_mm) == doctest::Approx(1e-3));
+    const double third = std::acos(-1.0) / 3;
+    for (const std::uint32_t lines : {3U, 192U})
+        for (const float depth : {0.0F, 1_mm, 100_mm}) {
+            const convex_array convex{.lines = lines, .radius = 60_mm, .field_of_view = 60_deg};
+            const double radius = 60e-3 + static_cast<double>(depth);
+            CHECK(line_spacing(convex, depth) == doctest::Approx(radius * third / lines).epsilon(1e-4));
+            const phased_array phased{.lines = lines, .field_of_view = 60_deg};
+            CHECK(line_spacing(phased, depth) ==
+                  doctest::Approx(static_cast<double>(depth) * third / lines).epsilon(1e-4));
+        }
+}
+
+TEST_CASE("beam: senseless probes and depths are refused") {
+    for (const float depth : {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN()})
+        CHECK_THROWS_AS(beam_of(linear_array{}, depth), usage_error);
+    CHECK_THROWS_AS(beam_of(linear_array{.fnumber = 0}, 0.1F), usage_error);
+}
+
+} // namespace beam_test

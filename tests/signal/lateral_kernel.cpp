@@ -1,0 +1,110 @@
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+#include <insonify/probe/radial_array.hpp>
+#include <insonify/signal/lateral_kernel.hpp>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <vector>
+
+using namespace insonify;
+
+namespace lateral_kernel_test {
+namespace {
+
+/// The weights of all lines on one, in double precision: Gaussian in metres along the arc, summing to 1.
+template <class Probe>
+std::vector<double> reference(const Probe& probe, float end, double depth, int line) {
+    const auto lines = static_cast<int>(probe.lines);
+    const double sigma = static_cast<double>(beam_of(probe, end).lateral_sigma(static_cast<float>(depth)));
+    const double spacing = static_cast<double>(line_spacing(probe, static_cast<float>(depth)));
+    std::vector<double> weights(probe.lines);
+    double sum = 0;
+    for (int i = 0; i < lines; ++i) {
+        int apart = std::abs(i - line);
+        if (is_full_circle(probe)) apart = std::min(apart, lines - apart);
+        const double sigmas = apart * spacing / sigma;
+        weights[static_cast<std::size_t>(i)] = std::exp(-sigmas * sigmas / 2);
+        sum += weights[static_cast<std::size_t>(i)];
+    }
+    for (double& w : weights) w /= sum;
+    return weights;
+}
+
+template <class Probe>
+void check_weights(const Probe& probe) {
+    constexpr std::uint32_t samples = 1200;
+    constexpr float end = 60_mm;
+    const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = end, .samples = samples});
+    const auto covariance = [](float apart) { return greater(0, 1 - apart / 0.31_mm); };
+    const auto lines = static_cast<int>(probe.lines);
+    for (const std::uint32_t sample : {4U, 100U, 604U, 1196U}) {
+        const lateral_weights weights = kernel.at(sample);
+        const double depth = (sample / 8 * 8 + 4.0) * static_cast<double>(end) / samples;
+        for (const int line : {0, 1, lines / 3, lines - 1}) {
+            const std::vector<double> expected = reference(probe, end, depth, line);
+            const auto here = static_cast<std::uint32_t>(line);
+            double sum = 0, worst = 0;
+            for (int offset = weights.first(here); offset <= weights.last(here); ++offset) {
+                const double weight = static_cast<double>(weights.half[static_cast<std::size_t>(std::abs(offset))]) /
+                                      static_cast<double>(weights.existing(here));
+                const int other = (line + offset + lines) % lines;
+                worst = std::max(worst, std::fabs(weight - expected[static_cast<std::size_t>(other)]));
+                sum += weight;
+            }
+            CHECK(sum == doctest::Approx(1).epsilon(1e-5));
+            CHECK(worst < 2e-3 * expected[static_cast<std::size_t>(line)]);
+
+            double power = 0;
+            for (int i = 0; i < lines; ++i)
+                for (int j = 0; j < lines; ++j) {
+                    int apart = std::abs(i - j);
+                    if (kernel.full_circle) apart = std::min(apart, lines - apart);
+                    power += expected[static_cast<std::size_t>(i)] * expected[static_cast<std::size_t>(j)] *
+                             static_cast<double>(covariance(static_cast<float>(apart) * weights.spacing));
+                }
+            CHECK(weights.power(here, covariance) == doctest::Approx(power).epsilon(2e-3));
+        }
+    }
+}
+
+} // namespace
+
+TEST_CASE("lateral_kernel: weights are Gaussian in metres and sum to 1 over the lines that exist, at the ends too") {
+    check_weights(linear_array{.lines = 96, .width = 20_mm, .frequency = 5_MHz, .focus = 30_mm});
+    check_weights(convex_array{.lines = 64, .frequency = 3.5_MHz});
+    check_weights(phased_array{.lines = 64, .frequency = 2.5_MHz});
+    check_weights(radial_array{.lines = 64, .radius = 5_mm, .frequency = 5_MHz});
+    check_weights(linear_array{.lines = 3, .width = 0.5_mm, .frequency = 5_MHz});
+}
+
+TEST_CASE("lateral_kernel: weights are linear in depth between the middles of two steps") {
+    const phased_array probe{.lines = 64, .frequency = 2.5_MHz};
+    const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = 60_mm, .samples = 1203});
+    std::vector<float> half;
+    for (const std::uint32_t sample : {0U, 3U, 4U, 500U, 1199U, 1202U}) {
+        const double place = std::min(std::max((sample + 0.5) / 8 - 0.5, 0.0), 150.0); // of 151 steps
+        const auto step = static_cast<std::uint32_t>(place);
+        const lateral_weights above = kernel.at(8 * step), below = kernel.at(std::min(8 * step + 8, 1200U));
+        const lateral_weights between = kernel.between(sample, half);
+        CHECK(between.reach() == std::max(above.reach(), below.reach()));
+        double sum = static_cast<double>(half[0]);
+        for (std::size_t i = 0; i < half.size(); ++i) {
+            const double upper = i < above.half.size() ? static_cast<double>(above.half[i]) : 0;
+            const double lower = i < below.half.size() ? static_cast<double>(below.half[i]) : 0;
+            CHECK(half[i] == doctest::Approx(upper + (place - step) * (lower - upper)).epsilon(1e-4));
+            if (i > 0) sum += 2 * static_cast<double>(half[i]);
+        }
+        CHECK(sum == doctest::Approx(1).epsilon(1e-5));
+    }
+}
+
+TEST_CASE("lateral_kernel: a line alone keeps all of its own") {
+    const lateral_kernel kernel = make_lateral_kernel(linear_array{.lines = 1}, {.depth = 10_mm, .samples = 20});
+    CHECK(kernel.reach() == 0);
+    CHECK(kernel.at(19).half[0] == 1);
+    CHECK(kernel.at(0).existing(0) == 1);
+    CHECK_THROWS_AS(make_lateral_kernel(linear_array{}, {.depth = 10_mm}), usage_error);
+}
+
+} // namespace lateral_kernel_test
