@@ -16,8 +16,7 @@ image draw_file(const char* path) {
 
 image draw_phantom() {
     const scene body = nerve_block_phantom().build(exec::par);
-    return b_mode(exec::par_unseq, body, nerve_block::probe, pose{},
-                  {.depth = nerve_block::depth, .tgc = nerve_block::tgc, .planes = nerve_block::planes});
+    return b_mode(exec::par_unseq, body, nerve_block::probe, pose{}, nerve_block::settings);
 }
 
 int main(int argc, char** argv) {

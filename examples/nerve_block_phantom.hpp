@@ -11,8 +11,7 @@
 /// A limb as an anaesthetist sees it before a nerve block, made of formulas: no file is needed.
 ///
 ///     scene body = nerve_block_phantom().build(exec::par);
-///     image seen = b_mode(exec::par_unseq, body, nerve_block::probe, pose{},
-///                         {.depth = nerve_block::depth, .tgc = nerve_block::tgc, .planes = nerve_block::planes});
+///     image seen = b_mode(exec::par_unseq, body, nerve_block::probe, pose{}, nerve_block::settings);
 ///
 /// The world is the frame of a probe at `pose{}`: x lateral, y along the limb, z depth, the skin 0.4 mm below the face
 /// under a film of gel. Structures run along y and change gently with it: slide the probe within 20 mm to either side.
@@ -20,11 +19,8 @@ namespace nerve_block {
 
 using namespace insonify;
 
-inline constexpr linear_array probe{
-    .lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm};
-inline constexpr float depth = 40_mm;
-inline constexpr float tgc = 0.85_dB_per_cm;       ///< between that of fat and muscle
-inline constexpr std::uint32_t planes = 7;         ///< slices: with one, the needle would black out all below it
+inline constexpr linear_array probe = presets::nerve_block.probe;
+inline constexpr b_mode_settings settings = presets::nerve_block.settings;
 inline constexpr vec2 nerve_centre{3_mm, 17.5_mm}; ///< x, z at y = 0
 inline constexpr vec2 bone_centre{11_mm, 36_mm};
 inline constexpr float bone_radius = 8_mm;

@@ -15,12 +15,12 @@ std::string text(const char* format, float number) {
     return buffer;
 }
 
-/// Prints each number beside what it must be, and counts those that are not.
+/// Prints each number beside what it must be, and counts those that are out.
 struct quality_table {
     int out = 0;
 
     void row(const std::string& what, float measured, const std::string& stated, bool good) {
-        std::printf("  %-42s %9.3f   %-18s %s\n", what.c_str(), static_cast<double>(measured), stated.c_str(),
+        std::printf("  %-40s %9.3f   %-17s %s\n", what.c_str(), static_cast<double>(measured), stated.c_str(),
                     good ? "ok" : "OUT");
         out += good ? 0 : 1;
     }
@@ -88,23 +88,22 @@ struct wire_finder {
         const vec2 along{direction.x, direction.z}, across{direction.z, -direction.x};
         const auto reach = [&](vec2 aside) {
             float distance = 0;
-            while ((*this)(peak + distance * aside) > 0.5F * (*this)(peak)) distance += 1_um;
+            while ((*this)(peak + distance * aside) > 0.5F * (*this)(peak)) distance += 0.2_um;
             return distance;
         };
         const float left = reach(-across), right = reach(across), up = reach(-along), down = reach(along);
         return {peak + 0.5F * (right - left) * across + 0.5F * (down - up) * along, {left + right, up + down}};
     }
 
-    /// How far the echo falls between two wires, dB: below the weaker of the peaks in either half of the way.
+    /// How far the echo falls midway between two wires, dB: below the weaker of the peaks to either side.
     float dip(vec3 from, vec3 to) const {
-        float peak[2] = {0, 0}, least = FLT_MAX;
-        for (int i = 0; i <= 100; ++i) {
-            const vec3 point = from + 0.01F * static_cast<float>(i) * (to - from);
-            const float value = (*this)({point.x, point.z});
-            peak[i / 51] = greater(peak[i / 51], value);
-            least = lesser(least, value);
-        }
-        return 20 * std::log10(lesser(peak[0], peak[1]) / least);
+        const auto value = [&](int percent) {
+            const vec3 point = from + 0.01F * static_cast<float>(percent) * (to - from);
+            return (*this)({point.x, point.z});
+        };
+        float before = 0, behind = 0;
+        for (int i = 0; i <= 50; ++i) before = greater(before, value(i)), behind = greater(behind, value(100 - i));
+        return 20 * std::log10(lesser(before, behind) / value(50));
     }
 };
 

@@ -128,7 +128,7 @@ template <transducer Probe>
 void run(const simulate_options& chosen, const Probe& probe) {
     const law2011 law = law_named(chosen.law);
     const bool phantom = chosen.file.empty();
-    const float depth = chosen.depth ? *chosen.depth * 1_mm : phantom ? nerve_block::depth : 80_mm;
+    const float depth = chosen.depth ? *chosen.depth * 1_mm : phantom ? nerve_block::settings.depth : 80_mm;
     const acquisition scan{.depth = depth, .samples = law.samples(depth, probe.frequency)};
     const uvec2 size{chosen.size[0], chosen.size[1]};
     const std::string folder = chosen.output + '/';
@@ -169,7 +169,7 @@ void run(const simulate_options& chosen, const Probe& probe) {
     const image noisy = write(
         "noise", [&](const auto& policy) { return add_noise(policy, combined, make_noise(policy, combined.size)); });
     write("blur", [&](const auto& policy) { return radial_blur(policy, noisy, probe, map); });
-    const float tgc = chosen.tgc ? *chosen.tgc * 1_dB_per_cm : phantom ? nerve_block::tgc : 0;
+    const float tgc = chosen.tgc ? *chosen.tgc * 1_dB_per_cm : phantom ? nerve_block::settings.tgc : 0;
     const b_mode_settings settings{.depth = depth, .size = size, .tgc = tgc, .planes = chosen.planes};
     write("b_mode", [&](const auto& policy) { return b_mode(policy, body, probe, at, settings); });
 

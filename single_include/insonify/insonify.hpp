@@ -3127,11 +3127,8 @@ class hilbert_transform {
     template <int Width>
     void apply(float* one, float* other) const {
         for (std::size_t half = size_ / 2; half > 0; half /= 2)
-            for (std::size_t begin = 0; begin < size_; begin += 2 * half) {
-                std::size_t i = 0;
-                for (; i + Width <= half; i += Width) forward<Width>(one + begin + i, other + begin + i, half, i);
-                for (; i < half; ++i) forward<1>(one + begin + i, other + begin + i, half, i);
-            }
+            for (std::size_t begin = 0; begin < size_; begin += 2 * half)
+                forward<Width>(one + begin, other + begin, half);
 
         const float scale = 1 / static_cast<float>(size_);
         one[0] = one[1] = other[0] = other[1] = 0; // the mean and the highest frequency have no phase
@@ -3145,39 +3142,43 @@ class hilbert_transform {
         }
 
         for (std::size_t half = 1; half < size_; half *= 2)
-            for (std::size_t begin = 0; begin < size_; begin += 2 * half) {
-                std::size_t i = 0;
-                for (; i + Width <= half; i += Width) back<Width>(one + begin + i, other + begin + i, half, i);
-                for (; i < half; ++i) back<1>(one + begin + i, other + begin + i, half, i);
-            }
+            for (std::size_t begin = 0; begin < size_; begin += 2 * half) back<Width>(one + begin, other + begin, half);
     }
 
   private:
-    /// (a, b) becomes (a + b, (a - b) exp(-j angle)).
+    /// (a, b) becomes (a + b, (a - b) exp(-j angle)), for `half` values a and as many values b after them.
     template <int Width>
-    void forward(float* real, float* imaginary, std::size_t half, std::size_t i) const {
+    void forward(float* real, float* imaginary, std::size_t half) const {
         using floats = lanes<Width>;
-        const floats ar = load<Width>(real), br = load<Width>(real + half);
-        const floats ai = load<Width>(imaginary), bi = load<Width>(imaginary + half);
-        const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
-        store(ar + br, real);
-        store(ai + bi, imaginary);
-        store((ar - br) * c + (ai - bi) * s, real + half);
-        store((ai - bi) * c - (ar - br) * s, imaginary + half);
+        if constexpr (Width > 1)
+            if (half < Width) return forward<1>(real, imaginary, half);
+        for (std::size_t i = 0; i < half; i += Width) {
+            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
+            const floats ar = load<Width>(real + i), br = load<Width>(real + half + i);
+            const floats ai = load<Width>(imaginary + i), bi = load<Width>(imaginary + half + i);
+            store(ar + br, real + i);
+            store(ai + bi, imaginary + i);
+            store((ar - br) * c + (ai - bi) * s, real + half + i);
+            store((ai - bi) * c - (ar - br) * s, imaginary + half + i);
+        }
     }
 
     /// (a, b) becomes (a + b exp(+j angle), a - b exp(+j angle)).
     template <int Width>
-    void back(float* real, float* imaginary, std::size_t half, std::size_t i) const {
+    void back(float* real, float* imaginary, std::size_t half) const {
         using floats = lanes<Width>;
-        const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
-        const floats xr = load<Width>(real + half), xi = load<Width>(imaginary + half);
-        const floats ar = load<Width>(real), ai = load<Width>(imaginary);
-        const floats br = xr * c - xi * s, bi = xi * c + xr * s;
-        store(ar + br, real);
-        store(ai + bi, imaginary);
-        store(ar - br, real + half);
-        store(ai - bi, imaginary + half);
+        if constexpr (Width > 1)
+            if (half < Width) return back<1>(real, imaginary, half);
+        for (std::size_t i = 0; i < half; i += Width) {
+            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
+            const floats xr = load<Width>(real + half + i), xi = load<Width>(imaginary + half + i);
+            const floats ar = load<Width>(real + i), ai = load<Width>(imaginary + i);
+            const floats br = xr * c - xi * s, bi = xi * c + xr * s;
+            store(ar + br, real + i);
+            store(ai + bi, imaginary + i);
+            store(ar - br, real + half + i);
+            store(ai - bi, imaginary + half + i);
+        }
     }
 
     std::size_t size_ = 0;
@@ -3187,6 +3188,7 @@ class hilbert_transform {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -3195,9 +3197,9 @@ namespace insonify::inline INSONIFY_ABI {
 /// Roots of all values, in place.
 template <int Width>
 void square_roots(float* values, std::size_t count) {
-    std::size_t i = 0;
-    for (; i + Width <= count; i += Width) store(square_root(load<Width>(values + i)), values + i);
-    for (; i < count; ++i) values[i] = std::sqrt(values[i]);
+    const std::size_t whole = count - count % Width;
+    for (std::size_t i = 0; i < whole; i += Width) store(square_root(load<Width>(values + i)), values + i);
+    for (std::size_t i = whole; i < count; ++i) values[i] = std::sqrt(values[i]);
 }
 
 /// The amplitude of each sample: |IQ| = sqrt(I^2 + Q^2).

@@ -1,8 +1,10 @@
 #include <insonify/core/units.hpp>
+#include <insonify/image/label_image.hpp>
 #include <insonify/image/scan_convert.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
+#include <insonify/probe/radial_array.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -288,6 +290,42 @@ TEST_CASE("scan_convert: what makes no sense is refused with a usage_error") {
     CHECK_NOTHROW(scan_convert(exec::seq, good, map));
     CHECK_THROWS_AS(scan_convert(exec::seq, filled(20, 11, 40_mm, 1), map), usage_error);
     CHECK_THROWS_AS(scan_convert(exec::seq, filled(20, 10, 41_mm, 1), map), usage_error);
+}
+
+TEST_CASE("scan_convert: a full circle has no seam") {
+    const auto check_circle = [](const auto& probe, vec2 axis) {
+        const acquisition scan{.depth = 5_mm, .samples = 100};
+        const scan_map map = make_scan_map(exec::par, probe, scan, {.size = {301, 301}, .background = -5});
+        scan_lines lines{probe.lines, scan.samples, scan.depth};
+        for (std::uint32_t line = 0; line < probe.lines; ++line)
+            for (std::uint32_t k = 0; k < scan.samples; ++k)
+                lines(line, k) = probe.beam(static_cast<float>(line)).direction.z; // smooth across the seam
+        label_lines labels{probe.lines, scan.samples, scan.depth};
+        for (std::uint32_t line = 0; line < probe.lines; ++line)
+            for (std::uint32_t k = 0; k < scan.samples; ++k) labels(line, k) = line;
+
+        const image picture = scan_convert(exec::seq, lines, map);
+        const label_image nearest = scan_convert(exec::seq, labels, map);
+        double worst = 0;
+        std::uint32_t inside = 0;
+        for (std::uint32_t y = 0; y < 301; ++y)
+            for (std::uint32_t x = 0; x < 301; ++x) {
+                const vec2 from_axis = map.point(x, y) - axis;
+                const float distance = length(from_axis);
+                if (distance < 1.01_mm || distance > 5.99_mm) continue;
+                ++inside;
+                worst = std::max(
+                    worst, std::fabs(static_cast<double>(picture(x, y)) - static_cast<double>(from_axis.y / distance)));
+                const float line = probe.locate(map.point(x, y)).x;
+                const auto lines_in_all = static_cast<float>(probe.lines);
+                const float apart = std::fabs(line - static_cast<float>(nearest(x, y)));
+                REQUIRE(std::min(apart, lines_in_all - apart) < 0.51F);
+            }
+        CHECK(inside > 50000);
+        CHECK(worst < 1e-3); // linear between lines 2 pi / 96 apart
+    };
+    check_circle(radial_array{.lines = 96, .radius = 1_mm}, {0, 0});
+    check_circle(convex_array{.lines = 96, .radius = 1_mm, .field_of_view = 360_deg}, {0, -1_mm});
 }
 
 } // namespace scan_convert_test
