@@ -20,7 +20,7 @@ struct quality_table {
     int out = 0;
 
     void row(const std::string& what, float measured, const std::string& stated, bool good) {
-        std::printf("  %-40s %9.3f   %-17s %s\n", what.c_str(), static_cast<double>(measured), stated.c_str(),
+        std::printf("  %-46s %8.3f   %-18s %s\n", what.c_str(), static_cast<double>(measured), stated.c_str(),
                     good ? "ok" : "OUT");
         out += good ? 0 : 1;
     }
@@ -111,8 +111,8 @@ struct wire_finder {
 template <transducer Probe>
 void check_wires(quality_table& table, const std::vector<scan_lines>& slices, const Probe& probe, float scale) {
     const wire_finder<Probe> seen{slices, probe};
-    const float lateral = 0.92F * display_speed / probe.frequency * probe.fnumber; // in the focus
-    const float axial = 0.441F * display_speed / (probe.bandwidth * probe.frequency);
+    const float lateral = 0.92F * display_speed / probe.frequency * probe.fnumber;    // in the focus
+    const float axial = 0.441F * display_speed / (probe.bandwidth * probe.frequency); // of a Gaussian pulse
     float along = 0;
     for (const vec2 wire : quality::wires) {
         const auto spot = seen.find(scale * wire);
@@ -124,6 +124,7 @@ void check_wires(quality_table& table, const std::vector<scan_lines>& slices, co
     table.within("-6 dB width of the focused wire, mm", across / 1_mm, lateral / 1_mm, 0.05F * lateral / 1_mm);
     table.within("-6 dB length of wires, mean, mm", along / 1_mm, axial / 1_mm, 0.03F * axial / 1_mm);
 
+    // Midway, q widths apart, two Gaussian echoes in phase add up to 2 * 0.5^(q^2) of one: -6 dB at q = sqrt(2).
     const auto check_pair = [&](const quality::wire_pair& two, vec3 direction, float width, const char* how) {
         const pose at = quality::on_beam(probe, scale * two.middle);
         const float spacing = scale * two.spacing, widths = spacing / width;
@@ -151,24 +152,22 @@ struct speckle {
     }
 };
 
-/// Calls visit(share of the field, point {x, z}, depth, amplitude) for the samples between two depths, in a gel whose
-/// attenuation is made up for.
-template <transducer Probe, class Visit>
-void for_each_sample(const std::vector<scan_lines>& slices, const Probe& probe, const medium& gel, vec2 depths,
-                     const Visit& visit) {
+/// Of the samples between two depths for which inside(share of the field, point {x, z}), the attenuation made up for.
+template <transducer Probe, class Inside>
+speckle speckle_in(const std::vector<scan_lines>& slices, const Probe& probe, const medium& gel, vec2 depths,
+                   const Inside& inside) {
+    speckle all;
     const float spacing = slices[0].depth / static_cast<float>(slices[0].samples);
-    const auto first = static_cast<std::uint32_t>(depths.x / spacing),
-               end = static_cast<std::uint32_t>(depths.y / spacing);
-    for (std::uint32_t k = first; k < end; ++k) {
+    for (auto k = static_cast<std::uint32_t>(depths.x / spacing); static_cast<float>(k) * spacing < depths.y; ++k) {
         const float depth = (static_cast<float>(k) + 0.5F) * spacing;
         const float gain = std::pow(10.0F, echo_loss(gel, probe.frequency) * depth / 20);
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
-            const auto line = static_cast<float>(i);
-            const vec3 at = probe.beam(line).at(depth);
-            for (const scan_lines& lines : slices)
-                visit(share_of_line(line, probe.lines), vec2{at.x, at.z}, depth, gain * lines(i, k));
+            const vec3 at = probe.beam(static_cast<float>(i)).at(depth);
+            if (!inside(share_of_line(static_cast<float>(i), probe.lines), vec2{at.x, at.z})) continue;
+            for (const scan_lines& lines : slices) all.add(depth, gain * lines(i, k));
         }
     }
+    return all;
 }
 
 /// Gel of both kinds: level, statistics and attenuation of its speckle, and the black of cysts in it.
@@ -178,11 +177,8 @@ void check_gel(quality_table& table, const std::vector<scan_lines>& slices, cons
         const medium& gel = side < 0 ? tissue::tmm_low : tissue::tmm_high;
         const std::string name = side < 0 ? "gel of 0.5: " : "gel of 0.7: ";
         const float loss = echo_loss(gel, probe.frequency) * 1_cm;
-        speckle clear;
-        for_each_sample(slices, probe, gel, scale * vec2{5_mm, 45_mm},
-                        [&](float share, vec2, float depth, float amplitude) {
-                            if (side * share > 0.03F && side * share < 0.15F) clear.add(depth, amplitude);
-                        });
+        const auto beside_cysts = [&](float share, vec2) { return side * share > 0.03F && side * share < 0.15F; };
+        const speckle clear = speckle_in(slices, probe, gel, scale * vec2{5_mm, 45_mm}, beside_cysts);
         table.within(name + "level, dB", clear.level(), -55, 0.3F);
         table.within(name + "mean over deviation", clear.signal_to_noise(), 1.913F, 0.02F * 1.913F);
         table.within(name + "attenuation, dB/cm", loss - clear.decibels_per_metre() * 1_cm, loss, 0.02F * loss);
@@ -190,33 +186,32 @@ void check_gel(quality_table& table, const std::vector<scan_lines>& slices, cons
             if (side * cyst.centre.x < 0) continue;
             const float depth = probe.locate(scale * cyst.centre).y;
             const float radius = scale * cyst.radius - beam_of(probe, slices[0].depth).lateral_width(depth);
-            speckle inside;
-            for_each_sample(slices, probe, gel, depth + radius * vec2{-1, 1},
-                            [&](float, vec2 at, float z, float amplitude) {
-                                if (length(at - scale * cyst.centre) < radius) inside.add(z, amplitude);
-                            });
+            const auto in_cyst = [&](float, vec2 at) { return length(at - scale * cyst.centre) < radius; };
+            const speckle inside = speckle_in(slices, probe, gel, depth + radius * vec2{-1, 1}, in_cyst);
             table.at_most(name + text("cyst of %g mm, dB", 2 * scale * cyst.radius / 1_mm),
                           inside.level() - clear.level(), -28);
         }
     }
 }
 
-/// Grey targets against the gel beside them, between them and to both sides.
+/// Grey targets against the gel beside them, as deep as they.
 template <transducer Probe>
 void check_targets(quality_table& table, const std::vector<scan_lines>& slices, const Probe& probe, float scale) {
     const beam_model beam = beam_of(probe, slices[0].depth);
     for (const quality::target& target : quality::targets) {
         const float depth = probe.locate(scale * target.centre).y, margin = beam.lateral_width(depth);
         const float radius = scale * target.radius - margin;
-        speckle inside, beside;
-        for_each_sample(slices, probe, tissue::tmm_low, depth + radius * vec2{-1, 1},
-                        [&](float, vec2 at, float z, float amplitude) {
-                            float distance = FLT_MAX;
-                            for (const quality::target& each : quality::targets)
-                                distance = lesser(distance, length(at - scale * each.centre));
-                            if (distance > scale * target.radius + margin) beside.add(z, amplitude);
-                            if (length(at - scale * target.centre) < radius) inside.add(z, amplitude);
-                        });
+        const auto in_target = [&](float, vec2 at) { return length(at - scale * target.centre) < radius; };
+        const auto in_none = [&](float, vec2 at) {
+            float distance = FLT_MAX;
+            for (const quality::target& each : quality::targets)
+                distance = lesser(distance, length(at - scale * each.centre) - scale * each.radius);
+            return distance > margin;
+        };
+        const vec2 depths = depth + radius * vec2{-1, 1};
+        const speckle inside = speckle_in(slices, probe, tissue::tmm_low, depths, in_target);
+        const speckle beside = speckle_in(slices, probe, tissue::tmm_low, depths, in_none);
+        // Three standard errors of a mean of so many resolution cells, 2 pi sigma_x sigma_z each.
         const float cell = 2 * pi * beam.lateral_sigma(depth) * nominal_pulse(probe).sigma_z(probe.frequency);
         const float cells = pi * radius * radius / cell * static_cast<float>(slices.size());
         table.within("target " + text("%g mm deep, dB", scale * target.centre.y / 1_mm),

@@ -21,7 +21,7 @@ namespace quality {
 using namespace insonify;
 
 inline constexpr float wires_at = 0, cysts_at = 40_mm, targets_at = 80_mm; ///< y of the middle of each part
-inline constexpr float length = 20_mm;                                     ///< of each part, along y
+inline constexpr float part_length = 20_mm;                                ///< along y
 
 /// Two wires; the spacing is from front to front.
 struct wire_pair {
@@ -42,7 +42,8 @@ inline constexpr vec2 wires[] = {{-2_mm, 10_mm},  {-1.5_mm, 20_mm}, {-1_mm, 30_m
                                  {-15_mm, 20_mm}, {-5_mm, 20_mm},   {5_mm, 20_mm},  {15_mm, 20_mm}};
 inline constexpr vec2 focused_wire = wires[2];
 
-/// Side by side across the beam.
+/// Side by side across the beam. No spacing is between 0.7 and 1.41 of the beam's width, where neither can be asked for:
+/// that two are seen, nor that one is.
 inline constexpr wire_pair lateral_pairs[] = {
     {{2_mm, 30_mm}, 0.25_mm}, {{6.7_mm, 30_mm}, 0.6_mm}, {{9.5_mm, 30_mm}, 1_mm}, {{13_mm, 30_mm}, 2_mm}};
 /// One behind the other along the beam, and to both sides of it by `stagger`, out of one another's shadow.
@@ -75,7 +76,7 @@ insonify::scene quality_phantom(const Probe& probe, float scale) {
     medium gel = tissue::tmm_low;
     gel.roughness = 0; // it takes the shape of the wires that are cast in it, so that theirs counts
     scene body{gel};
-    const vec3 half{0, 0.5F * quality::length, 0};
+    const vec3 half{0, 0.5F * part_length, 0};
 
     // Six sides: the one in front, half as wide as the wire is thick, faces the beam. Only a level side returns sound to
     // a focused aperture, and the sides of a rounder wire would fall between two rays.

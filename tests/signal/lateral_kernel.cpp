@@ -63,7 +63,8 @@ void check_weights(const Probe& probe) {
                     power += expected[static_cast<std::size_t>(i)] * expected[static_cast<std::size_t>(j)] *
                              static_cast<double>(covariance(static_cast<float>(apart) * weights.spacing));
                 }
-            CHECK(weights.power(here, covariance) == doctest::Approx(power).epsilon(2e-3));
+            CHECK(weights.power(here, covariance, [](std::uint32_t) { return 1.0F; }) ==
+                  doctest::Approx(power).epsilon(2e-3));
         }
     }
 }

@@ -39,17 +39,23 @@ struct lateral_weights {
         return sum;
     }
 
-    /// The power that noise of variance 1 keeps on a line: sum_jk w_j w_k C(x_j - x_k).
+    /// The power that independent echoes have on a line: sum_jk w_j g_j w_k g_k C(x_j - x_k).
     /// @param covariance  C(metres), of values on two lines so far apart; 1 at 0, and 0 from some distance on
-    template <class Covariance>
-    INSONIFY_FN float power(std::uint32_t line, const Covariance& covariance) const {
-        const int begin = first(line), end = last(line);
+    /// @param gain        g(line): the amplitude that the echoes of a line have before
+    template <class Covariance, class Gain>
+    INSONIFY_FN float power(std::uint32_t line, const Covariance& covariance, const Gain& gain) const {
+        const int begin = first(line), end = last(line), here = static_cast<int>(line);
+        const auto amplitude = [&](int offset) {
+            const int count = static_cast<int>(lines);
+            return weight(offset) * gain(static_cast<std::uint32_t>((here + offset + count) % count));
+        };
         float sum = 0;
         for (int lag = 0; lag <= end - begin; ++lag) {
             const float alike = covariance(static_cast<float>(lag) * spacing);
             if (!(alike > 0)) break;
             float products = 0;
-            for (int offset = begin; offset + lag <= end; ++offset) products += weight(offset) * weight(offset + lag);
+            for (int offset = begin; offset + lag <= end; ++offset)
+                products += amplitude(offset) * amplitude(offset + lag);
             sum += (lag == 0 ? 1 : 2) * alike * products;
         }
         const float all = existing(line);

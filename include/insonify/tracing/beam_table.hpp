@@ -14,8 +14,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// What an acoustic model must know of the beam, for every line: made once a frame.
 ///
 /// Independent echoes lose level where the beam averages them, and how much depends on the lines and planes that there
-/// are; `incoherent` makes up for it: 1 / sqrt(Px Py), P = sum over i, j of w_i w_j C(x_i - x_j), with the weights w of
-/// the beam and the covariance C of the echoes. Lines near the border have fewer neighbours, hence their own table.
+/// are; `incoherent`, g, makes up for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w
+/// of the beam and the covariance C of the echoes. Lines near the border have fewer neighbours, hence their own table.
 class beam_table {
   public:
     static constexpr std::uint32_t depths = 128;
@@ -42,13 +42,20 @@ class beam_table {
                 for (std::uint32_t j = 0; j < planes.count(); ++j)
                     power += weight[i] * weight[j] * (i == j ? 1.0F : covariance(planes.offset(i) - planes.offset(j)));
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
+            std::vector<float> gain(border_ + 1, 1.0F), level(border_ + 1);
+            const auto gain_of = [&](std::uint32_t line) { return gain[to_border(line)]; };
+            for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: settle
+                for (std::uint32_t line = 0; line <= border_; ++line)
+                    level[line] = power * across.power(line, between_lines, gain_of);
+                for (std::uint32_t line = 0; line <= border_; ++line) gain[line] /= std::sqrt(level[line]);
+            }
             for (std::uint32_t line = 0; line <= border_; ++line)
-                samples_[std::size_t{line} * depths + k] = {
-                    .fnumber = beam.fnumber(z),
-                    .elevation_fnumber = beam.elevation_fnumber(),
-                    .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
-                    .line_spacing = across.spacing,
-                    .incoherent = 1 / std::sqrt(power * across.power(line, between_lines))};
+                samples_[std::size_t{line} * depths + k] = {.fnumber = beam.fnumber(z),
+                                                            .elevation_fnumber = beam.elevation_fnumber(),
+                                                            .lateral_sigma =
+                                                                probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                                                            .line_spacing = across.spacing,
+                                                            .incoherent = gain[line]};
         });
     }
 
@@ -57,11 +64,13 @@ class beam_table {
 
     line_beam of_line(std::uint32_t line) const {
         if (samples_.empty()) return {};
-        const std::uint32_t to_border = std::min({line, lines_ - 1 - line, border_});
-        return {{samples_.data() + std::size_t{to_border} * depths, depths}, spacing_};
+        return {{samples_.data() + std::size_t{to_border(line)} * depths, depths}, spacing_};
     }
 
   private:
+    // Which table a line has: its distance from the nearer end, as far as that matters.
+    std::uint32_t to_border(std::uint32_t line) const { return std::min({line, lines_ - 1 - line, border_}); }
+
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 0;
