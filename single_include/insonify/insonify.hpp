@@ -2660,8 +2660,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A Gaussian of peak 1 along a line of complex samples, with one result for every `decimation` samples.
 ///
-/// Result k stands in the middle of samples k D to k D + D - 1: for an even D between two of them. A line is laid out by
-/// remainder: its samples 0, D, 2 D, ..., then 1, D + 1, ..., each row with zeros around it, so that a tap reads
+/// Result k stands in the middle of samples k D to k D + D - 1: for an even D between two of them. A line is laid out
+/// by remainder: its samples 0, D, 2 D, ..., then 1, D + 1, ..., each row with zeros around it, so that a tap reads
 /// consecutive samples for consecutive results.
 class axial_kernel {
   public:
@@ -2971,8 +2971,8 @@ struct pulse {
     }
 };
 
-/// The pulse that a probe is built for: as short as its `bandwidth` (a share of its frequency) allows, and `pulse{}` for
-/// a probe that states none.
+/// The pulse that a probe is built for: as short as its `bandwidth` (a share of its frequency) allows, and `pulse{}`
+/// for a probe that states none.
 template <transducer Probe>
 INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
     if constexpr (requires { probe.bandwidth; })
@@ -3064,8 +3064,8 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_ker
 /// whose weights sum to 1 over the lines that exist, also at the ends. So a plate keeps its amplitude at every depth,
 /// sampling and line spacing. Beyond the ends of a line there is nothing. In place: pass std::move(echoes).
 /// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
-/// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse; where
-///                      the pulse is not at the probe's frequency, or a setting makes no sense
+/// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse;
+///                      where the pulse is not at the probe's frequency, or a setting makes no sense
 template <exec::policy Policy, transducer Probe>
 iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
                   const convolve_settings& settings = {}) {
@@ -3111,8 +3111,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// By Fourier transforms of a power of two with at least a quarter of zeros after the signal, of two signals at a time,
 /// one as real and one as imaginary part. The forward transform leaves its results in bit-reversed order and the one
-/// back starts from there, so that nothing is reordered: positive frequencies stand at even places, negative ones at odd
-/// places. Source: Gentleman & Sande 1966 forward, Cooley & Tukey 1965 back.
+/// back starts from there, so that nothing is reordered: positive frequencies stand at even places, negative ones at
+/// odd places. Source: Gentleman & Sande 1966 forward, Cooley & Tukey 1965 back.
 class hilbert_transform {
   public:
     explicit hilbert_transform(std::size_t samples)
@@ -6353,8 +6353,8 @@ class persistence {
             throw usage_error{"persistence: the share of the past must be from 0 to below 1"};
     }
 
-    /// Takes in one more frame. The past is forgotten where the pose of the probe, the number of lines or of samples, or
-    /// the depth differs from the frame before.
+    /// Takes in one more frame. The past is forgotten where the pose of the probe, the number of lines or of samples,
+    /// or the depth differs from the frame before.
     /// @return what is to be shown; good until the next call
     template <exec::policy Policy>
     const scan_lines& add(const Policy& policy, scan_lines frame, const pose& at) {

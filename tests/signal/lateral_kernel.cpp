@@ -37,6 +37,7 @@ void check_weights(const Probe& probe) {
     constexpr float end = 60_mm;
     const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = end, .samples = samples});
     const auto covariance = [](float apart) { return greater(0, 1 - apart / 0.31_mm); };
+    const auto gain = [](std::uint32_t line) { return 1 + 0.25F * static_cast<float>(line % 3); };
     const auto lines = static_cast<int>(probe.lines);
     for (const std::uint32_t sample : {4U, 100U, 604U, 1196U}) {
         const lateral_weights weights = kernel.at(sample);
@@ -60,11 +61,12 @@ void check_weights(const Probe& probe) {
                 for (int j = 0; j < lines; ++j) {
                     int apart = std::abs(i - j);
                     if (kernel.full_circle) apart = std::min(apart, lines - apart);
-                    power += expected[static_cast<std::size_t>(i)] * expected[static_cast<std::size_t>(j)] *
-                             static_cast<double>(covariance(static_cast<float>(apart) * weights.spacing));
+                    power +=
+                        expected[static_cast<std::size_t>(i)] * expected[static_cast<std::size_t>(j)] *
+                        static_cast<double>(gain(static_cast<std::uint32_t>(i)) * gain(static_cast<std::uint32_t>(j)) *
+                                            covariance(static_cast<float>(apart) * weights.spacing));
                 }
-            CHECK(weights.power(here, covariance, [](std::uint32_t) { return 1.0F; }) ==
-                  doctest::Approx(power).epsilon(2e-3));
+            CHECK(weights.power(here, covariance, gain) == doctest::Approx(power).epsilon(2e-3));
         }
     }
 }

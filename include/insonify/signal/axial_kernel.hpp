@@ -9,8 +9,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A Gaussian of peak 1 along a line of complex samples, with one result for every `decimation` samples.
 ///
-/// Result k stands in the middle of samples k D to k D + D - 1: for an even D between two of them. A line is laid out by
-/// remainder: its samples 0, D, 2 D, ..., then 1, D + 1, ..., each row with zeros around it, so that a tap reads
+/// Result k stands in the middle of samples k D to k D + D - 1: for an even D between two of them. A line is laid out
+/// by remainder: its samples 0, D, 2 D, ..., then 1, D + 1, ..., each row with zeros around it, so that a tap reads
 /// consecutive samples for consecutive results.
 class axial_kernel {
   public:

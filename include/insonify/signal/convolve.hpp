@@ -87,8 +87,8 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_ker
 /// whose weights sum to 1 over the lines that exist, also at the ends. So a plate keeps its amplitude at every depth,
 /// sampling and line spacing. Beyond the ends of a line there is nothing. In place: pass std::move(echoes).
 /// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
-/// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse; where
-///                      the pulse is not at the probe's frequency, or a setting makes no sense
+/// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse;
+///                      where the pulse is not at the probe's frequency, or a setting makes no sense
 template <exec::policy Policy, transducer Probe>
 iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
                   const convolve_settings& settings = {}) {

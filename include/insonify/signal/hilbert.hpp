@@ -12,8 +12,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// By Fourier transforms of a power of two with at least a quarter of zeros after the signal, of two signals at a time,
 /// one as real and one as imaginary part. The forward transform leaves its results in bit-reversed order and the one
-/// back starts from there, so that nothing is reordered: positive frequencies stand at even places, negative ones at odd
-/// places. Source: Gentleman & Sande 1966 forward, Cooley & Tukey 1965 back.
+/// back starts from there, so that nothing is reordered: positive frequencies stand at even places, negative ones at
+/// odd places. Source: Gentleman & Sande 1966 forward, Cooley & Tukey 1965 back.
 class hilbert_transform {
   public:
     explicit hilbert_transform(std::size_t samples)

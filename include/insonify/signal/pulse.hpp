@@ -37,8 +37,8 @@ struct pulse {
     }
 };
 
-/// The pulse that a probe is built for: as short as its `bandwidth` (a share of its frequency) allows, and `pulse{}` for
-/// a probe that states none.
+/// The pulse that a probe is built for: as short as its `bandwidth` (a share of its frequency) allows, and `pulse{}`
+/// for a probe that states none.
 template <transducer Probe>
 INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
     if constexpr (requires { probe.bandwidth; })
