@@ -19,7 +19,7 @@ int main() {
     const auto draw = [&](const char* file, const iq_lines& echoes) {
         scan_lines lines = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, pulse{}, probe));
         lines = tgc(exec::par, std::move(lines), probe.frequency, {.attenuation = 100});
-        write_png(file, scan_convert(exec::par, log_compress(exec::par, lines), probe, {.size = {400, 0}}));
+        write_png(file, scan_convert(exec::par, log_compress(exec::par, lines), probe, {.size = {300, 0}}));
         return lines;
     };
     const scan_lines straight =

@@ -7,10 +7,11 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What the probe receives along its lines.
 ///
-///     scan_lines lines = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
+///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm});
+///     scan_lines paper = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
 ///
 /// @param at     probe to world: x lateral, y elevation, z depth
-/// @param model  what happens at interfaces and between them: `law2011`, or one of your own (`acoustic_model`)
+/// @param model  what happens at interfaces and between them: `physical`, `law2011`, or your own (`acoustic_model`)
 /// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
 /// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
 /// @throws geometry_error  for a pose that is not rigid
