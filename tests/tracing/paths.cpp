@@ -37,7 +37,8 @@ TEST_CASE("paths and beams agree where nothing bends and nothing is reflected tw
     }
     MESSAGE("largest echo ", largest, ", largest difference ", worst);
     CHECK(largest > 1e-2F);
-    CHECK(worst < 1e-4F * largest);
+    // Depths of 40 mm in floats are good to some 1e-8 m: 6e-4 radians of phase at 7.5 MHz.
+    CHECK(worst < 1e-3F * largest);
 }
 
 TEST_CASE("a metal needle rings: a ladder of echoes, at its thickness and its loss a bounce") { // V20
