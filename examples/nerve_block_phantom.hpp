@@ -159,11 +159,17 @@ inline void add_perimysium(scene& body) {
         });
 }
 
-/// A nerve is a honeycomb: dark fascicles in bright connective tissue.
+/// A nerve is a honeycomb: dark fascicles in bright connective tissue, under a sheath.
 inline void add_nerve(scene& body) {
-    constexpr medium fascicle{1065, 1605, 1.0_dB_per_cm, 1, 0.25F * tissue::nerve.backscatter, 10_um};
-    const cord nerve{.centre = nerve_centre, .radii = {3_mm, 2.9_mm}, .drift = {0.5_mm, 0.3_mm}};
-    body.add(nerve.surface(), tissue::nerve, {.priority = 1, .name = "nerve"});
+    constexpr medium sheath{1075, 1630, 1.2_dB_per_cm, 1, 2.2F * tissue::nerve.backscatter, 20_um};
+    constexpr medium between{1065, 1610, 1.0_dB_per_cm, 1, 1.5F * tissue::nerve.backscatter, 10_um};
+    constexpr medium fascicle{1065, 1605, 1.0_dB_per_cm, 1, 0.35F * tissue::nerve.backscatter, 10_um};
+    const cord outside{.centre = nerve_centre, .radii = {3.25_mm, 3.1_mm}, .drift = {0.5_mm, 0.3_mm}};
+    cord nerve = outside;
+    nerve.radii -= 0.3_mm;
+    nerve.length -= 0.5_mm;
+    body.add(outside.surface(), sheath, {.priority = 1, .name = "epineurium"});
+    body.add(nerve.surface(), between, {.priority = 1, .name = "nerve"});
     const float pitch = 1.16_mm;
     std::uint64_t drawn = 0;
     for (int row = -2; row <= 2; ++row)
@@ -171,7 +177,7 @@ inline void add_nerve(scene& body) {
             const vec2 from_centre{pitch * (static_cast<float>(column) + 0.5F * static_cast<float>(row & 1)),
                                    0.866F * pitch * static_cast<float>(row)};
             if (length(from_centre) > 2.45_mm) continue;
-            const float radius = 0.36_mm + 0.13_mm * hash_uniform(7, drawn++);
+            const float radius = 0.32_mm + 0.1_mm * hash_uniform(7, drawn++);
             cord one = nerve;
             one.centre += from_centre;
             one.radii = {radius, 0.92F * radius};

@@ -103,6 +103,8 @@ inline constexpr bool has_fma = false;
 #endif
 #pragma nv_diagnostic push
 #pragma nv_diag_suppress 20012 // GLM annotates functions that it defaults
+#elif !defined(GLM_FORCE_INLINE)
+#define GLM_FORCE_INLINE // in large files GCC would call even operator[]
 #endif
 #include <glm/glm.hpp>
 #if defined(__CUDACC__)
@@ -148,6 +150,20 @@ INSONIFY_FN constexpr float clamped(float value, float low, float high) { return
 INSONIFY_FN constexpr vec3 lesser(vec3 a, vec3 b) { return {lesser(a.x, b.x), lesser(a.y, b.y), lesser(a.z, b.z)}; }
 INSONIFY_FN constexpr vec3 greater(vec3 a, vec3 b) { return {greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z)}; }
 INSONIFY_FN inline vec3 absolute(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
+
+/// Two directions across a third of length 1, so that the three make a frame. Source: Duff et al. 2017.
+struct axes_across {
+    vec3 first{1, 0, 0};
+    vec3 second{0, 1, 0};
+
+    INSONIFY_FN explicit axes_across(vec3 direction) {
+        const float side = std::copysign(1.0F, direction.z);
+        const float a = -1 / (side + direction.z);
+        const float b = direction.x * direction.y * a;
+        first = {1 + side * direction.x * direction.x * a, side * b, -side * direction.x};
+        second = {b, side + direction.y * direction.y * a, -direction.y};
+    }
+};
 
 /// The place of the lowest bit that is set, of a number that is not 0.
 INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
@@ -228,6 +244,7 @@ struct medium {
     float attenuation_power = 1; ///< attenuation grows as frequency^attenuation_power
     float backscatter = 0;       ///< amplitude of the echo of its texture, relative to liver
     float roughness = 0;         ///< rms height of its surface, metres
+    float scatterer_density = 0; ///< in a cubic metre, for `poisson_scatterers`; 0: as many as that field says
 
     /// Characteristic acoustic impedance, rayl = kg/(m^2 s): density times sound speed, never stored.
     INSONIFY_FN constexpr float impedance() const { return density * sound_speed; }
@@ -238,9 +255,9 @@ struct medium {
 /// True where every value is finite and in its range: density and speed above 0, the others not below.
 INSONIFY_FN inline bool is_valid(const medium& m) {
     return is_finite(m.density) && is_finite(m.sound_speed) && is_finite(m.attenuation) &&
-           is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) && m.density > 0 &&
-           m.sound_speed > 0 && m.attenuation >= 0 && m.attenuation_power >= 0 && m.backscatter >= 0 &&
-           m.roughness >= 0;
+           is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) &&
+           is_finite(m.scatterer_density) && m.density > 0 && m.sound_speed > 0 && m.attenuation >= 0 &&
+           m.attenuation_power >= 0 && m.backscatter >= 0 && m.roughness >= 0 && m.scatterer_density >= 0;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -402,6 +419,7 @@ struct beam_sample {
     float lateral_sigma = 0;     ///< metres, of the Gaussian that `convolve` will apply across the lines; 0: none
     float line_spacing = 0;      ///< metres to the next line
     float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
+    vec2 alike{0, 0}; ///< m^2: mean square distance between what they have in common, across the lines and the planes
 };
 
 /// Beam samples for equal parts of the displayed depth, from the face on.
@@ -730,9 +748,9 @@ namespace insonify::inline INSONIFY_ABI {
 ///     float reach(float depth, view<const medium> media) const;
 ///
 /// and one that wants to know the beam (`traced_line::beam`) a fifth, how alike its independent echoes are on two lines
-/// that lie so many metres apart, 1 to 0:
+/// that lie so many metres apart and differ in direction by so many radians, 1 to 0:
 ///
-///     float covariance(float distance) const;
+///     float covariance(float apart, float turned) const;
 template <class Model>
 concept acoustic_model = requires(const Model& model, const traced_line& line, view<typename Model::sample_type> out) {
     { model.samples(0.1F, 5e6F) } -> std::convertible_to<std::uint32_t>;
@@ -1187,6 +1205,551 @@ INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequenc
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_ACOUSTICS_CELL_FIELD_HPP
+#define INSONIFY_ACOUSTICS_CELL_FIELD_HPP
+
+#ifndef INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
+#define INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
+
+#ifndef INSONIFY_CORE_RANDOM_HPP
+#define INSONIFY_CORE_RANDOM_HPP
+
+#include <cstdint>
+
+/// Random numbers by counter: a hash of seed and index, so that any thread may ask for any of them in any order.
+namespace insonify::inline INSONIFY_ABI {
+
+/// 64 well-mixed bits for one index of one stream.
+/// Source: the finaliser of SplitMix64 (Steele, Lea & Flood 2014), applied twice.
+INSONIFY_FN constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t index) {
+    const auto mix = [](std::uint64_t z) {
+        z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
+        z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
+        return z ^ (z >> 31U);
+    };
+    return mix(mix(seed + 0x9E3779B97F4A7C15U) + (index + 1) * 0x9E3779B97F4A7C15U);
+}
+
+/// 32 well-mixed bits of 32: cheaper than `hash_bits` where values are made by the million, and fit for SIMD.
+/// Source: the "lowbias32" constants found by C. Wellons, 2018.
+INSONIFY_FN constexpr std::uint32_t mix_bits(std::uint32_t h) {
+    h = (h ^ (h >> 16U)) * 0x7FEB352DU;
+    h = (h ^ (h >> 15U)) * 0x846CA68BU;
+    return h ^ (h >> 16U);
+}
+
+/// Uniform in [0, 1), 24 bits.
+INSONIFY_FN constexpr float hash_uniform(std::uint64_t seed, std::uint64_t index) {
+    return static_cast<float>(hash_bits(seed, index) >> 40U) * 0x1p-24F;
+}
+
+/// Two independent standard normal numbers. Source: Box & Muller 1958.
+INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
+    const std::uint64_t bits = hash_bits(seed, index);
+    const float radius_uniform = static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // (0, 1]: the logarithm stays finite
+    const float angle = 2 * pi * static_cast<float>(bits & 0xFFFFFFU) * 0x1p-24F;
+    const float radius = std::sqrt(-2 * std::log(radius_uniform));
+    return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_EXECUTION_SIMD_BITS_HPP
+#define INSONIFY_EXECUTION_SIMD_BITS_HPP
+
+
+/// Several 32-bit numbers at once, beside the floats of `lanes`: for hashes.
+namespace insonify::inline INSONIFY_ABI {
+
+#if !defined(INSONIFY_NO_SIMD)
+
+template <int N>
+using bit_lanes = stdx::simd<std::uint32_t, stdx::simd_abi::deduce_t<std::uint32_t, N>>;
+
+/// first, first + step, first + 2 step, ...
+template <int N>
+INSONIFY_INLINE bit_lanes<N> steps_of_bits(std::uint32_t first, std::uint32_t step) {
+    return bit_lanes<N>{[=](auto i) { return first + static_cast<std::uint32_t>(i) * step; }};
+}
+
+/// The numbers as floats, those above 2^31 - 1 as negative ones.
+template <int N>
+INSONIFY_INLINE lanes<N> floats_of(const bit_lanes<N>& bits) {
+    using integers = stdx::simd<std::int32_t, stdx::simd_abi::deduce_t<std::int32_t, N>>;
+    return stdx::static_simd_cast<lanes<N>>(stdx::static_simd_cast<integers>(bits));
+}
+
+/// Whole floats within +-2^31 as numbers, negative ones in two's complement.
+template <int N>
+INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& whole) {
+    using integers = stdx::simd<std::int32_t, stdx::simd_abi::deduce_t<std::int32_t, N>>;
+    return stdx::static_simd_cast<bit_lanes<N>>(stdx::static_simd_cast<integers>(whole));
+}
+
+template <int N>
+INSONIFY_INLINE void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
+    bits.copy_to(to, stdx::element_aligned);
+}
+
+#else
+
+template <int N>
+struct bit_lanes {
+    std::uint32_t lane[N] = {};
+
+    bit_lanes() = default;
+    INSONIFY_FN bit_lanes(std::uint32_t value) {
+        for (std::uint32_t& l : lane) l = value;
+    }
+    template <class Operation>
+    INSONIFY_FN static bit_lanes each(Operation operation) {
+        bit_lanes result;
+        for (int i = 0; i < N; ++i) result.lane[i] = operation(i);
+        return result;
+    }
+    INSONIFY_FN friend bit_lanes operator+(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] + b.lane[i]; });
+    }
+    INSONIFY_FN friend bit_lanes operator*(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] * b.lane[i]; });
+    }
+    INSONIFY_FN friend bit_lanes operator^(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] ^ b.lane[i]; });
+    }
+    INSONIFY_FN friend bit_lanes operator&(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] & b.lane[i]; });
+    }
+    INSONIFY_FN friend bit_lanes operator>>(const bit_lanes& a, int by) {
+        return each([&](int i) { return a.lane[i] >> static_cast<unsigned>(by); });
+    }
+};
+
+template <int N>
+INSONIFY_FN bit_lanes<N> steps_of_bits(std::uint32_t first, std::uint32_t step) {
+    return bit_lanes<N>::each([=](int i) { return first + static_cast<std::uint32_t>(i) * step; });
+}
+template <int N>
+INSONIFY_FN lanes<N> floats_of(const bit_lanes<N>& bits) {
+    return lanes<N>::template each<lanes<N>>(
+        [&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits.lane[i])); });
+}
+template <int N>
+INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& whole) {
+    return bit_lanes<N>::each(
+        [&](int i) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(whole.lane[i])); });
+}
+template <int N>
+INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
+    for (int i = 0; i < N; ++i) to[i] = bits.lane[i];
+}
+
+#endif
+
+/// `mix_bits` of many numbers: 32 well-mixed bits of each.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> mix_lanes(bit_lanes<N> h) {
+    h = (h ^ (h >> 16)) * bit_lanes<N>(0x7FEB352DU);
+    h = (h ^ (h >> 15)) * bit_lanes<N>(0x846CA68BU);
+    return h ^ (h >> 16);
+}
+
+/// The largest whole numbers not above, within +-2^31. By conversions, for not every machine rounds in one instruction.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> floor_lanes(const lanes<N>& x) {
+#if !defined(INSONIFY_NO_SIMD)
+    lanes<N> whole = floats_of<N>(bits_of_whole<N>(x));
+    where(x < whole, whole) -= lanes<N>(1.0F);
+    return whole;
+#else
+    return lanes<N>::template each<lanes<N>>([&](int i) { return std::floor(x.lane[i]); });
+#endif
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+/// What the cells of a `cell_field` hold: complex numbers of mean power 1, found from an index alone.
+namespace insonify::inline INSONIFY_ABI {
+
+/// Complex numbers, one a lane.
+template <int N>
+struct complex_lanes {
+    lanes<N> real{};
+    lanes<N> imaginary{};
+};
+
+/// Very many scatterers to a resolution cell: their sum is a complex Gaussian, the envelope Rayleigh distributed.
+struct gaussian_numbers {
+    /// @param index  of the cells
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
+        const bit_lanes<N> bits = mix_lanes<N>(index);
+        return {bell<N>(bits), bell<N>(bits >> 16)};
+    }
+
+  private:
+    // The sum of two uniform numbers of 8 bits, mean 0, variance 1/2: the Gauss curve comes of the sums that follow.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE static lanes<N> bell(const bit_lanes<N>& bits) {
+        constexpr float scale = 0.0067658736F; // sqrt(1/2) over the deviation of the sum, sqrt(2 (256^2 - 1) / 12)
+        const bit_lanes<N> byte(0xFFU);
+        return (floats_of<N>((bits & byte) + ((bits >> 8) & byte)) - lanes<N>(255.0F)) * lanes<N>(scale);
+    }
+};
+
+/// Countable scatterers of normally distributed strength and random phase, as many to a volume as Poisson's distribution
+/// says.
+struct poisson_numbers {
+    float density = 20e9F; ///< scatterers in a cubic metre, of media that state none: 20 in a cubic millimetre
+
+    /// @param volume  of a cell, m^3
+    /// @param stated  the medium's scatterers in a cubic metre; 0: `density`
+    template <int N>
+    INSONIFY_FN complex_lanes<N> operator()(const bit_lanes<N>& index, float volume, float stated) const {
+        const float mean = (stated > 0 ? stated : density) * volume;
+        std::uint32_t each[N];
+        store_bits<N>(index, each);
+        float real[N], imaginary[N];
+        for (int i = 0; i < N; ++i) {
+            const vec2 sum = of_cell(each[i], mean);
+            real[i] = sum.x;
+            imaginary[i] = sum.y;
+        }
+        return {load<N>(real), load<N>(imaginary)};
+    }
+
+  private:
+    INSONIFY_FN static vec2 of_cell(std::uint32_t index, float mean) {
+        const float chance = static_cast<float>(mix_bits(index) >> 8U) * 0x1p-24F;
+        float probability = std::exp(-mean), reached = probability; // of no scatterer, of so many at most
+        vec2 sum{0, 0};
+        for (std::uint32_t count = 1; chance >= reached && count < 64; ++count) {
+            const float angle = 2 * pi * static_cast<float>(mix_bits(index + count * 0x632BE5ABU) >> 8U) * 0x1p-24F;
+            sum += hash_normal(index, count).x * vec2{std::cos(angle), std::sin(angle)};
+            probability *= mean / static_cast<float>(count);
+            reached += probability;
+        }
+        return sum / std::sqrt(mean);
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_ACOUSTICS_SCATTERING_HPP
+#define INSONIFY_ACOUSTICS_SCATTERING_HPP
+
+#include <concepts>
+
+/// The texture of tissue: where along a line its scatterers are, and how strong. They are anchored in the coordinates of
+/// the object, so that speckle follows the tissue.
+namespace insonify::inline INSONIFY_ABI {
+
+/// A line in an object's own coordinates. Axes of length 1.
+struct material_line {
+    vec3 origin{0, 0, 0};
+    vec3 along{0, 0, 1};
+    vec3 elevation{0, 1, 0};
+    std::uint32_t object = ~0U;
+    float scatterer_density = 0; ///< of the medium: see there
+
+    INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
+};
+
+INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
+                                           float scatterer_density = 0) {
+    return {place.local_point(line.origin), place.local_direction(line.along), place.local_direction(line.elevation),
+            object, scatterer_density};
+}
+
+/// Scatterers at equal steps: number i stands at first + i * step metres along the line.
+struct scatterer_run {
+    float first = 0;
+    float step = 0;
+    std::uint32_t count = 0;
+    const float* real = nullptr; ///< of the complex amplitudes
+    const float* imaginary = nullptr;
+    vec2 slope{0, 0}; ///< on lines beside this one each stands deeper by so many metres a metre: in plane, out of it
+};
+
+/// Something to emit to, for the check below.
+struct any_emit {
+    INSONIFY_FN void operator()(const scatterer_run&) const {}
+};
+
+/// What a scattering field must do: emit(run) for the scatterers of one object between two distances along a line.
+///
+/// `spacing` metres of line hold a mean power of 1, whatever the field; `covariance` says how alike the amplitudes on
+/// two lines are that lie so many metres apart and differ in direction by so many radians, 1 to 0.
+template <class Field>
+concept scattering_field = requires(const Field& field, const material_line& line, float x) {
+    field.scatter(line, x, x, x, any_emit{});
+    { field.covariance(x, x) } -> std::convertible_to<float>;
+};
+
+/// No texture at all.
+struct no_scatterers {
+    template <class Emit>
+    INSONIFY_FN void scatter(const material_line&, float, float, float, Emit&&) const {}
+    INSONIFY_FN float covariance(float, float) const { return 0; }
+};
+
+/// Points of an object stay where they are: the map of tissue that moves rigidly, or not at all.
+struct undeformed {
+    INSONIFY_FN vec3 operator()(std::uint32_t, vec3 point) const { return point; }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_ACOUSTICS_VIEW_DIRECTION_HPP
+#define INSONIFY_ACOUSTICS_VIEW_DIRECTION_HPP
+
+
+/// Scatterers are laid out for the direction that they are looked at from, along it finely and across it coarsely. There
+/// are layouts for some directions only, and a line takes one of those around its own: so the texture stays while a probe
+/// is turned a little, and turns into another one bit by bit.
+namespace insonify::inline INSONIFY_ABI {
+
+/// Directions on the six sides of a cube, an eighth of half an edge apart: 7 degrees in the middle of a side.
+inline constexpr float view_steps = 8;
+
+/// How alike the choices of two lines are whose directions lie so many radians apart: they agree with this probability.
+INSONIFY_FN inline float same_view(float radians) { return greater(0, 1 - view_steps * std::fabs(radians)); }
+
+/// One of the four directions of the lattice around `towards`, the nearer the likelier.
+/// @param towards  not 0
+/// @param chance   32 random bits
+/// @return         length 1
+INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t chance) {
+    const vec3 size = absolute(towards);
+    const int main = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+    const int next = (main + 1) % 3, last = (main + 2) % 3;
+    const auto rounded = [&](int axis, std::uint32_t bits) {
+        return std::floor(view_steps * towards[axis] / size[main] + (static_cast<float>(bits) + 0.5F) * 0x1p-16F);
+    };
+    vec3 chosen{};
+    chosen[main] = std::copysign(view_steps, towards[main]);
+    chosen[next] = rounded(next, chance & 0xFFFFU);
+    chosen[last] = rounded(last, chance >> 16U);
+    return normalize(chosen);
+}
+
+/// Space in oblique slabs, each of which makes its own choice.
+struct view_slabs {
+    static constexpr float thickness = 2e-3F;
+
+    /// Where a point stands, in slabs; its floor is the number of the slab.
+    INSONIFY_FN static float place(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <type_traits>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Scatterers in cells that are fixed in the material.
+///
+/// Along the line one value per slot; the slots are fixed in the material, so each echo moves with it. Across the line
+/// cells, linear between two. Each slot's cells are displaced by chance, so that no spacing of lines keeps step with
+/// them. Both are laid out for a `view_direction` near the line's.
+/// @tparam Numbers   what a cell holds: `gaussian_numbers` or `poisson_numbers`
+/// @tparam Material  vec3(std::uint32_t object, vec3 point): where the tissue now at `point` (object's coordinates) is
+///                   when at rest; smooth over half a millimetre
+template <class Numbers, class Material>
+struct cell_field {
+    std::uint32_t seed = 1;
+    float cell = 0.2e-3F; ///< metres, across the line
+    Numbers numbers{};
+    Material material{};
+
+    /// Mean of what two lines have in common, whose values are linear between cells and scaled to power 1.
+    /// @param apart   metres
+    /// @param turned  radians between their directions
+    INSONIFY_FN float covariance(float apart, float turned) const {
+        // Integrals over the places of a line within its cell, at distances of eighths of a cell; linear between them.
+        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
+                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
+                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
+        const float place = 8 * std::fabs(apart) / cell;
+        if (!(place < 16)) return 0;
+        const auto below = static_cast<int>(place);
+        const float share = place - static_cast<float>(below);
+        return ((1 - share) * eighths[below] + share * eighths[below + 1]) * same_view(turned);
+    }
+
+    template <class Emit>
+    INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
+        // Between two points the map is taken as linear; without one, a straight line stays one.
+        const float piece = std::is_same_v<Material, undeformed> ? end - begin : 0.5e-3F;
+        for (float from = begin; from < end;) {
+            const float to = from + 1.5F * piece < end ? from + piece : end;
+            const vec3 first = material(line.object, line.at(from)), last = material(line.object, line.at(to));
+            const vec3 course = std::is_same_v<Material, undeformed> ? line.along : (last - first) * (1 / (to - from));
+            if (course != vec3{0, 0, 0}) scatter_straight(line, from, to, {first, course}, spacing, emit);
+            from = to;
+        }
+    }
+
+    /// The value at one point, linear between slots too: for what is no volume, such as a rough surface.
+    INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
+        const vec3 point = material(line.object, line.at(distance));
+        const layout cells = layout_for(line, {point, line.along}, std::floor(view_slabs::place(point)), spacing);
+        const double below = std::floor(cells.slot);
+        const auto share = static_cast<float>(cells.slot - below);
+        const auto slot = static_cast<std::uint32_t>(static_cast<std::int64_t>(below));
+        vec2 sum{0, 0};
+        for (const std::uint32_t side : {0U, 1U}) {
+            const complex_lanes<1> one = cells.template values<1>(slot + side, lanes<1>(0.0F), numbers);
+            float real = 0, imaginary = 0;
+            store(one.real, &real);
+            store(one.imaginary, &imaginary);
+            sum += (side == 0 ? 1 - share : share) * vec2{real, imaginary};
+        }
+        return sum / std::sqrt((1 - share) * (1 - share) + share * share);
+    }
+
+  private:
+    // A straight piece of a line at rest: where it begins, and metres there for a metre of the line.
+    struct rest_line {
+        vec3 origin{0, 0, 0};
+        vec3 course{0, 0, 1};
+    };
+
+    // Slots and cells as one line meets them: `slot` at its origin, and where the line stands across, in cells.
+    struct layout {
+        double slot = 0;
+        double slots_per_metre = 1;
+        vec2 across{0, 0};
+        vec2 across_per_slot{0, 0};
+        std::uint32_t key = 0; // what its numbers depend on beside
+        float volume = 0;      // of a cell
+        float density = 0;
+        vec2 slope{0, 0};
+
+        // Of N slots, `past` slots beyond the origin: the four cells around the line, each with a number of its own.
+        template <int N>
+        INSONIFY_FN INSONIFY_INLINE complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& past,
+                                                            const Numbers& number) const {
+            using floats = lanes<N>;
+            using bits = bit_lanes<N>;
+            constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
+            const bits own = bits(key) + steps_of_bits<N>(first_slot * 0x9E3779B9U, 0x9E3779B9U);
+            const bits chance = mix_lanes<N>(own);
+            const floats one(1.0F), to_share(0x1p-16F);
+            const floats x =
+                floats(across.x) + past * floats(across_per_slot.x) + floats_of<N>(chance & bits(0xFFFFU)) * to_share;
+            const floats y =
+                floats(across.y) + past * floats(across_per_slot.y) + floats_of<N>(chance >> 16) * to_share;
+            const floats column = floor_lanes<N>(x), row = floor_lanes<N>(y);
+            const floats right = x - column, upper = y - row, left = one - right, lower = one - upper;
+            const bits cell_of =
+                own + bits_of_whole<N>(column) * bits(next_column) + bits_of_whole<N>(row) * bits(next_row);
+            const complex_lanes<N> a = number.template operator()<N>(cell_of, volume, density),
+                                   b = number.template operator()<N>(cell_of + bits(next_column), volume, density),
+                                   c = number.template operator()<N>(cell_of + bits(next_row), volume, density),
+                                   d = number.template operator()<N>(cell_of + bits(next_column + next_row), volume,
+                                                                     density);
+            const floats power = (left * left + right * right) * (lower * lower + upper * upper);
+            const floats scale = one / square_root(power);
+            return {(lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
+                    (lower * (left * a.imaginary + right * b.imaginary) +
+                     upper * (left * c.imaginary + right * d.imaginary)) *
+                        scale};
+        }
+    };
+
+    static constexpr std::uint32_t run_length = 64;
+
+    INSONIFY_FN layout layout_for(const material_line& line, const rest_line& at_rest, double slab,
+                                  float spacing) const {
+        const std::uint32_t own = mix_bits(seed * 0x9E3779B9U + line.object);
+        const auto number = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
+        const vec3 view = view_direction(at_rest.course, mix_bits(own + number * 0x9E3779B9U));
+        const axes_across axes{view};
+        const vec3 lateral = cross(line.elevation, line.along);
+        const float advance = dot(at_rest.course, view);
+        layout cells;
+        cells.slot = static_cast<double>(dot(at_rest.origin, view)) / spacing;
+        cells.slots_per_metre = static_cast<double>(advance) / spacing;
+        cells.across = vec2{dot(at_rest.origin, axes.first), dot(at_rest.origin, axes.second)} / cell;
+        cells.across_per_slot =
+            vec2{dot(at_rest.course, axes.first), dot(at_rest.course, axes.second)} * (spacing / (advance * cell));
+        cells.key = own;
+        for (int axis = 0; axis < 3; ++axis)
+            cells.key = mix_bits(
+                cells.key ^ static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(view[axis] * 16384))));
+        cells.volume = cell * cell * spacing;
+        cells.density = line.scatterer_density;
+        cells.slope = vec2{dot(lateral, view), dot(line.elevation, view)} / -advance;
+        return cells;
+    }
+
+    template <class Emit>
+    INSONIFY_FN void scatter_straight(const material_line& line, float begin, float end, const rest_line& at_rest,
+                                      float spacing, Emit&& emit) const {
+        const double place = static_cast<double>(view_slabs::place(at_rest.origin));
+        const double slabs_per_metre = static_cast<double>(view_slabs::place(at_rest.course));
+        double slab = std::floor(place);
+        for (float from = begin; from<end; slab += slabs_per_metre> 0 ? 1 : -1) {
+            const double border = slab + (slabs_per_metre > 0 ? 1 : 0);
+            float to = end;
+            if (std::fabs(slabs_per_metre) > 1e-3)
+                to = clamped(static_cast<float>(static_cast<double>(begin) + (border - place) / slabs_per_metre), from,
+                             end);
+            const rest_line from_here{at_rest.origin + (from - begin) * at_rest.course, at_rest.course};
+            if (to > from) scatter_slab(layout_for(line, from_here, slab, spacing), from, to, emit);
+            from = to;
+        }
+    }
+
+    template <class Emit>
+    INSONIFY_FN void scatter_slab(const layout& cells, float begin, float end, Emit&& emit) const {
+        const double from = cells.slot, to = from + static_cast<double>(end - begin) * cells.slots_per_metre;
+        const auto first_slot = static_cast<std::int64_t>(std::floor(from));
+        const auto past_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
+        float real[run_length], imaginary[run_length];
+        for (std::int64_t slot = first_slot; slot < past_slot;) {
+            const std::int64_t left = past_slot - slot;
+            const auto count = static_cast<std::uint32_t>(left < run_length ? left : run_length);
+            const double past = static_cast<double>(slot) + 0.5 - from;
+            for (std::uint32_t i = 0; i < count; i += simd_width) {
+                const auto some =
+                    cells.template values<simd_width>(static_cast<std::uint32_t>(slot) + i,
+                                                      floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) +
+                                                          lanes<simd_width>(static_cast<float>(past)),
+                                                      numbers);
+                store(some.real, real + i);
+                store(some.imaginary, imaginary + i);
+            }
+            // A slot that a border cuts counts with its part inside.
+            const auto cut = [&](std::uint32_t i, double part) {
+                real[i] *= static_cast<float>(part);
+                imaginary[i] *= static_cast<float>(part);
+            };
+            if (slot == first_slot) cut(0, static_cast<double>(first_slot) + 1 - from);
+            if (slot + count == past_slot) cut(count - 1, 1 - (static_cast<double>(past_slot) - to));
+            emit(scatterer_run{.first = begin + static_cast<float>(past / cells.slots_per_metre),
+                               .step = static_cast<float>(1 / cells.slots_per_metre),
+                               .count = count,
+                               .real = real,
+                               .imaginary = imaginary,
+                               .slope = cells.slope});
+            slot += count;
+        }
+    }
+};
+
+/// The texture of most tissue.
+template <class Material = undeformed>
+using gaussian_field = cell_field<gaussian_numbers, Material>;
+
+/// Sparse texture, whose statistics show how many scatterers there are: `medium::scatterer_density`, or for media that
+/// state none `{.numbers = {.density = 5e9F}}`.
+template <class Material = undeformed>
+using poisson_scatterers = cell_field<poisson_numbers, Material>;
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #ifndef INSONIFY_ACOUSTICS_ECHO_LINE_HPP
 #define INSONIFY_ACOUSTICS_ECHO_LINE_HPP
 
@@ -1210,14 +1773,46 @@ class echo_line {
 
     INSONIFY_FN void add(float depth, vec2 amplitude) const { put(depth, turned(amplitude, phase(depth))); }
 
-    /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i.
-    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const vec2* amplitude, float scale,
-                         float ratio) const {
-        vec2 carrier = scale * phase(depth);
+    /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i times its complex amplitude.
+    /// @param step       not below 0
+    /// @param real       with room to be read as if `count` were rounded up to whole `lanes`; and so `imaginary`
+    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
+                         float scale, float ratio) const {
+        constexpr int width = simd_width;
+        using floats = lanes<width>;
         const vec2 turn = ratio * phase(step);
-        for (std::uint32_t i = 0; i < count; ++i) {
-            put(depth + static_cast<float>(i) * step, turned(amplitude[i], carrier));
-            carrier = turned(carrier, turn);
+        float powers[2][width];
+        vec2 power = scale * phase(depth);
+        for (int i = 0; i < width; ++i) {
+            powers[0][i] = power.x;
+            powers[1][i] = power.y;
+            power = turned(power, turn);
+        }
+        vec2 turn_on{1, 0};
+        for (int i = 0; i < width; ++i) turn_on = turned(turn_on, turn);
+        floats carrier_x = load<width>(powers[0]), carrier_y = load<width>(powers[1]);
+        const floats turn_x(turn_on.x), turn_y(turn_on.y), one(1.0F);
+        for (std::uint32_t first = 0; first < count; first += width) {
+            const floats x = load<width>(real + first), y = load<width>(imaginary + first);
+            const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
+            const floats number = floats_of<width>(steps_of_bits<width>(first, 1));
+            const floats place = (floats(depth) + number * floats(step)) * floats(per_spacing_) - floats(0.5F);
+            const floats below = floor_lanes<width>(
+                lesser(greater(place, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
+            const floats share = place - below;
+            float parts[4][width];
+            std::uint32_t sample[width];
+            store((one - share) * value_x, parts[0]);
+            store((one - share) * value_y, parts[1]);
+            store(share * value_x, parts[2]);
+            store(share * value_y, parts[3]);
+            store_bits<width>(bits_of_whole<width>(below), sample);
+            const std::uint32_t left = count - first;
+            for (std::uint32_t i = 0; i < width && i < left; ++i)
+                put_parts(sample[i], {parts[0][i], parts[1][i]}, {parts[2][i], parts[3][i]});
+            const floats turned_x = carrier_x * turn_x - carrier_y * turn_y;
+            carrier_y = carrier_x * turn_y + carrier_y * turn_x;
+            carrier_x = turned_x;
         }
     }
 
@@ -1231,13 +1826,17 @@ class echo_line {
     }
 
     INSONIFY_FN void put(float depth, vec2 value) const {
-        const float place = depth * per_spacing_ - 0.5F;
+        const float place = clamped(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
         const float below = std::floor(place);
         const float share = place - below;
-        const auto k = static_cast<std::int64_t>(below);
-        const auto end = static_cast<std::int64_t>(samples_.size());
-        if (k >= 0 && k < end) samples_[static_cast<std::size_t>(k)] += (1 - share) * value;
-        if (k >= -1 && k + 1 < end) samples_[static_cast<std::size_t>(k + 1)] += share * value;
+        put_parts(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - share) * value, share * value);
+    }
+
+    // To a sample, which may lie before the first by wrapping round, and to the next.
+    INSONIFY_FN void put_parts(std::uint32_t sample, vec2 here, vec2 next) const {
+        const auto end = static_cast<std::uint32_t>(samples_.size());
+        if (sample < end) samples_[sample] += here;
+        if (sample + 1 < end) samples_[sample + 1] += next;
     }
 
     view<vec2> samples_;
@@ -1433,292 +2032,16 @@ INSONIFY_FN constexpr float lambert_lobe(float cosine_in, float cosine_out) { re
 /// @param exponent  s: the density of directions falls as cos^s a; 0 is the whole half space, infinity a mirror
 /// @param uniform   two independent numbers in [0, 1): u, and the share of the turn about `normal`
 /// @return          length 1, in the half space of `normal`
-/// Source: Mattausch & Goksel, Monte-Carlo ray tracing for ultrasound, 2016; the basis about a normal: Duff et al. 2017.
+/// Source: Mattausch & Goksel, Monte-Carlo ray tracing for ultrasound, 2016.
 INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 uniform) {
     // By logarithms, so that sin^2 a = 1 - u^(2 / (s + 1)) keeps its digits for a nearly smooth surface.
     const float logarithm = std::log(greater(uniform.x, FLT_MIN)) / (exponent + 1);
     const float cosine = std::exp(logarithm);
     const float sine = std::sqrt(-std::expm1(2 * logarithm));
     const float azimuth = 2 * pi * uniform.y;
-
-    const float side = std::copysign(1.0F, normal.z);
-    const float a = -1 / (side + normal.z);
-    const float b = normal.x * normal.y * a;
-    const vec3 tangent{1 + side * normal.x * normal.x * a, side * b, -side * normal.x};
-    const vec3 bitangent{b, side + normal.y * normal.y * a, -normal.y};
-    return cosine * normal + sine * (std::cos(azimuth) * tangent + std::sin(azimuth) * bitangent);
+    const axes_across axes{normal};
+    return cosine * normal + sine * (std::cos(azimuth) * axes.first + std::sin(azimuth) * axes.second);
 }
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_ACOUSTICS_SCATTERING_HPP
-#define INSONIFY_ACOUSTICS_SCATTERING_HPP
-
-#ifndef INSONIFY_CORE_RANDOM_HPP
-#define INSONIFY_CORE_RANDOM_HPP
-
-#include <cstdint>
-
-/// Random numbers by counter: a hash of seed and index, so that any thread may ask for any of them in any order.
-namespace insonify::inline INSONIFY_ABI {
-
-/// 64 well-mixed bits for one index of one stream.
-/// Source: the finaliser of SplitMix64 (Steele, Lea & Flood 2014), applied twice.
-INSONIFY_FN constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t index) {
-    const auto mix = [](std::uint64_t z) {
-        z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
-        z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
-        return z ^ (z >> 31U);
-    };
-    return mix(mix(seed + 0x9E3779B97F4A7C15U) + (index + 1) * 0x9E3779B97F4A7C15U);
-}
-
-/// 32 well-mixed bits of 32: cheaper than `hash_bits` where values are made by the million, and fit for SIMD.
-/// Source: the "lowbias32" constants found by C. Wellons, 2018.
-INSONIFY_FN constexpr std::uint32_t mix_bits(std::uint32_t h) {
-    h = (h ^ (h >> 16U)) * 0x7FEB352DU;
-    h = (h ^ (h >> 15U)) * 0x846CA68BU;
-    return h ^ (h >> 16U);
-}
-
-/// Uniform in [0, 1), 24 bits.
-INSONIFY_FN constexpr float hash_uniform(std::uint64_t seed, std::uint64_t index) {
-    return static_cast<float>(hash_bits(seed, index) >> 40U) * 0x1p-24F;
-}
-
-/// Two independent standard normal numbers. Source: Box & Muller 1958.
-INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
-    const std::uint64_t bits = hash_bits(seed, index);
-    const float radius_uniform = static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // (0, 1]: the logarithm stays finite
-    const float angle = 2 * pi * static_cast<float>(bits & 0xFFFFFFU) * 0x1p-24F;
-    const float radius = std::sqrt(-2 * std::log(radius_uniform));
-    return {radius * std::cos(angle), radius * std::sin(angle)};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#include <concepts>
-
-/// The texture of tissue: where along a line its scatterers are, and how strong. They are anchored in the coordinates of
-/// the object, so that speckle follows the tissue.
-namespace insonify::inline INSONIFY_ABI {
-
-/// A line in an object's own coordinates. Axes of length 1.
-struct material_line {
-    vec3 origin{0, 0, 0};
-    vec3 along{0, 0, 1};
-    vec3 elevation{0, 1, 0};
-    std::uint32_t object = ~0U;
-
-    INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
-};
-
-INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object) {
-    return {place.local_point(line.origin), place.local_direction(line.along), place.local_direction(line.elevation),
-            object};
-}
-
-/// Scatterers at equal steps: number i stands at first + i * step metres along the line.
-struct scatterer_run {
-    float first = 0;
-    float step = 0;
-    std::uint32_t count = 0;
-    const vec2* amplitude = nullptr; ///< complex
-};
-
-/// Something to emit to, for the check below.
-struct any_emit {
-    INSONIFY_FN void operator()(const scatterer_run&) const {}
-};
-
-/// What a scattering field must do: emit(run) for the scatterers of one object between two distances along a line.
-///
-/// `spacing` metres of line hold a mean power of 1, whatever the field; `covariance` says how alike the amplitudes on
-/// two parallel lines are that lie so many metres apart, 1 to 0.
-template <class Field>
-concept scattering_field = requires(const Field& field, const material_line& line, float x) {
-    field.scatter(line, x, x, x, any_emit{});
-    { field.covariance(x) } -> std::convertible_to<float>;
-};
-
-/// No texture at all.
-struct no_scatterers {
-    template <class Emit>
-    INSONIFY_FN void scatter(const material_line&, float, float, float, Emit&&) const {}
-    INSONIFY_FN float covariance(float) const { return 0; }
-};
-
-/// Points of an object stay where they are: the map of tissue that moves rigidly, or not at all.
-struct undeformed {
-    INSONIFY_FN vec3 operator()(std::uint32_t, vec3 point) const { return point; }
-};
-
-/// Very many scatterers to a resolution cell: their sum is a complex Gaussian, the envelope Rayleigh distributed.
-struct gaussian_numbers {
-    /// A complex number of mean power 1 for each index. @param volume  m^3 that it stands for
-    INSONIFY_FN vec2 operator()(std::uint32_t index, float) const {
-        const std::uint32_t real = mix_bits(index);
-        return {bell(real), bell(mix_bits(real + 0x632BE5ABU))};
-    }
-
-  private:
-    // The sum of two uniform numbers, mean 0, variance 1/2: the Gauss curve comes of the sums that follow.
-    INSONIFY_FN static float bell(std::uint32_t bits) {
-        constexpr float scale = 1.7320508F / 65536; // sqrt(1/2) over the deviation sqrt(2/12) of two 16-bit numbers
-        return scale * static_cast<float>(static_cast<std::int32_t>((bits & 0xFFFFU) + (bits >> 16U)) - 65535);
-    }
-};
-
-/// Countable scatterers of normally distributed strength and random phase, as many to a volume as Poisson's distribution
-/// says.
-struct poisson_numbers {
-    float density = 20e9F; ///< scatterers in a cubic metre: 20 in a cubic millimetre
-
-    INSONIFY_FN vec2 operator()(std::uint32_t index, float volume) const {
-        const float mean = density * volume;
-        const float chance = static_cast<float>(mix_bits(index) >> 8U) * 0x1p-24F;
-        float probability = std::exp(-mean), reached = probability; // of no scatterer, of so many at most
-        vec2 sum{0, 0};
-        for (std::uint32_t count = 1; chance >= reached && count < 64; ++count) {
-            const float angle = 2 * pi * static_cast<float>(mix_bits(index + count * 0x632BE5ABU) >> 8U) * 0x1p-24F;
-            sum += hash_normal(index, count).x * vec2{std::cos(angle), std::sin(angle)};
-            probability *= mean / static_cast<float>(count);
-            reached += probability;
-        }
-        return sum / std::sqrt(mean);
-    }
-};
-
-/// Scatterers in cells that are fixed in the material.
-///
-/// Along the beam one value per slot; the slots are fixed in the material, so each echo moves with it. Across the beam
-/// cells, linear between two. Each slot's cells are displaced by chance, so that no spacing of lines keeps step with
-/// them. Lines of different directions are independent.
-/// @tparam Numbers   what a cell holds: `gaussian_numbers` or `poisson_numbers`
-/// @tparam Material  vec3(std::uint32_t object, vec3 point): where the tissue now at `point` (object's coordinates) is
-///                   when at rest; smooth over half a millimetre
-template <class Numbers, class Material>
-struct cell_field {
-    std::uint32_t seed = 1;
-    float cell = 0.2e-3F; ///< metres, across the beam
-    Numbers numbers{};
-    Material material{};
-
-    /// Mean of what two lines have in common, whose values are linear between cells and scaled to power 1.
-    INSONIFY_FN float covariance(float distance) const {
-        // Integrals over the places of a line within its cell, at distances of eighths of a cell; linear between them.
-        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
-                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
-                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
-        const float place = 8 * std::fabs(distance) / cell;
-        if (!(place < 16)) return 0;
-        const auto below = static_cast<int>(place);
-        const float share = place - static_cast<float>(below);
-        return (1 - share) * eighths[below] + share * eighths[below + 1];
-    }
-
-    template <class Emit>
-    INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
-        // Between two points the map is taken as linear; without one, a straight line stays one.
-        const float piece = std::is_same_v<Material, undeformed> ? end - begin : 0.5e-3F;
-        for (float from = begin; from < end;) {
-            const float to = from + 1.5F * piece < end ? from + piece : end;
-            scatter_piece(line, from, to, spacing, emit);
-            from = to;
-        }
-    }
-
-    /// The value at one point, linear between slots too: for what is no volume, such as a rough surface.
-    INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
-        const vec3 point = material(line.object, line.at(distance));
-        const column across = column_at(line, point);
-        const double place = static_cast<double>(dot(point, line.along)) / spacing;
-        const double below = std::floor(place);
-        const auto share = static_cast<float>(place - below);
-        const auto slot = static_cast<std::uint32_t>(static_cast<std::int64_t>(below));
-        const float volume = cell * cell * spacing;
-        const vec2 sum =
-            (1 - share) * across.value(slot, numbers, volume) + share * across.value(slot + 1, numbers, volume);
-        return sum / std::sqrt((1 - share) * (1 - share) + share * share);
-    }
-
-  private:
-    static constexpr std::uint32_t run_length = 64;
-
-    // Where a line stands across the beam, in cells, and what its numbers depend on beside.
-    struct column {
-        float x = 0;
-        float y = 0;
-        std::uint32_t key = 0;
-
-        // Of one slot: the four cells around the line, each with a complex number of its own.
-        INSONIFY_FN vec2 value(std::uint32_t slot, const Numbers& number, float volume) const {
-            const std::uint32_t own = key + slot * 0x9E3779B9U;
-            const std::uint32_t chance = mix_bits(own);
-            const float left = x + static_cast<float>(chance & 0xFFFFU) * 0x1p-16F;
-            const float lower = y + static_cast<float>(chance >> 16U) * 0x1p-16F;
-            const float column_below = std::floor(left), row_below = std::floor(lower);
-            const float right = left - column_below, upper = lower - row_below;
-            const auto first = own + static_cast<std::uint32_t>(static_cast<std::int32_t>(column_below)) * 0x85EBCA6BU +
-                               static_cast<std::uint32_t>(static_cast<std::int32_t>(row_below)) * 0xC2B2AE35U;
-            const vec2 sum =
-                (1 - upper) * ((1 - right) * number(first, volume) + right * number(first + 0x85EBCA6BU, volume)) +
-                upper * ((1 - right) * number(first + 0xC2B2AE35U, volume) +
-                         right * number(first + 0x85EBCA6BU + 0xC2B2AE35U, volume));
-            const float power =
-                ((1 - right) * (1 - right) + right * right) * ((1 - upper) * (1 - upper) + upper * upper);
-            return sum / std::sqrt(power);
-        }
-    };
-
-    INSONIFY_FN column column_at(const material_line& line, vec3 point) const {
-        // The direction's bits, coarse enough to survive the rounding of a probe and a body that move together.
-        std::uint32_t key = mix_bits(seed * 0x9E3779B9U + line.object);
-        for (int axis = 0; axis < 3; ++axis)
-            key = mix_bits(
-                key ^ static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(line.along[axis] * 16384))));
-        return {dot(point, cross(line.elevation, line.along)) / cell, dot(point, line.elevation) / cell, key};
-    }
-
-    template <class Emit>
-    INSONIFY_FN void scatter_piece(const material_line& line, float begin, float end, float spacing,
-                                   Emit&& emit) const {
-        const vec3 first = material(line.object, line.at(begin)), last = material(line.object, line.at(end));
-        const double from = static_cast<double>(dot(first, line.along)) / spacing; // in slots
-        const double to = std::is_same_v<Material, undeformed> ? from + static_cast<double>(end - begin) / spacing
-                                                               : static_cast<double>(dot(last, line.along)) / spacing;
-        if (!(to > from)) return;
-        const double metres_per_slot = static_cast<double>(end - begin) / (to - from);
-        const column across = column_at(line, 0.5F * (first + last));
-        const auto first_slot = static_cast<std::int64_t>(std::floor(from));
-        const auto past_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
-        vec2 amplitude[run_length];
-        for (std::int64_t slot = first_slot; slot < past_slot;) {
-            const std::int64_t left = past_slot - slot;
-            const auto count = static_cast<std::uint32_t>(left < run_length ? left : run_length);
-            for (std::uint32_t i = 0; i < count; ++i)
-                amplitude[i] = across.value(static_cast<std::uint32_t>(slot) + i, numbers, cell * cell * spacing);
-            // A slot that an interface cuts counts with its part inside.
-            if (slot == first_slot) amplitude[0] *= static_cast<float>(static_cast<double>(first_slot) + 1 - from);
-            if (slot + count == past_slot)
-                amplitude[count - 1] *= static_cast<float>(1 - (static_cast<double>(past_slot) - to));
-            emit(scatterer_run{.first = begin +
-                                        static_cast<float>((static_cast<double>(slot) + 0.5 - from) * metres_per_slot),
-                               .step = static_cast<float>(metres_per_slot),
-                               .count = count,
-                               .amplitude = amplitude});
-            slot += count;
-        }
-    }
-};
-
-/// The texture of most tissue.
-template <class Material = undeformed>
-using gaussian_field = cell_field<gaussian_numbers, Material>;
-
-/// Sparse texture, whose statistics show how many scatterers there are: `{.numbers = {.density = 5e9F}}`.
-template <class Material = undeformed>
-using poisson_scatterers = cell_field<poisson_numbers, Material>;
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -1862,7 +2185,7 @@ struct physical {
     }
 
     /// Of texture on neighbouring lines; see `scattering_field`.
-    INSONIFY_FN float covariance(float distance) const { return scattering.covariance(distance); }
+    INSONIFY_FN float covariance(float apart, float turned) const { return scattering.covariance(apart, turned); }
 
     /// Adds the echoes of one line to samples that start at 0; sample k stands at displayed depth (k + 1/2) * spacing.
     template <class Policy>
@@ -1949,20 +2272,21 @@ struct physical {
         const float level = m.backscatter * amplitude_of(texture_db) / along;
         const pose place = line.places.empty() ? pose{} : line.places[here.place];
         const float end = lesser(here.end, here.begin + (echoes.depth() - path.shown) / shrink + slot);
-        scattering.scatter(
-            in_object(line.frame, place, here.object), here.begin, end, slot, [&](const scatterer_run& run) {
-                const auto at = [&](float distance) {
-                    const float into = distance - here.begin, shown = path.shown + into * shrink;
-                    return level * line.beam.at(shown).incoherent *
-                           arriving(line, path.passed, path.lost_db + into * loss, shown);
-                };
-                const float length = run.step * static_cast<float>(run.count);
-                const float first = at(run.first), last = at(run.first + length);
-                const float ratio =
-                    run.count > 1 && first > 0 ? std::pow(last / first, 1 / static_cast<float>(run.count)) : 1.0F;
-                echoes.add(path.shown + (run.first - here.begin) * shrink, run.step * shrink, run.count, run.amplitude,
-                           first, ratio);
-            });
+        const material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
+        scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
+            const auto at = [&](float distance) {
+                const float into = distance - here.begin, shown = path.shown + into * shrink;
+                const beam_sample beam = line.beam.at(shown);
+                return level * beam.incoherent * upright(line.frequency, run.slope * shrink, beam) *
+                       arriving(line, path.passed, path.lost_db + into * loss, shown);
+            };
+            const float length = run.step * static_cast<float>(run.count);
+            const float first = at(run.first), last = at(run.first + length);
+            const float ratio =
+                run.count > 1 && first > 0 ? std::pow(last / first, 1 / static_cast<float>(run.count)) : 1.0F;
+            echoes.add(path.shown + (run.first - here.begin) * shrink, run.step * shrink, run.count, run.real,
+                       run.imaginary, first, ratio);
+        });
     }
 
     // What `convolve` will take from the echo of a tilted surface, because its phase and depth differ from line to line.
@@ -1982,6 +2306,14 @@ struct physical {
             all += std::exp(-0.5F * square(beam.lateral_sigma * shift));
         }
         return greater(narrowed * met / all, 0.05F);
+    }
+
+    // The level of texture is that of scatterers whose echoes on neighbouring lines have one depth. On a slope their
+    // phases part: of two lines d apart by 4 pi f0 s d / c0, and what they have in common counts by its cosine.
+    INSONIFY_FN static float upright(float frequency, vec2 slope, const beam_sample& beam) {
+        const float phase = 4 * pi * frequency / display_speed;
+        const vec2 spread = phase * phase * slope * slope * beam.alike; // mean square of the angles
+        return std::exp(0.25F * lesser(spread.x + spread.y, 4));
     }
 
     // A rough surface is spread over the depths that the line's width covers on it: independent parts, of one power in
@@ -2597,6 +2929,9 @@ struct refined : Probe {
 #ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 #define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 
+#ifndef INSONIFY_SIGNAL_PULSE_HPP
+#define INSONIFY_SIGNAL_PULSE_HPP
+
 #ifndef INSONIFY_SIGNAL_TAPS_HPP
 #define INSONIFY_SIGNAL_TAPS_HPP
 
@@ -2653,30 +2988,103 @@ void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t coun
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <string>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The envelope of an echo along the displayed depth: a burst of constant amplitude, smoothed by a Gaussian; peak 1.
+struct pulse_envelope {
+    float sigma = 1; ///< of the Gaussian
+    float burst = 0; ///< length of the burst, in the unit of `sigma`; 0: the Gaussian itself
+
+    /// Beyond this distance from the middle there is nothing.
+    INSONIFY_FN float reach() const { return 0.5F * burst + kernel_sigmas * sigma; }
+
+    /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, the same summed from x - L/2 to x + L/2.
+    INSONIFY_FN float operator()(float x) const {
+        if (!(burst > 0)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
+        const float scale = 0.70710678F / sigma, half = 0.5F * burst;
+        return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale));
+    }
+};
+
+/// What the probe sends and how it rings: a burst of the carrier through a transducer whose own response has a Gaussian
+/// envelope, and so a Gaussian spectrum.
+///
+///     pulse{.cycles = 2.5F}               as short as the transducer rings, for imaging
+///     pulse{.cycles = 2.5F, .burst = 8}   driven for eight cycles, as for Doppler
+struct pulse {
+    float frequency = 0; ///< of the carrier, hertz; 0: the probe's
+    float cycles = 2.5F; ///< of the transducer's ring, between the points where it has fallen to a tenth (-20 dB)
+    float burst = 0;     ///< cycles for which it is driven at one amplitude; 0: a single stroke
+
+    /// Width of the transducer's amplitude spectrum at half its height (-6 dB), B, as a share of its centre frequency.
+    ///
+    /// B = 1.61 / cycles: an envelope of standard deviation s in time is a tenth at +-2.146 s, and s = 0.3748 / (B f0).
+    INSONIFY_FN constexpr float bandwidth() const { return 1.61F / cycles; }
+
+    /// Standard deviation of the ring's envelope along the displayed depth, metres: 0.1874 c0 / (B f0).
+    ///
+    /// The spectrum's is B f0 / 2.3548 and the envelope's in time 1 / (2 pi) over that; depth is c0 t / 2.
+    /// @param carrier  f0, hertz
+    INSONIFY_FN constexpr float sigma_z(float carrier) const { return axial_sigma(bandwidth(), carrier); }
+
+    /// In metres of displayed depth, in which a cycle is c0 / (2 f0) long.
+    INSONIFY_FN constexpr pulse_envelope envelope(float carrier) const {
+        return {.sigma = sigma_z(carrier), .burst = burst * display_speed / (2 * carrier)};
+    }
+
+    /// @param carrier  frequency of the probe, which the echoes were traced at, hertz
+    /// @throws usage_error  where a setting makes no sense, or the pulse is not at the carrier
+    void check(float carrier) const {
+        if (!is_finite(cycles) || !(cycles > 0))
+            throw usage_error{"pulse: `cycles` must be a finite number above 0; 2.5 is usual"};
+        if (!is_finite(burst) || !(burst >= 0))
+            throw usage_error{"pulse: `burst` must be a finite number of cycles, or 0 for a single stroke"};
+        if (!is_finite(frequency) || !(frequency >= 0))
+            throw usage_error{"pulse: `frequency` must be a finite number of hertz, or 0 for the probe's"};
+        if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
+            throw usage_error{"pulse: its frequency of " + std::to_string(frequency) + " Hz is not the probe's, " +
+                              std::to_string(carrier) + " Hz; give both the same, or leave the pulse's at 0"};
+    }
+};
+
+/// The pulse that a probe is built for: as short as its `bandwidth` (a share of its frequency) allows, and `pulse{}`
+/// for a probe that states none.
+template <transducer Probe>
+INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
+    if constexpr (requires { probe.bandwidth; })
+        return {.cycles = 1.61F / probe.bandwidth};
+    else
+        return {};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #include <cstddef>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A Gaussian of peak 1 along a line of complex samples, with one result for every `decimation` samples.
+/// The envelope of a pulse along a line of complex samples, with one result for every `decimation` samples.
 ///
 /// Result k stands in the middle of samples k D to k D + D - 1: for an even D between two of them. A line is laid out
 /// by remainder: its samples 0, D, 2 D, ..., then 1, D + 1, ..., each row with zeros around it, so that a tap reads
 /// consecutive samples for consecutive results.
 class axial_kernel {
   public:
-    /// @param sigma  in samples
-    axial_kernel(std::size_t samples, float sigma, std::size_t decimation)
+    /// @param envelope  in samples
+    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation)
         : decimation_{decimation}, results_{samples / decimation} {
-        const auto reach = static_cast<std::size_t>(lesser(kernel_sigmas * sigma, static_cast<float>(samples)));
+        const auto reach = static_cast<std::size_t>(lesser(envelope.reach(), static_cast<float>(samples)));
         zeros_ = reach / decimation + 1;
         stride_ = results_ + 2 * zeros_ + tap_block;
         const std::size_t begin = zeros_ * decimation; // of the line, in samples, were it not laid out by remainder
         for (std::size_t at = begin - reach; at < begin + reach + decimation; ++at) {
             const float middle = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
-            const float sigmas = (static_cast<float>(at) - middle) / sigma;
-            if (std::fabs(sigmas) > kernel_sigmas) continue;
-            taps_.push_back({.weight = std::exp(-0.5F * sigmas * sigmas),
+            const float from_middle = static_cast<float>(at) - middle;
+            if (std::fabs(from_middle) > envelope.reach()) continue;
+            taps_.push_back({.weight = envelope(from_middle),
                              .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
         }
     }
@@ -2825,7 +3233,7 @@ struct lateral_weights {
     }
 
     /// The power that independent echoes have on a line: sum_jk w_j g_j w_k g_k C(x_j - x_k).
-    /// @param covariance  C(metres), of values on two lines so far apart; 1 at 0, and 0 from some distance on
+    /// @param covariance  C(lag), of values on two lines that are so many lines apart; 1 at 0, and 0 from some lag on
     /// @param gain        g(line): the amplitude that the echoes of a line have before
     template <class Covariance, class Gain>
     INSONIFY_FN float power(std::uint32_t line, const Covariance& covariance, const Gain& gain) const {
@@ -2836,8 +3244,8 @@ struct lateral_weights {
         };
         float sum = 0;
         for (int lag = 0; lag <= end - begin; ++lag) {
-            const float alike = covariance(static_cast<float>(lag) * spacing);
-            if (!(alike > 0)) break;
+            const float alike = covariance(lag);
+            if (lag > 0 && !(alike > 0)) break;
             float products = 0;
             for (int offset = begin; offset + lag <= end; ++offset)
                 products += amplitude(offset) * amplitude(offset + lag);
@@ -2935,54 +3343,6 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan) 
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_SIGNAL_PULSE_HPP
-#define INSONIFY_SIGNAL_PULSE_HPP
-
-#include <string>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// What the probe sends: a burst under a Gaussian envelope, so that its spectrum is a Gaussian too.
-struct pulse {
-    float frequency = 0; ///< of the carrier, hertz; 0: the probe's
-    float cycles = 2.5F; ///< of the carrier between the points where the envelope has fallen to a tenth (-20 dB)
-
-    /// Width of the echo's amplitude spectrum at half its height (-6 dB), B, as a share of its centre frequency.
-    ///
-    /// B = 1.61 / cycles: an envelope of standard deviation s in time is a tenth at +-2.146 s, and s = 0.3748 / (B f0).
-    INSONIFY_FN constexpr float bandwidth() const { return 1.61F / cycles; }
-
-    /// Standard deviation of the echo's envelope along the displayed depth, metres: 0.1874 c0 / (B f0).
-    ///
-    /// The spectrum's is B f0 / 2.3548 and the envelope's in time 1 / (2 pi) over that; depth is c0 t / 2.
-    /// @param carrier  f0, hertz
-    INSONIFY_FN constexpr float sigma_z(float carrier) const { return axial_sigma(bandwidth(), carrier); }
-
-    /// @param carrier  frequency of the probe, which the echoes were traced at, hertz
-    /// @throws usage_error  where a setting makes no sense, or the pulse is not at the carrier
-    void check(float carrier) const {
-        if (!is_finite(cycles) || !(cycles > 0))
-            throw usage_error{"pulse: `cycles` must be a finite number above 0; 2.5 is usual"};
-        if (!is_finite(frequency) || !(frequency >= 0))
-            throw usage_error{"pulse: `frequency` must be a finite number of hertz, or 0 for the probe's"};
-        if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
-            throw usage_error{"pulse: its frequency of " + std::to_string(frequency) + " Hz is not the probe's, " +
-                              std::to_string(carrier) + " Hz; give both the same, or leave the pulse's at 0"};
-    }
-};
-
-/// The pulse that a probe is built for: as short as its `bandwidth` (a share of its frequency) allows, and `pulse{}`
-/// for a probe that states none.
-template <transducer Probe>
-INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
-    if constexpr (requires { probe.bandwidth; })
-        return {.cycles = 1.61F / probe.bandwidth};
-    else
-        return {};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -2997,11 +3357,11 @@ struct convolve_settings {
 };
 
 /// The axial half of `convolve`: in place where nothing is decimated.
-/// @param sigma  of the Gaussian, in samples
+/// @param sent  in samples
 template <exec::policy Policy>
-iq_lines convolve_along(const Policy& policy, iq_lines echoes, float sigma, std::uint32_t decimation) {
+iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    const axial_kernel kernel{echoes.samples, sigma, decimation};
+    const axial_kernel kernel{echoes.samples, sent, decimation};
     iq_lines decimated;
     if (decimation > 1) decimated = {echoes.count, echoes.samples / decimation, echoes.depth};
     iq_lines& results = decimation > 1 ? decimated : echoes;
@@ -3060,7 +3420,7 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_ker
 
 /// Echoes to what the probe receives: each spread by the pulse along the line and by the beam across the lines.
 ///
-/// Along: a Gaussian of peak 1, `pulse::sigma_z` wide. Across: a Gaussian in metres, `beam_model::lateral_sigma` wide,
+/// Along: the pulse's envelope, of peak 1. Across: a Gaussian in metres, `beam_model::lateral_sigma` wide,
 /// whose weights sum to 1 over the lines that exist, also at the ends. So a plate keeps its amplitude at every depth,
 /// sampling and line spacing. Beyond the ends of a line there is nothing. In place: pass std::move(echoes).
 /// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
@@ -3079,16 +3439,18 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
     if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
         throw usage_error{"convolve: `decimation` must divide the number of samples, " +
                           std::to_string(echoes.samples)};
-    const float sigma = sent.sigma_z(probe.frequency) / echoes.depth * static_cast<float>(echoes.samples);
+    const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
+    const pulse_envelope in_metres = sent.envelope(probe.frequency);
+    const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
     const auto decimation = static_cast<float>(settings.decimation);
-    if (!(sigma * 1.0001F >= decimation)) {
-        const float needed = lesser(std::ceil(static_cast<float>(echoes.samples) * decimation / sigma), 1e9F);
+    if (!(envelope.sigma * 1.0001F >= decimation)) {
+        const float needed = lesser(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
         throw usage_error{"convolve: the samples are too coarse for this pulse; a line needs at least " +
                           std::to_string(static_cast<std::uint32_t>(needed)) + " (twice as many are usual)" +
                           (settings.decimation > 1 ? ", or a smaller `decimation`" : "")};
     }
 
-    iq_lines lines = convolve_along(policy, std::move(echoes), sigma, settings.decimation);
+    iq_lines lines = convolve_along(policy, std::move(echoes), envelope, settings.decimation);
     return convolve_across(policy, std::move(lines),
                            make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}));
 }
@@ -3379,60 +3741,188 @@ template <exec::policy Policy, class Value>
 #ifndef INSONIFY_TRACING_BEAMS_HPP
 #define INSONIFY_TRACING_BEAMS_HPP
 
-#ifndef INSONIFY_SCENE_LINE_LAYERS_HPP
-#define INSONIFY_SCENE_LINE_LAYERS_HPP
+#ifndef INSONIFY_TRACING_TRACE_LINES_HPP
+#define INSONIFY_TRACING_TRACE_LINES_HPP
 
-#ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
-#define INSONIFY_SCENE_MEDIA_STACK_HPP
+#ifndef INSONIFY_TRACING_BEAM_TABLE_HPP
+#define INSONIFY_TRACING_BEAM_TABLE_HPP
 
-#include <bit>
-#include <cstdint>
+#ifndef INSONIFY_TRACING_ELEVATION_HPP
+#define INSONIFY_TRACING_ELEVATION_HPP
+
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Which objects contain a point that travels along a line, one bit each, ordered by rank.
+/// The slices that stand for the thickness of the beam: parallel to the slice plane, in the middle and to both sides.
 ///
-/// Where objects overlap, the one of lowest rank gives the medium, so that is the lowest bit set.
-class media_stack {
+/// A thing out of plane counts with the weight of the slices that it reaches, which changes with depth as the beam's
+/// height does.
+class elevation_planes {
   public:
-    static constexpr std::uint32_t none = ~0U;
+    static constexpr std::uint32_t most = 7;
 
-    void clear(std::size_t objects) { words_.assign((objects + 63) / 64, 0); }
+    /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 deviations of the beam at its thinnest
+    /// @throws usage_error  for another count
+    elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
+        if (count % 2 == 0 || count > most)
+            throw usage_error{"trace: `planes` must be 1, 3, 5 or 7; one plane, or pairs to both sides of it"};
+        constexpr float deviations[] = {0, 0.9F, 2.2F, 5};
+        const float sigma = beam.elevation_sigma(beam.elevation_focus);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            offset_[i] = deviations[(i + 1) / 2] * (i % 2 == 0 ? sigma : -sigma);
+            const float inner = i == 0 ? 0 : deviations[(i + 1) / 2 - 1];
+            const bool last = i + 2 >= count;
+            const float outer = last ? deviations[(i + 1) / 2] : deviations[(i + 1) / 2 + 1];
+            width_[i] = i == 0 ? 2 * outer : outer - inner; // of the strip that the plane stands for, halved for pairs
+        }
+        if (count == 1) width_[0] = 1;
+    }
 
-    /// The point crosses the surface of this object.
-    void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
+    std::uint32_t count() const { return count_; }
 
-    bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
+    /// Metres out of the slice plane.
+    float offset(std::uint32_t plane) const { return offset_[plane]; }
 
-    /// Rank of the object whose medium counts; `none` outside all.
-    std::uint32_t top() const {
-        for (std::size_t i = 0; i < words_.size(); ++i)
-            if (words_[i] != 0)
-                return static_cast<std::uint32_t>(i * 64) + static_cast<std::uint32_t>(std::countr_zero(words_[i]));
-        return none;
+    /// What each plane counts for at a depth in metres; together 1.
+    void weights(float depth, float (&weight)[most]) const {
+        const float sigma = beam_.elevation_sigma(depth);
+        float sum = 0;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            const float deviations = offset_[i] / sigma;
+            weight[i] = width_[i] * std::exp(-0.5F * deviations * deviations);
+            sum += weight[i];
+        }
+        for (std::uint32_t i = 0; i < count_; ++i) weight[i] /= sum;
+    }
+
+    /// The same for every sample of a line: plane after plane, each with `samples` weights.
+    std::vector<float> weights_of_samples(std::uint32_t samples, float spacing) const {
+        std::vector<float> all(std::size_t{count_} * samples);
+        float weight[most];
+        for (std::uint32_t k = 0; k < samples; ++k) {
+            weights((static_cast<float>(k) + 0.5F) * spacing, weight);
+            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = weight[i];
+        }
+        return all;
     }
 
   private:
-    std::vector<std::uint64_t> words_{};
+    beam_model beam_;
+    std::uint32_t count_;
+    float offset_[most] = {};
+    float width_[most] = {};
 };
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What an acoustic model must know of the beam, for every line: made once a frame.
+///
+/// Independent echoes lose level where the beam averages them, and how much depends on the lines and planes that there
+/// are; `incoherent`, g, makes up for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w
+/// of the beam and the covariance C of the echoes. Lines near the border have fewer neighbours, hence their own table.
+class beam_table {
+  public:
+    static constexpr std::uint32_t depths = 128;
+
+    template <class Policy, transducer Probe, class Covariance>
+    beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+               const Covariance& covariance)
+        : lines_{probe.lines}, spacing_{depth / depths} {
+        const beam_model beam = beam_of(probe, depth);
+        // One step of the kernel for each of the depths.
+        const lateral_kernel kernel =
+            make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
+        border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
+        samples_.resize(std::size_t{border_ + 1} * depths);
+        const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
+        for_each_index(policy, depths, [&](std::size_t k) {
+            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
+            float weight[elevation_planes::most];
+            planes.weights(z, weight);
+            float power = 0, apart_squared = 0;
+            for (std::uint32_t i = 0; i < planes.count(); ++i)
+                for (std::uint32_t j = 0; j < planes.count(); ++j) {
+                    const float apart = planes.offset(i) - planes.offset(j);
+                    const float common = weight[i] * weight[j] * (i == j ? 1.0F : covariance(apart, 0));
+                    power += common;
+                    apart_squared += common * apart * apart;
+                }
+            const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
+            const auto between_lines = [&](int lag) {
+                const auto lines = static_cast<float>(lag);
+                return lag == 0 ? 1.0F : covariance(lines * across.spacing, lines * turned);
+            };
+            std::vector<float> gain(border_ + 1, 1.0F), level(border_ + 1);
+            const auto gain_of = [&](std::uint32_t line) { return gain[to_border(line)]; };
+            for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: settle
+                for (std::uint32_t line = 0; line <= border_; ++line)
+                    level[line] = power * across.power(line, between_lines, gain_of);
+                for (std::uint32_t line = 0; line <= border_; ++line) gain[line] /= std::sqrt(level[line]);
+            }
+            const auto lag_squared = [&](int lag) {
+                const float apart = static_cast<float>(lag) * across.spacing;
+                return between_lines(lag) * apart * apart;
+            };
+            for (std::uint32_t line = 0; line <= border_; ++line)
+                samples_[std::size_t{line} * depths + k] = {
+                    .fnumber = beam.fnumber(z),
+                    .elevation_fnumber = beam.elevation_fnumber(),
+                    .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                    .line_spacing = across.spacing,
+                    .incoherent = gain[line],
+                    .alike = {power * across.power(line, lag_squared, gain_of), apart_squared / power}};
+        });
+    }
+
+    /// No table: for models that ask for none.
+    beam_table() = default;
+
+    line_beam of_line(std::uint32_t line) const {
+        if (samples_.empty()) return {};
+        return {{samples_.data() + std::size_t{to_border(line)} * depths, depths}, spacing_};
+    }
+
+  private:
+    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(lesser(0.5F * length(a - b), 1)); }
+
+    // Which table a line has: its distance from the nearer end, as far as that matters.
+    std::uint32_t to_border(std::uint32_t line) const { return std::min({line, lines_ - 1 - line, border_}); }
+
+    std::uint32_t lines_ = 0;
+    std::uint32_t border_ = 0;
+    float spacing_ = 0;
+    std::vector<beam_sample> samples_{};
+};
+
+/// The table for a model that says how alike independent echoes are on two lines, with a member
+/// `float covariance(float apart, float turned) const` (metres, radians); none for others.
+template <class Policy, transducer Probe, class Model>
+beam_table make_beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+                           const Model& model) {
+    if constexpr (requires { model.covariance(depth, depth); })
+        return {policy, probe, depth, planes,
+                [&](float apart, float turned) { return model.covariance(apart, turned); }};
+    else
+        return {};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_TRACING_CHECK_HPP
+#define INSONIFY_TRACING_CHECK_HPP
+
 #ifndef INSONIFY_SCENE_SCENE_HPP
 #define INSONIFY_SCENE_SCENE_HPP
 
-#ifndef INSONIFY_SCENE_OBJECT_HPP
-#define INSONIFY_SCENE_OBJECT_HPP
-
-#ifndef INSONIFY_BVH_BVH_HPP
-#define INSONIFY_BVH_BVH_HPP
-
-#ifndef INSONIFY_BVH_BUILD_SAH_HPP
-#define INSONIFY_BVH_BUILD_SAH_HPP
-
-#ifndef INSONIFY_BVH_NODE_HPP
-#define INSONIFY_BVH_NODE_HPP
+#include <algorithm>
+#ifndef INSONIFY_GEOMETRY_POINT_BOUNDS_HPP
+#define INSONIFY_GEOMETRY_POINT_BOUNDS_HPP
 
 #ifndef INSONIFY_GEOMETRY_AABB_HPP
 #define INSONIFY_GEOMETRY_AABB_HPP
@@ -3494,6 +3984,55 @@ INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The box around all points that are finite; empty for none.
+inline aabb bounds_of(view<const vec3> points) {
+  // Eight points at a time, coordinate by coordinate: the inner loops are SIMD
+  // wherever the compiler has any.
+  constexpr std::size_t step = 8;
+  float lower[3 * step], upper[3 * step];
+  for (std::size_t i = 0; i < 3 * step; ++i)
+    lower[i] = FLT_MAX, upper[i] = -FLT_MAX;
+  const std::size_t whole = points.size() / step * step;
+  for (std::size_t begin = 0; begin < whole; begin += step) {
+    const float *const p = &points[begin].x;
+    for (std::size_t i = 0; i < 3 * step; ++i)
+      lower[i] = p[i] < lower[i] ? p[i] : lower[i]; // never takes a NaN
+    for (std::size_t i = 0; i < 3 * step; ++i)
+      upper[i] = upper[i] < p[i] ? p[i] : upper[i];
+  }
+  aabb box;
+  for (std::size_t i = 0; i < 3 * step; i += 3)
+    box = merged(box, aabb{{lower[i], lower[i + 1], lower[i + 2]},
+                           {upper[i], upper[i + 1], upper[i + 2]}});
+  for (std::size_t i = whole; i < points.size(); ++i)
+    box = merged(box, points[i]);
+  if (is_finite(box) || points.empty())
+    return box;
+  box = {};
+  for (const vec3 &p : points)
+    if (is_finite(p))
+      box = merged(box, p);
+  return box;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SCENE_OBJECT_HPP
+#define INSONIFY_SCENE_OBJECT_HPP
+
+#include <cstdint>
+#ifndef INSONIFY_BVH_BVH_HPP
+#define INSONIFY_BVH_BVH_HPP
+
+#ifndef INSONIFY_BVH_BUILD_SAH_HPP
+#define INSONIFY_BVH_BUILD_SAH_HPP
+
+#ifndef INSONIFY_BVH_NODE_HPP
+#define INSONIFY_BVH_NODE_HPP
+
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -4504,7 +5043,6 @@ bvh(const Policy&, const Container&)
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <cstdint>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -4513,47 +5051,59 @@ namespace insonify::inline INSONIFY_ABI {
 enum class object_id : std::uint32_t {};
 
 struct object_settings {
-    int priority = 0;   ///< where objects overlap, the highest one's medium counts
-    pose at{};          ///< object to world
-    std::string name{}; ///< for reports, files and error messages
+  int priority = 0; ///< where objects overlap, the highest one's medium counts
+  pose at{};        ///< object to world
+  std::string name{}; ///< for reports, files and error messages
 };
 
 /// One closed surface and what is inside it.
 struct object {
-    object_id id{};
-    std::string name{};
-    mesh surface{};  ///< in the object's own coordinates
-    medium inside{}; ///< what fills it
-    pose at{};       ///< object to world
-    int priority = 0;
-    float volume = 0;               ///< m^3 enclosed, as built
-    std::uint32_t medium_index = 0; ///< into the scene's media, as built
-    std::uint32_t rank = 0;         ///< among all objects, as built; where they overlap the lowest rank's medium counts
-    bool moved = false;             ///< its positions were handed out for writing since the last update
-    aabb box{};                     ///< in the world
-    bvh_storage<mesh_view> tree{};
+  object_id id{};
+  std::string name{};
+  mesh surface{};  ///< in the object's own coordinates
+  medium inside{}; ///< what fills it
+  pose at{};       ///< object to world
+  int priority = 0;
+  float volume = 0;               ///< m^3 enclosed, as built
+  std::uint32_t medium_index = 0; ///< into the scene's media, as built
+  std::uint32_t rank = 0; ///< among all objects, as built; where they overlap
+                          ///< the lowest rank's medium counts
+  bool moved = false; ///< its positions were handed out for writing since the
+                      ///< last update
+  bool has_tree = false; ///< of these faces, though perhaps of former positions
+  bool tree_follows =
+      false;        ///< the tree fits the positions: rays can be traced
+  aabb local_box{}; ///< in its own coordinates, as built or updated
+  aabb box{};       ///< in the world
+  bvh_storage<mesh_view> tree{};
 
-    bvh_view<mesh_view> tree_view() const { return tree.view_of(mesh_view{surface}); }
+  bvh_view<mesh_view> tree_view() const {
+    return tree.view_of(mesh_view{surface});
+  }
 
-    /// The ray in the object's own coordinates; distances along it stay.
-    ray local(const ray& r) const {
-        return {at.local_point(r.origin), at.local_direction(r.direction), r.min_distance, r.max_distance};
-    }
+  /// The ray in the object's own coordinates; distances along it stay.
+  ray local(const ray &r) const {
+    return {at.local_point(r.origin), at.local_direction(r.direction),
+            r.min_distance, r.max_distance};
+  }
 };
 
-/// A box in the world around a box of the object, with room for the rounding of rays that are taken there and back.
-inline aabb placed_box(const aabb& local, const pose& at) {
-    if (local.empty()) return {};
-    const vec3 centre = at.point(local.centre()), half = 0.5F * local.size();
-    const mat3& r = at.rotation;
-    const vec3 reach = half.x * absolute(r[0]) + half.y * absolute(r[1]) + half.z * absolute(r[2]);
-    const vec3 room = 1e-6F * (absolute(centre) + absolute(at.translation) + reach + vec3{length(local.centre())});
-    return {centre - reach - room, centre + reach + room};
+/// A box in the world around a box of the object, with room for the rounding of
+/// rays that are taken there and back.
+inline aabb placed_box(const aabb &local, const pose &at) {
+  if (local.empty())
+    return {};
+  const vec3 centre = at.point(local.centre()), half = 0.5F * local.size();
+  const mat3 &r = at.rotation;
+  const vec3 reach = half.x * absolute(r[0]) + half.y * absolute(r[1]) +
+                     half.z * absolute(r[2]);
+  const vec3 room = 1e-6F * (absolute(centre) + absolute(at.translation) +
+                             reach + vec3{length(local.centre())});
+  return {centre - reach - room, centre + reach + room};
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -4564,179 +5114,347 @@ inline aabb placed_box(const aabb& local, const pose& at) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Closed surfaces with a medium inside each, in a background that fills the rest. A value: a copy is deep.
+/// What `build` and `update` do about the trees of objects that are new or
+/// moved.
+enum class trees {
+  follow, ///< bring them up to date: every tracer works
+  wait,   ///< leave them: slices alone can be traced, until an update with
+          ///< `follow`
+};
+
+/// Closed surfaces with a medium inside each, in a background that fills the
+/// rest. A value: a copy is deep.
 ///
-/// Objects may nest, overlap and touch. Of those that contain a point the one of highest priority gives the medium;
-/// among equals the one that encloses less volume, then the one added later.
+/// Objects may nest, overlap and touch. Of those that contain a point the one
+/// of highest priority gives the medium; among equals the one that encloses
+/// less volume, then the one added later.
 ///
 ///     scene body{tissue::muscle};
-///     const object_id bone = body.add(make_sphere({0, 0, 30_mm}, 10_mm, 5), tissue::bone);
-///     body.build(exec::par);                       // once all is added
-///     std::span<vec3> now = body.positions(bone);  // each frame: move vertices ...
-///     body.update(exec::par);                      // ... and tell the scene
+///     const object_id bone = body.add(make_sphere({0, 0, 30_mm}, 10_mm, 5),
+///     tissue::bone); body.build(exec::par);                       // once all
+///     is added std::span<vec3> now = body.positions(bone);  // each frame:
+///     move vertices ... body.update(exec::par);                      // ...
+///     and tell the scene
 ///
 /// Const functions are safe to call from many threads at once.
 class scene {
-  public:
-    explicit scene(const medium& background = medium{}) : background_{background} {
-        if (!is_valid(background)) throw usage_error{"scene: the background needs a density and a sound speed above 0"};
-    }
+public:
+  explicit scene(const medium &background = medium{})
+      : background_{background} {
+    if (!is_valid(background))
+      throw usage_error{
+          "scene: the background needs a density and a sound speed above 0"};
+  }
 
-    /// Takes over a closed surface. Call `build` before tracing.
-    /// @throws geometry_error  for faces that name no vertex, vertices that are not finite, a pose that is not rigid
-    /// @throws usage_error     for a medium that is none
-    object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
-        const std::string named = "object '" + settings.name + "': ";
-        if (!is_valid(inside)) throw usage_error{named + "its medium needs a density and a sound speed above 0"};
-        if (!is_rigid(settings.at)) throw geometry_error{named + "its pose is no rigid motion; scale the mesh instead"};
-        check_faces(surface, named);
-        for (std::size_t i = 0; i < surface.positions.size(); ++i)
-            if (!is_finite(surface.positions[i]))
-                throw geometry_error{named + "vertex " + std::to_string(i) +
-                                     " is not finite; repair the mesh (`validate` tells more)"};
-        const object_id id{next_id_++};
-        objects_.push_back({.id = id,
-                            .name = std::move(settings.name),
-                            .surface = std::move(surface),
-                            .inside = inside,
-                            .at = settings.at,
-                            .priority = settings.priority});
-        built_ = false;
-        return id;
-    }
+  /// Takes over a closed surface. Call `build` before tracing.
+  /// @throws geometry_error  for faces that name no vertex, vertices that are
+  /// not finite, a pose that is not rigid
+  /// @throws usage_error     for a medium that is none
+  object_id add(mesh surface, const medium &inside,
+                object_settings settings = {}) {
+    const std::string named = "object '" + settings.name + "': ";
+    if (!is_valid(inside))
+      throw usage_error{named +
+                        "its medium needs a density and a sound speed above 0"};
+    if (!is_rigid(settings.at))
+      throw geometry_error{
+          named + "its pose is no rigid motion; scale the mesh instead"};
+    check_faces(surface, named);
+    for (std::size_t i = 0; i < surface.positions.size(); ++i)
+      if (!is_finite(surface.positions[i]))
+        throw geometry_error{
+            named + "vertex " + std::to_string(i) +
+            " is not finite; repair the mesh (`validate` tells more)"};
+    const object_id id{next_id_++};
+    objects_.push_back({.id = id,
+                        .name = std::move(settings.name),
+                        .surface = std::move(surface),
+                        .inside = inside,
+                        .at = settings.at,
+                        .priority = settings.priority});
+    built_ = false;
+    return id;
+  }
 
-    /// Takes an object out. Call `build` before tracing. @throws usage_error  for an unknown id
-    void remove(object_id id) {
-        objects_.erase(objects_.begin() + (&object_of(id) - objects_.data()));
-        built_ = false;
-    }
+  /// Takes an object out. Call `build` before tracing. @throws usage_error  for
+  /// an unknown id
+  void remove(object_id id) {
+    objects_.erase(objects_.begin() + (&object_of(id) - objects_.data()));
+    built_ = false;
+  }
 
-    /// The object's vertices in its own coordinates, to be moved; call `update` afterwards, and ask again each frame.
-    ///
-    /// The span ends with `add`, `remove` or assignment. @throws usage_error  for an unknown id
-    std::span<vec3> positions(object_id id) {
-        object& one = object_of(id);
-        one.moved = true;
-        return one.surface.positions;
-    }
-    std::span<const vec3> positions(object_id id) const { return object_of(id).surface.positions; }
+  /// The object's vertices in its own coordinates, to be moved; call `update`
+  /// afterwards, and ask again each frame.
+  ///
+  /// The span ends with `add`, `remove` or assignment. @throws usage_error  for
+  /// an unknown id
+  std::span<vec3> positions(object_id id) {
+    object &one = object_of(id);
+    one.moved = true;
+    return one.surface.positions;
+  }
+  std::span<const vec3> positions(object_id id) const {
+    return object_of(id).surface.positions;
+  }
 
-    /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
-    /// @throws usage_error  for an unknown id  @throws geometry_error  for a pose that is not rigid
-    void place(object_id id, const pose& at) {
-        object& one = object_of(id);
-        if (!is_rigid(at)) throw geometry_error{"place: the pose is no rigid motion (rotation and translation)"};
-        one.at = at;
-        one.box = placed_box(one.tree.box(), at);
-        if (built_) places_[1 + static_cast<std::size_t>(&one - objects_.data())] = at;
-    }
+  /// Puts the object where `at` says (object to world), instead of where it
+  /// was. Counts at once.
+  /// @throws usage_error  for an unknown id  @throws geometry_error  for a pose
+  /// that is not rigid
+  void place(object_id id, const pose &at) {
+    object &one = object_of(id);
+    if (!is_rigid(at))
+      throw geometry_error{
+          "place: the pose is no rigid motion (rotation and translation)"};
+    one.at = at;
+    one.box = placed_box(one.local_box, at);
+    if (built_)
+      places_[1 + static_cast<std::size_t>(&one - objects_.data())] = at;
+  }
 
-    /// Makes the scene ready to trace: builds all trees, orders the objects.
-    template <exec::policy Policy>
-    scene& build(const Policy& policy) & {
-        media_ = {background_};
-        places_ = {pose{}};
-        for (object& one : objects_) {
-            one.tree.build(policy, mesh_view{one.surface});
-            one.volume = static_cast<float>(std::fabs(enclosed_volume(one.surface)));
-            one.box = placed_box(one.tree.box(), one.at);
-            one.moved = false;
-            places_.push_back(one.at);
-            const auto known = std::find(media_.begin(), media_.end(), one.inside);
-            one.medium_index = static_cast<std::uint32_t>(known - media_.begin());
-            if (known == media_.end()) media_.push_back(one.inside);
-        }
-        by_rank_.resize(objects_.size());
-        std::iota(by_rank_.begin(), by_rank_.end(), 0U);
-        std::sort(by_rank_.begin(), by_rank_.end(), [this](std::uint32_t a, std::uint32_t b) {
-            const object &one = objects_[a], &other = objects_[b];
-            if (one.priority != other.priority) return one.priority > other.priority;
-            if (one.volume != other.volume) return one.volume < other.volume;
-            return one.id > other.id;
+  /// Makes the scene ready to trace: builds all trees (with `trees::wait`
+  /// none), orders the objects.
+  template <exec::policy Policy>
+  scene &build(const Policy &policy, trees upkeep = trees::follow) & {
+    media_ = {background_};
+    places_ = {pose{}};
+    for (object &one : objects_) {
+      one.has_tree = false;
+      take_positions(policy, one, upkeep);
+      one.volume = static_cast<float>(std::fabs(enclosed_volume(one.surface)));
+      places_.push_back(one.at);
+      const auto known = std::find(media_.begin(), media_.end(), one.inside);
+      one.medium_index = static_cast<std::uint32_t>(known - media_.begin());
+      if (known == media_.end())
+        media_.push_back(one.inside);
+    }
+    by_rank_.resize(objects_.size());
+    std::iota(by_rank_.begin(), by_rank_.end(), 0U);
+    std::sort(by_rank_.begin(), by_rank_.end(),
+              [this](std::uint32_t a, std::uint32_t b) {
+                const object &one = objects_[a], &other = objects_[b];
+                if (one.priority != other.priority)
+                  return one.priority > other.priority;
+                if (one.volume != other.volume)
+                  return one.volume < other.volume;
+                return one.id > other.id;
+              });
+    for (std::uint32_t rank = 0; rank < by_rank_.size(); ++rank)
+      objects_[by_rank_[rank]].rank = rank;
+    built_ = true;
+    return *this;
+  }
+  template <exec::policy Policy>
+  scene build(const Policy &policy, trees upkeep = trees::follow) && {
+    build(policy, upkeep);
+    return std::move(*this);
+  }
+
+  /// Follows what moved since the last frame: refits trees, and rebuilds one
+  /// whose quality refitting has worn off.
+  ///
+  /// Cost: nothing for objects at rest; no allocation but where a tree is
+  /// rebuilt. With `trees::wait` one pass over the vertices that moved: what a
+  /// frame of a deforming body costs least with, if `trace` can cut it into
+  /// slices.
+  /// @throws usage_error  where `build` was not called since the last `add` or
+  /// `remove`
+  template <exec::policy Policy>
+  void update(const Policy &policy, trees upkeep = trees::follow) {
+    require_built();
+    for (object &one : objects_)
+      if (one.moved || (upkeep == trees::follow && !one.tree_follows))
+        take_positions(policy, one, upkeep);
+  }
+
+  /// Refitting may make a random ray this much dearer before `update` builds a
+  /// tree anew.
+  static constexpr double rebuild_beyond = 1.5;
+
+  const medium &background() const { return background_; }
+
+  /// All objects, in the order they were added.
+  const std::vector<object> &objects() const { return objects_; }
+
+  /// @throws usage_error  for an unknown id
+  const object &operator[](object_id id) const { return object_of(id); }
+
+  /// The first object of this name, if there is one.
+  std::optional<object_id> find(std::string_view name) const {
+    for (const object &one : objects_)
+      if (one.name == name)
+        return one.id;
+    return std::nullopt;
+  }
+
+  /// The different media, the background first; as built.
+  view<const medium> media() const { return media_; }
+
+  /// Where the background (the world itself) and then the objects are, in the
+  /// order of `objects`; as built or placed.
+  view<const pose> places() const { return places_; }
+
+  /// The object of this rank; as built.
+  const object &ranked(std::uint32_t rank) const {
+    return objects_[by_rank_[rank]];
+  }
+
+  /// The box around all objects, in the world; as built or updated.
+  aabb box() const {
+    aabb whole;
+    for (const object &one : objects_)
+      whole = merged(whole, one.box);
+    return whole;
+  }
+
+  /// @throws usage_error  where the scene is not ready to trace
+  void require_built() const {
+    if (!built_)
+      throw usage_error{"scene: call build(policy) after the last add or "
+                        "remove, before tracing or update"};
+  }
+
+  /// @throws usage_error  where an object's tree waits, so that no ray can be
+  /// traced
+  void require_trees() const {
+    require_built();
+    for (const object &one : objects_)
+      if (!one.tree_follows)
+        throw usage_error{"scene: the tree of object '" + one.name +
+                          "' waits; call update(policy) before tracing rays, "
+                          "or trace slices"};
+  }
+
+private:
+  // The positions of an object are new: moves its boxes and, unless it shall
+  // wait, its tree.
+  template <class Policy>
+  static void take_positions(const Policy &policy, object &one, trees upkeep) {
+    const mesh_view surface{one.surface};
+    one.moved = false;
+    one.tree_follows = upkeep == trees::follow;
+    if (one.tree_follows) {
+      if (one.has_tree)
+        one.tree.refit(policy, surface);
+      if (!one.has_tree || one.tree.degradation() > rebuild_beyond)
+        one.tree.build(policy, surface);
+      one.has_tree = true;
+    }
+    one.local_box = one.tree_follows ? one.tree.box()
+                                     : box_around(policy, surface.positions);
+    one.box = placed_box(one.local_box, one.at);
+  }
+
+  template <class Policy>
+  static aabb box_around(const Policy &policy, view<const vec3> points) {
+    constexpr std::size_t parts = 16;
+    aabb part[parts];
+    const std::size_t share =
+        std::max(points.size() / parts + 1, std::size_t{8192});
+    exec::for_each_block(
+        policy, points.size(), share, [&](std::size_t begin, std::size_t end) {
+          part[begin / share] =
+              bounds_of(view<const vec3>{points.data() + begin, end - begin});
         });
-        for (std::uint32_t rank = 0; rank < by_rank_.size(); ++rank) objects_[by_rank_[rank]].rank = rank;
-        built_ = true;
-        return *this;
-    }
-    template <exec::policy Policy>
-    scene build(const Policy& policy) && {
-        build(policy);
-        return std::move(*this);
-    }
+    aabb whole;
+    for (const aabb &box : part)
+      whole = merged(whole, box);
+    return whole;
+  }
 
-    /// Follows what moved since the last frame: refits trees, and rebuilds one whose quality refitting has worn off.
-    ///
-    /// Cost: nothing for objects at rest; no allocation but where a tree is rebuilt.
-    /// @throws usage_error  where `build` was not called since the last `add` or `remove`
-    template <exec::policy Policy>
-    void update(const Policy& policy) {
-        require_built();
-        for (object& one : objects_) {
-            if (!one.moved) continue;
-            one.tree.refit(policy, mesh_view{one.surface});
-            if (one.tree.degradation() > rebuild_beyond) one.tree.build(policy, mesh_view{one.surface});
-            one.box = placed_box(one.tree.box(), one.at);
-            one.moved = false;
-        }
-    }
+  const object &object_of(object_id id) const {
+    for (const object &one : objects_)
+      if (one.id == id)
+        return one;
+    throw usage_error{"scene: no object has the id " +
+                      std::to_string(static_cast<std::uint32_t>(id))};
+  }
+  object &object_of(object_id id) {
+    return objects_[static_cast<std::size_t>(
+        &std::as_const(*this).object_of(id) - objects_.data())];
+  }
 
-    /// Refitting may make a random ray this much dearer before `update` builds a tree anew.
-    static constexpr double rebuild_beyond = 1.5;
+  medium background_;
+  std::vector<object> objects_{};
+  std::vector<medium> media_{};
+  std::vector<pose> places_{};
+  std::vector<std::uint32_t> by_rank_{};
+  std::uint32_t next_id_ = 0;
+  bool built_ = false;
+};
 
-    const medium& background() const { return background_; }
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 
-    /// All objects, in the order they were added.
-    const std::vector<object>& objects() const { return objects_; }
+namespace insonify::inline INSONIFY_ABI {
 
-    /// @throws usage_error  for an unknown id
-    const object& operator[](object_id id) const { return object_of(id); }
+/// Most samples of one frame: lines times samples a line.
+inline constexpr std::uint64_t most_samples = std::uint64_t{1} << 28U;
 
-    /// The first object of this name, if there is one.
-    std::optional<object_id> find(std::string_view name) const {
-        for (const object& one : objects_)
-            if (one.name == name) return one.id;
-        return std::nullopt;
-    }
+/// What every tracer asks of its arguments before it starts.
+/// @return the number of samples along each line
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws geometry_error  for a pose that is not rigid
+template <transducer Probe, class Model>
+std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pose& at, const Model& model,
+                                const acquisition& settings) {
+    body.require_built();
+    probe.check();
+    if (!is_rigid(at)) throw geometry_error{"trace: the pose of the probe is no rigid motion; make it with look_at"};
+    if (!is_finite(settings.depth) || !(settings.depth > 0))
+        throw usage_error{"trace: `depth` must be a finite number of metres above 0, such as 80_mm"};
+    const std::uint32_t samples =
+        settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency);
+    if (std::uint64_t{samples} * probe.lines > most_samples)
+        throw usage_error{"trace: " + std::to_string(probe.lines) + " lines of " + std::to_string(samples) +
+                          " samples are more than 2^28; ask for fewer"};
+    return samples;
+}
 
-    /// The different media, the background first; as built.
-    view<const medium> media() const { return media_; }
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_TRACING_EACH_LINE_HPP
+#define INSONIFY_TRACING_EACH_LINE_HPP
 
-    /// Where the background (the world itself) and then the objects are, in the order of `objects`; as built or placed.
-    view<const pose> places() const { return places_; }
+#ifndef INSONIFY_TRACING_SLICE_LINES_HPP
+#define INSONIFY_TRACING_SLICE_LINES_HPP
 
-    /// The object of this rank; as built.
-    const object& ranked(std::uint32_t rank) const { return objects_[by_rank_[rank]]; }
+#ifndef INSONIFY_SCENE_LINE_LAYERS_HPP
+#define INSONIFY_SCENE_LINE_LAYERS_HPP
 
-    /// The box around all objects, in the world; as built or updated.
-    aabb box() const {
-        aabb whole;
-        for (const object& one : objects_) whole = merged(whole, one.box);
-        return whole;
-    }
+#ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
+#define INSONIFY_SCENE_MEDIA_STACK_HPP
 
-    /// @throws usage_error  where the scene is not ready to trace
-    void require_built() const {
-        if (!built_)
-            throw usage_error{"scene: call build(policy) after the last add or remove, before tracing or update"};
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Which objects contain a point that travels along a line, one bit each, ordered by rank.
+///
+/// Where objects overlap, the one of lowest rank gives the medium, so that is the lowest bit set.
+class media_stack {
+  public:
+    static constexpr std::uint32_t none = ~0U;
+
+    void clear(std::size_t objects) { words_.assign((objects + 63) / 64, 0); }
+
+    /// The point crosses the surface of this object.
+    void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
+
+    bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
+
+    /// Rank of the object whose medium counts; `none` outside all.
+    std::uint32_t top() const {
+        for (std::size_t i = 0; i < words_.size(); ++i)
+            if (words_[i] != 0)
+                return static_cast<std::uint32_t>(i * 64) + static_cast<std::uint32_t>(std::countr_zero(words_[i]));
+        return none;
     }
 
   private:
-    const object& object_of(object_id id) const {
-        for (const object& one : objects_)
-            if (one.id == id) return one;
-        throw usage_error{"scene: no object has the id " + std::to_string(static_cast<std::uint32_t>(id))};
-    }
-    object& object_of(object_id id) {
-        return objects_[static_cast<std::size_t>(&std::as_const(*this).object_of(id) - objects_.data())];
-    }
-
-    medium background_;
-    std::vector<object> objects_{};
-    std::vector<medium> media_{};
-    std::vector<pose> places_{};
-    std::vector<std::uint32_t> by_rank_{};
-    std::uint32_t next_id_ = 0;
-    bool built_ = false;
+    std::vector<std::uint64_t> words_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -4753,6 +5471,7 @@ struct crossing {
     std::uint32_t rank = 0;
     std::uint32_t primitive = 0; ///< face of the object's mesh
 
+    friend bool operator==(const crossing&, const crossing&) = default;
     friend bool operator<(const crossing& a, const crossing& b) {
         return a.distance != b.distance ? a.distance < b.distance
                : a.rank != b.rank       ? a.rank < b.rank
@@ -4857,264 +5576,952 @@ inline void stack_layers(const scene& body, const line_frame& line, float depth,
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_TRACING_BEAM_TABLE_HPP
-#define INSONIFY_TRACING_BEAM_TABLE_HPP
+#ifndef INSONIFY_SCENE_SLICE_CUT_HPP
+#define INSONIFY_SCENE_SLICE_CUT_HPP
 
-#ifndef INSONIFY_TRACING_ELEVATION_HPP
-#define INSONIFY_TRACING_ELEVATION_HPP
+#ifndef INSONIFY_PROBE_LINE_FAN_HPP
+#define INSONIFY_PROBE_LINE_FAN_HPP
 
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The slices that stand for the thickness of the beam: parallel to the slice plane, in the middle and to both sides.
-///
-/// A thing out of plane counts with the weight of the slices that it reaches, which changes with depth as the beam's
-/// height does.
-class elevation_planes {
-  public:
-    static constexpr std::uint32_t most = 7;
-
-    /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 deviations of the beam at its thinnest
-    /// @throws usage_error  for another count
-    elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
-        if (count % 2 == 0 || count > most)
-            throw usage_error{"trace: `planes` must be 1, 3, 5 or 7; one plane, or pairs to both sides of it"};
-        constexpr float deviations[] = {0, 0.9F, 2.2F, 5};
-        const float sigma = beam.elevation_sigma(beam.elevation_focus);
-        for (std::uint32_t i = 0; i < count; ++i) {
-            offset_[i] = deviations[(i + 1) / 2] * (i % 2 == 0 ? sigma : -sigma);
-            const float inner = i == 0 ? 0 : deviations[(i + 1) / 2 - 1];
-            const bool last = i + 2 >= count;
-            const float outer = last ? deviations[(i + 1) / 2] : deviations[(i + 1) / 2 + 1];
-            width_[i] = i == 0 ? 2 * outer : outer - inner; // of the strip that the plane stands for, halved for pairs
-        }
-        if (count == 1) width_[0] = 1;
-    }
-
-    std::uint32_t count() const { return count_; }
-
-    /// Metres out of the slice plane.
-    float offset(std::uint32_t plane) const { return offset_[plane]; }
-
-    /// What each plane counts for at a depth in metres; together 1.
-    void weights(float depth, float (&weight)[most]) const {
-        const float sigma = beam_.elevation_sigma(depth);
-        float sum = 0;
-        for (std::uint32_t i = 0; i < count_; ++i) {
-            const float deviations = offset_[i] / sigma;
-            weight[i] = width_[i] * std::exp(-0.5F * deviations * deviations);
-            sum += weight[i];
-        }
-        for (std::uint32_t i = 0; i < count_; ++i) weight[i] /= sum;
-    }
-
-    /// The same for every sample of a line: plane after plane, each with `samples` weights.
-    std::vector<float> weights_of_samples(std::uint32_t samples, float spacing) const {
-        std::vector<float> all(std::size_t{count_} * samples);
-        float weight[most];
-        for (std::uint32_t k = 0; k < samples; ++k) {
-            weights((static_cast<float>(k) + 0.5F) * spacing, weight);
-            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = weight[i];
-        }
-        return all;
-    }
-
-  private:
-    beam_model beam_;
-    std::uint32_t count_;
-    float offset_[most] = {};
-    float width_[most] = {};
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #include <algorithm>
+#include <cstddef>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What an acoustic model must know of the beam, for every line: made once a frame.
+/// The lines of a probe as one family within its slice plane: parallel, or all
+/// from one point, the apex.
 ///
-/// Independent echoes lose level where the beam averages them, and how much depends on the lines and planes that there
-/// are; `incoherent`, g, makes up for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w
-/// of the beam and the covariance C of the echoes. Lines near the border have fewer neighbours, hence their own table.
-class beam_table {
-  public:
-    static constexpr std::uint32_t depths = 128;
+///            across ->            Between two neighbouring lines lies a gap,
+///            numbered from the left: a point in gap g
+///     along    0 | 1 | 2 | 3      has g lines on its left. What leads from gap
+///     1 to gap 3 crosses lines 1 and 2.
+///       |        |   |   |
+///       v      line 0   line 2
+///
+/// Coordinates of a fan: x across, y along its middle line, from the apex; of
+/// parallel lines, from the middle line's origin. Points on a line count as
+/// left of it, as if every line stood an infinitesimal step to the right.
+class line_fan {
+public:
+  struct line {
+    vec2 origin{0, 0};
+    vec2 along{0, 1};
 
-    template <class Policy, transducer Probe, class Covariance>
-    beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
-               const Covariance& covariance)
-        : lines_{probe.lines}, spacing_{depth / depths} {
-        const beam_model beam = beam_of(probe, depth);
-        // One step of the kernel for each of the depths.
-        const lateral_kernel kernel =
-            make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
-        border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
-        samples_.resize(std::size_t{border_ + 1} * depths);
-        // Beams that fan out meet the scatterers of an object in different directions: independent lines.
-        const bool parallel = probe.lines < 2 || probe.beam(0).direction == probe.beam(1).direction;
-        const auto between_lines = [&](float apart) { return apart == 0 ? 1.0F : parallel ? covariance(apart) : 0.0F; };
-        for_each_index(policy, depths, [&](std::size_t k) {
-            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
-            float weight[elevation_planes::most];
-            planes.weights(z, weight);
-            float power = 0;
-            for (std::uint32_t i = 0; i < planes.count(); ++i)
-                for (std::uint32_t j = 0; j < planes.count(); ++j)
-                    power += weight[i] * weight[j] * (i == j ? 1.0F : covariance(planes.offset(i) - planes.offset(j)));
-            const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
-            std::vector<float> gain(border_ + 1, 1.0F), level(border_ + 1);
-            const auto gain_of = [&](std::uint32_t line) { return gain[to_border(line)]; };
-            for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: settle
-                for (std::uint32_t line = 0; line <= border_; ++line)
-                    level[line] = power * across.power(line, between_lines, gain_of);
-                for (std::uint32_t line = 0; line <= border_; ++line) gain[line] /= std::sqrt(level[line]);
-            }
-            for (std::uint32_t line = 0; line <= border_; ++line)
-                samples_[std::size_t{line} * depths + k] = {.fnumber = beam.fnumber(z),
-                                                            .elevation_fnumber = beam.elevation_fnumber(),
-                                                            .lateral_sigma =
-                                                                probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
-                                                            .line_spacing = across.spacing,
-                                                            .incoherent = gain[line]};
-        });
+    /// How far to the right of the line a point lies, and how far down it,
+    /// metres.
+    float right(vec2 p) const {
+      return (p.x - origin.x) * along.y - (p.y - origin.y) * along.x;
+    }
+    float down(vec2 p) const {
+      return (p.x - origin.x) * along.x + (p.y - origin.y) * along.y;
     }
 
-    /// No table: for models that ask for none.
-    beam_table() = default;
-
-    line_beam of_line(std::uint32_t line) const {
-        if (samples_.empty()) return {};
-        return {{samples_.data() + std::size_t{to_border(line)} * depths, depths}, spacing_};
+    /// How far down the line the way from p to q crosses it, given that it
+    /// does.
+    float meet(vec2 p, vec2 q) const {
+      const float before = right(p), beyond = before - right(q);
+      const float share = beyond != 0 ? clamped(before / beyond, 0, 1) : 0.5F;
+      const float at_p = down(p);
+      return at_p + share * (down(q) - at_p);
     }
+  };
 
-  private:
-    // Which table a line has: its distance from the nearer end, as far as that matters.
-    std::uint32_t to_border(std::uint32_t line) const { return std::min({line, lines_ - 1 - line, border_}); }
+  /// Takes the lines of a probe over, if they are such a family: straight, in
+  /// the plane y = 0, numbered from left to right, at most once around, leaving
+  /// the apex (none runs towards it). False where they are not: then no member
+  /// may be called.
+  template <transducer Probe> bool assign(const Probe &probe) {
+    lines_.resize(probe.lines);
+    for (std::uint32_t i = 0; i < probe.lines; ++i) {
+      const ray beam = probe.beam(static_cast<float>(i));
+      if (std::fabs(beam.origin.y) > 1e-7F ||
+          std::fabs(beam.direction.y) > 1e-6F)
+        return false;
+      lines_[i] = {{beam.origin.x, beam.origin.z},
+                   {beam.direction.x, beam.direction.z}};
+    }
+    return find_apex() && turn_upright() && number_gaps();
+  }
 
-    std::uint32_t lines_ = 0;
-    std::uint32_t border_ = 0;
-    float spacing_ = 0;
-    std::vector<beam_sample> samples_{};
+  std::uint32_t size() const {
+    return static_cast<std::uint32_t>(lines_.size());
+  }
+  const line &operator[](std::size_t i) const { return lines_[i]; }
+
+  bool parallel() const { return parallel_; }
+
+  /// Where the coordinates begin, and their y axis: x and z in the frame of the
+  /// probe.
+  vec2 apex() const { return apex_; }
+  vec2 axis() const { return axis_; }
+
+  /// True where the fan spans less than half a circle: then no point to the
+  /// left of its first line or to the right of its last is on any of its lines.
+  bool is_wedge() const {
+    return parallel_ ||
+           (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F);
+  }
+
+  /// How many lines have the point on their right.
+  std::uint32_t gap(vec2 p) const {
+    const float key = key_of(p);
+    std::uint32_t i = first_in_bin_[bin_of(key)];
+    while (i < keys_.size() && keys_[i] < key)
+      ++i;
+    return i;
+  }
+
+  /// Calls visit(first, last) for the lines [first, last) that the straight way
+  /// from p to q crosses; at most twice.
+  ///
+  /// The gap of a point depends on nothing else: what is closed crosses each
+  /// line an even number of times, or around the apex each an odd number,
+  /// however coordinates were rounded.
+  template <class Visit>
+  void for_each_crossed(vec2 p, vec2 q, Visit &&visit) const {
+    const std::uint32_t a = gap(p), b = gap(q);
+    const std::uint32_t left = std::min(a, b), right = std::max(a, b);
+    if (passes_behind(p, q)) {
+      if (left > 0)
+        visit(std::uint32_t{0}, left);
+      if (right < size())
+        visit(right, size());
+    } else if (left < right) {
+      visit(left, right);
+    }
+  }
+
+private:
+  static double cross_of(vec2 a, vec2 b) {
+    return static_cast<double>(a.x) * static_cast<double>(b.y) -
+           static_cast<double>(a.y) * static_cast<double>(b.x);
+  }
+
+  // Sets `parallel_` and `apex_`.
+  bool find_apex() {
+    const line first = lines_.front();
+    std::size_t other = 0;
+    double widest = 0;
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      const double turn = std::fabs(cross_of(first.along, lines_[i].along));
+      if (turn > widest)
+        widest = turn, other = i;
+    }
+    parallel_ = widest < 1e-6;
+    if (parallel_) {
+      apex_ = lines_[lines_.size() / 2].origin;
+      return std::all_of(lines_.begin(), lines_.end(), [&](const line &l) {
+        return dot(l.along, first.along) > 0;
+      });
+    }
+    const line second = lines_[other];
+    const double down = cross_of(second.origin - first.origin, second.along) /
+                        cross_of(first.along, second.along);
+    apex_ = first.origin + static_cast<float>(down) * first.along;
+    return std::all_of(lines_.begin(), lines_.end(), [&](const line &l) {
+      const vec2 from_apex = l.origin - apex_;
+      const float rounding = 3e-6F * length(from_apex) + 1e-9F;
+      return std::fabs(cross_of(from_apex, l.along)) <=
+                 static_cast<double>(rounding) &&
+             dot(from_apex, l.along) >= -rounding;
+    });
+  }
+
+  // Turns all coordinates so that the middle line runs along y.
+  bool turn_upright() {
+    axis_ = lines_[lines_.size() / 2].along;
+    for (line &l : lines_)
+      l = {turned(l.origin - apex_), turned(l.along)};
+    return true;
+  }
+  vec2 turned(vec2 v) const {
+    return {v.x * axis_.y - v.y * axis_.x, v.x * axis_.x + v.y * axis_.y};
+  }
+
+  bool number_gaps() {
+    keys_.resize(lines_.size());
+    for (std::size_t i = 0; i < keys_.size(); ++i)
+      keys_[i] = key_of(parallel_ ? lines_[i].origin : lines_[i].along);
+    if (!std::is_sorted(keys_.begin(), keys_.end()))
+      return false;
+    const std::size_t bins = 2 * keys_.size() + 1;
+    const float extent = keys_.back() - keys_.front();
+    bins_per_key_ = extent > 0 ? static_cast<float>(bins - 1) / extent : 0.0F;
+    first_in_bin_.assign(bins, 0);
+    for (std::size_t bin = 0, i = 0; bin < bins; ++bin) {
+      while (i < keys_.size() && bin_of(keys_[i]) < bin)
+        ++i;
+      first_in_bin_[bin] = static_cast<std::uint32_t>(i);
+    }
+    return true;
+  }
+  std::size_t bin_of(float key) const { // rises with the key, however it rounds
+    return static_cast<std::size_t>(
+        clamped((key - keys_.front()) * bins_per_key_, 0,
+                static_cast<float>(first_in_bin_.size() - 1)));
+  }
+
+  // Rises from line to line: the place across, or something like the angle: -2
+  // to 2 for -180 to 180 degrees.
+  float key_of(vec2 p) const {
+    if (parallel_)
+      return p.x;
+    const float size = std::fabs(p.x) + std::fabs(p.y);
+    const float share = size > 0 ? p.x / size : 0.0F;
+    return p.y >= 0 ? share : p.x >= 0 ? 2 - share : -2 - share;
+  }
+
+  // Whether the way from p to q crosses the half line from the apex straight
+  // back, where keys jump.
+  bool passes_behind(vec2 p, vec2 q) const {
+    if (parallel_ || (p.x < 0) == (q.x < 0) || (p.y >= 0 && q.y >= 0))
+      return false;
+    return (cross_of(p, q) > 0) == (p.x < 0);
+  }
+
+  bool parallel_ = true;
+  vec2 apex_{0, 0}, axis_{0, 1};
+  std::vector<line> lines_{};
+  std::vector<float> keys_{};
+  std::vector<std::uint32_t> first_in_bin_{};
+  float bins_per_key_ = 0;
 };
 
-/// The table for a model that says how alike independent echoes are on lines so many metres apart, with a member
-/// `float covariance(float metres) const`; none for others.
-template <class Policy, transducer Probe, class Model>
-beam_table make_beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
-                           const Model& model) {
-    if constexpr (requires { model.covariance(depth); })
-        return {policy, probe, depth, planes, [&](float apart) { return model.covariance(apart); }};
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SCENE_SLICE_FRAME_HPP
+#define INSONIFY_SCENE_SLICE_FRAME_HPP
+
+#include <algorithm>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Parallel slices, in the coordinates of whatever they cut: `across` and
+/// `along` span them, `elevation` is their normal.
+///
+/// A point has the level n where n slices lie below it. One in a slice lies
+/// below it, as if every slice stood an infinitesimal step higher.
+struct slice_frame {
+  static constexpr std::uint32_t most = 8;
+
+  vec3 origin{0, 0, 0};
+  vec3 across{1, 0, 0};
+  vec3 elevation{0, 1, 0};
+  vec3 along{0, 0, 1};
+  std::uint32_t count = 0;
+  float height[most] = {}; ///< of the slices over the origin, ascending, metres
+  std::uint32_t number[most] = {}; ///< what the caller calls them
+
+  slice_frame() = default;
+
+  /// @param offsets  heights of the slices in the caller's order, `most` at
+  /// most
+  slice_frame(const pose &at, view<const float> offsets)
+      : origin{at.translation}, across{at.rotation[0]},
+        elevation{at.rotation[1]}, along{at.rotation[2]},
+        count{static_cast<std::uint32_t>(offsets.size())} {
+    for (std::uint32_t i = 0; i < count; ++i)
+      number[i] = i;
+    std::sort(number, number + count, [&](std::uint32_t a, std::uint32_t b) {
+      return offsets[a] < offsets[b];
+    });
+    for (std::uint32_t i = 0; i < count; ++i)
+      height[i] = offsets[number[i]];
+  }
+
+  /// The same slices as an object sees them that stands in the world as `at`
+  /// says.
+  slice_frame local(const pose &at) const {
+    slice_frame l = *this;
+    l.origin = at.local_point(origin);
+    l.across = at.local_direction(across);
+    l.elevation = at.local_direction(elevation);
+    l.along = at.local_direction(along);
+    return l;
+  }
+
+  /// Every copy of a point gets the very same result.
+  float height_of(vec3 p) const { return component(elevation, p); }
+  vec2 place_of(vec3 p) const {
+    return {component(across, p), component(along, p)};
+  }
+
+  std::uint32_t level_of(float point_height) const {
+    std::uint32_t level = 0;
+    for (std::uint32_t i = 0; i < count; ++i)
+      level += point_height > height[i];
+    return level;
+  }
+
+private:
+  float component(vec3 axis, vec3 p) const {
+    const float x = p.x - origin.x, y = p.y - origin.y, z = p.z - origin.z;
+    return multiply_add(axis.x, x, multiply_add(axis.y, y, axis.z * z));
+  }
+};
+
+/// The part of the slices that lines run through: what lies beyond one of its
+/// sides matters to none.
+struct region_side {
+  vec3 outwards{0, 0, 0};
+  float limit =
+      0; ///< dot(outwards, p - origin) of points within is at most this
+};
+struct slice_region {
+  slice_frame frame{};
+  region_side sides[4] = {};
+  std::uint32_t side_count = 0;
+
+  void add_side(vec2 outwards, float limit) {
+    sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along,
+                           limit};
+  }
+
+  /// The same region as an object sees it that stands in the world as `at`
+  /// says.
+  slice_region local(const pose &at) const {
+    slice_region l = *this;
+    l.frame = frame.local(at);
+    for (region_side &s : l.sides)
+      s.outwards = at.local_direction(s.outwards);
+    return l;
+  }
+};
+
+/// A bit for each box of a node that may reach into one of the slices within
+/// the region; never 0 for one that does.
+template <int Width>
+INSONIFY_INLINE std::uint32_t overlaps(const slice_region &region,
+                                       const node_bounds<Width> &bounds) {
+  using floats = lanes<Width>;
+  floats centre[3], half[3], room(0.0F);
+  for (int axis = 0; axis < 3; ++axis) {
+    const floats lower = load<Width>(bounds.side[0][axis]),
+                 upper = load<Width>(bounds.side[1][axis]);
+    const floats origin(region.frame.origin[axis]);
+    centre[axis] = floats(0.5F) * lower + floats(0.5F) * upper - origin;
+    half[axis] = floats(0.5F) * upper - floats(0.5F) * lower;
+    room = room + absolute(origin) + absolute(centre[axis]) + half[axis];
+  }
+  room = floats(1e-6F) * room; // for the rounding of all that follows
+  const auto distance = [&](vec3 n) {
+    return floats(n.x) * centre[0] + floats(n.y) * centre[1] +
+           floats(n.z) * centre[2];
+  };
+  const auto reach = [&](vec3 n) {
+    const vec3 size = absolute(n);
+    return floats(size.x) * half[0] + floats(size.y) * half[1] +
+           floats(size.z) * half[2] + room;
+  };
+  const floats height = distance(region.frame.elevation),
+               thickness = reach(region.frame.elevation);
+  std::uint32_t met = 0;
+  for (std::uint32_t i = 0; i < region.frame.count; ++i)
+    met |=
+        bits_of(absolute(height - floats(region.frame.height[i])) <= thickness);
+  for (std::uint32_t i = 0; i < region.side_count && met != 0; ++i) {
+    const region_side &s = region.sides[i];
+    met &= bits_of(distance(s.outwards) - reach(s.outwards) <= floats(s.limit));
+  }
+  return met;
+}
+
+/// The same for one box.
+inline bool overlaps(const slice_region &region, const aabb &box) {
+  node_bounds<simd_width> one{};
+  one.set_box(0, box);
+  return !box.empty() && (overlaps(region, one) & 1U) != 0;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Where a slice goes through a face: the straight way from one of its edges to
+/// another, as far as lines cross it.
+struct cut_segment {
+  vec2 from{0, 0}, to{0, 0}; ///< in the coordinates of the fan
+  std::uint32_t first = 0;   ///< the lines that cross it are [first, last)
+  std::uint32_t last = 0;
+  std::uint32_t slice = 0;     ///< its number
+  std::uint32_t object = 0;    ///< index into `scene::objects`
+  std::uint32_t primitive = 0; ///< face of the object's mesh
+};
+
+/// Where a slice at this height goes through the edge between two corners, one
+/// below it or in it and one above.
+///
+/// Faces that share the edge get the very same point, whichever way they walk
+/// it, because it is always walked upwards.
+struct cut_corner {
+  float height = 0;
+  vec2 place{0, 0};
+};
+inline vec2 cut_edge(const cut_corner &below, const cut_corner &above,
+                     float height) {
+  const float rise = above.height - below.height;
+  const float share =
+      rise > 0 ? clamped((height - below.height) / rise, 0, 1) : 0.0F;
+  return {multiply_add(share, above.place.x - below.place.x, below.place.x),
+          multiply_add(share, above.place.y - below.place.y, below.place.y)};
+}
+
+/// Cuts one face by all slices that it reaches through: emit(slice number,
+/// from, to).
+template <class Emit>
+void cut_face(const slice_frame &frame, const triangle &face, Emit &&emit) {
+  const vec3 points[3] = {face.a, face.b, face.c};
+  cut_corner corner[3];
+  std::uint32_t level[3];
+  for (int i = 0; i < 3; ++i) {
+    corner[i].height = frame.height_of(points[i]);
+    level[i] = frame.level_of(corner[i].height);
+  }
+  if (level[0] == level[1] && level[1] == level[2])
+    return;
+  for (int i = 0; i < 3; ++i)
+    corner[i].place = frame.place_of(points[i]);
+  const std::uint32_t lowest = std::min({level[0], level[1], level[2]});
+  const std::uint32_t highest = std::max({level[0], level[1], level[2]});
+  for (std::uint32_t slice = lowest; slice < highest; ++slice) {
+    const bool above[3] = {level[0] > slice, level[1] > slice,
+                           level[2] > slice};
+    const int alone = above[1] == above[2] ? 0
+                      : above[0] == above[2]
+                          ? 1
+                          : 2; // the corner on a side of its own
+    const auto on_edge_to = [&](int other) {
+      return above[alone]
+                 ? cut_edge(corner[other], corner[alone], frame.height[slice])
+                 : cut_edge(corner[alone], corner[other], frame.height[slice]);
+    };
+    const vec2 from = on_edge_to((alone + 1) % 3),
+               to = on_edge_to((alone + 2) % 3);
+    if (is_finite(from.x) && is_finite(from.y) && is_finite(to.x) &&
+        is_finite(to.y))
+      emit(frame.number[slice], from, to);
+  }
+}
+
+/// All segments that the slices of a frame cut out of a scene. Keeps its memory
+/// from frame to frame.
+///
+/// Objects whose trees are up to date are searched with the region that the
+/// lines run through. Of the others every vertex is asked for its level and
+/// every face whether those of its corners differ: two linear passes, whatever
+/// the number of slices.
+class slice_cut {
+public:
+  /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
+  /// @param offsets   heights of the slices over that plane, metres
+  /// @param reach     how far lines are followed, metres
+  template <exec::policy Policy>
+  void cut(const Policy &policy, const scene &body, const line_fan &fan,
+           const pose &probe_at, view<const float> offsets, float reach) {
+    plan(body, fan, probe_at, offsets, reach);
+    for_each_index(policy, vertex_parts_.size(), [&](std::size_t i) {
+      find_levels(body, vertex_parts_[i]);
+    });
+    const std::size_t grain =
+        work_ < pays_for_threads ? face_parts_.size() + 1 : 1;
+    exec::for_each_block(policy, face_parts_.size(), grain,
+                         [&](std::size_t begin, std::size_t end) {
+                           for (std::size_t i = begin; i < end; ++i)
+                             cut_part(body, fan, face_parts_[i], found_[i]);
+                         });
+  }
+
+  /// Calls visit(segment) for each, in an order that depends on nothing but the
+  /// arguments of `cut`.
+  template <class Visit> void for_each_segment(Visit &&visit) const {
+    for (std::size_t i = 0; i < face_parts_.size(); ++i)
+      for (const cut_segment &segment : found_[i])
+        visit(segment);
+  }
+
+private:
+  static constexpr std::uint32_t block =
+      8192; // vertices or faces that one thread takes at a time
+  static constexpr std::size_t pays_for_threads =
+      16384; // faces looked at: below that one thread is faster
+
+  // Work that one thread does: an object's whole tree, or a stretch of its
+  // vertices or faces.
+  struct part {
+    std::uint32_t object = 0;
+    std::uint32_t begin = 0, end = 0;
+    std::size_t levels = 0; // where those of the object's vertices begin
+  };
+
+  void plan(const scene &body, const line_fan &fan, const pose &probe_at,
+            view<const float> offsets, float reach) {
+    const vec2 apex = fan.apex(), axis = fan.axis();
+    const pose upright{
+        mat3{{axis.y, 0, -axis.x}, {0, 1, 0}, {axis.x, 0, axis.y}},
+        {apex.x, 0, apex.y}};
+    region_ = slice_region{.frame = slice_frame{probe_at * upright, offsets}};
+    aabb face;
+    float nearest = FLT_MAX, furthest = -FLT_MAX;
+    for (std::uint32_t i = 0; i < fan.size(); ++i) {
+      const auto &line = fan[i];
+      nearest = lesser(nearest, line.origin.y);
+      furthest = greater(furthest, line.origin.y + reach * line.along.y);
+      for (const float offset : offsets)
+        face = merged(
+            face,
+            (probe_at * upright).point({line.origin.x, offset, line.origin.y}));
+    }
+    const vec3 rounding = 1e-6F * (absolute(face.lower) + absolute(face.upper));
+    face = {face.lower - rounding, face.upper + rounding};
+    if (fan.is_wedge()) {
+      const auto &left = fan[0], &right = fan[fan.size() - 1];
+      region_.add_side({-left.along.y, left.along.x}, left.right({0, 0}));
+      region_.add_side({right.along.y, -right.along.x}, -right.right({0, 0}));
+      region_.add_side({0, -1}, -nearest);
+    }
+    slice_region above_reach = region_;
+    above_reach.add_side({0, 1}, furthest);
+
+    vertex_parts_.clear();
+    face_parts_.clear();
+    work_ = 0;
+    std::size_t levels = 0;
+    for (std::uint32_t i = 0; i < body.objects().size(); ++i) {
+      const object &one = body.objects()[i];
+      // Lines that begin in an object are followed to where they leave it.
+      if (!overlaps(overlaps(face, one.box) ? region_ : above_reach, one.box))
+        continue;
+      const auto vertices =
+          static_cast<std::uint32_t>(one.surface.positions.size());
+      const auto faces = static_cast<std::uint32_t>(one.surface.faces.size());
+      if (one.tree_follows) {
+        face_parts_.push_back({.object = i, .end = faces});
+        work_ += 256 + 16 * static_cast<std::size_t>(
+                                std::sqrt(static_cast<float>(faces)));
+        continue;
+      }
+      for (std::uint32_t begin = 0; begin < vertices; begin += block)
+        vertex_parts_.push_back(
+            {i, begin, std::min(begin + block, vertices), levels});
+      for (std::uint32_t begin = 0; begin < faces; begin += block)
+        face_parts_.push_back(
+            {i, begin, std::min(begin + block, faces), levels});
+      levels += vertices;
+      work_ += faces;
+    }
+    levels_.resize(levels);
+    if (found_.size() < face_parts_.size())
+      found_.resize(face_parts_.size());
+  }
+
+  void find_levels(const scene &body, const part &own) {
+    const object &one = body.objects()[own.object];
+    const slice_frame frame = region_.frame.local(one.at);
+    for (std::size_t begin = own.begin; begin < own.end; begin += few) {
+      const std::size_t count = std::min<std::size_t>(few, own.end - begin);
+      float height[few];
+      heights_of(frame, one.surface.positions.data() + begin, count, height);
+      std::uint8_t *const levels = levels_.data() + own.levels + begin;
+      for (std::uint32_t slice = 0; slice < frame.count; ++slice)
+        add_levels(height, frame.height[slice], slice, count, levels);
+    }
+  }
+
+  // Plain loops over a few points at a time, which the compiler turns into
+  // SIMD.
+  static constexpr std::size_t few = 512;
+  static void heights_of(const slice_frame frame, const vec3 *points,
+                         std::size_t count, float *height) {
+    for (std::size_t i = 0; i < count; ++i)
+      height[i] = frame.height_of(points[i]);
+  }
+  static void add_levels(const float *height, float slice_height,
+                         std::uint32_t below, std::size_t count,
+                         std::uint8_t *levels) {
+    if (below == 0)
+      for (std::size_t i = 0; i < count; ++i)
+        levels[i] = height[i] > slice_height;
     else
-        return {};
-}
+      for (std::size_t i = 0; i < count; ++i)
+        levels[i] =
+            static_cast<std::uint8_t>(levels[i] + (height[i] > slice_height));
+  }
+
+  void cut_part(const scene &body, const line_fan &fan, const part &own,
+                std::vector<cut_segment> &found) const {
+    const object &one = body.objects()[own.object];
+    const slice_region region = region_.local(one.at);
+    const mesh_view surface{one.surface};
+    found.clear();
+    const auto cut = [&](std::uint32_t primitive) {
+      cut_face(region.frame, surface[primitive],
+               [&](std::uint32_t slice, vec2 from, vec2 to) {
+                 fan.for_each_crossed(
+                     from, to, [&](std::uint32_t first, std::uint32_t last) {
+                       found.push_back({from, to, first, last, slice,
+                                        own.object, primitive});
+                     });
+               });
+    };
+    if (one.tree_follows)
+      for_each_leaf(one.tree_view(), region, cut);
+    else
+      for_each_mixed(surface.faces, own, cut);
+  }
+
+  // Faces whose corners differ in level: few, so that the branch is foreseen.
+  template <class Visit>
+  void for_each_mixed(view<const uvec3> faces, const part &own,
+                      Visit &&visit) const {
+    const std::uint8_t *const levels = levels_.data() + own.levels;
+    for (std::size_t i = own.begin; i < own.end; ++i) {
+      const uvec3 corner = faces[i];
+      const unsigned a = levels[corner.x], b = levels[corner.y],
+                     c = levels[corner.z];
+      if (((a ^ b) | (a ^ c)) != 0)
+        visit(static_cast<std::uint32_t>(i));
+    }
+  }
+
+  template <class Tree, class Visit>
+  static void for_each_leaf(const Tree &tree, const slice_region &region,
+                            Visit &&visit) {
+    if (tree.nodes.empty())
+      return;
+    std::uint32_t stack[Tree::stack_size];
+    std::uint32_t waiting = 0;
+    stack[waiting++] = 0;
+    while (waiting > 0) {
+      const std::uint32_t node = stack[--waiting];
+      for (std::uint32_t left = overlaps(region, tree.bounds_of[node]);
+           left != 0; left &= left - 1) {
+        const std::uint32_t child = tree.nodes[node].child[lowest_bit(left)];
+        if (child == no_child)
+          continue;
+        if ((child & leaf_bit) == 0) {
+          stack[waiting++] = child;
+          continue;
+        }
+        const std::uint32_t *slot =
+            tree.slots.first + std::size_t{child ^ leaf_bit} * simd_width;
+        for (int k = 0; k < simd_width && slot[k] != no_primitive; ++k)
+          visit(slot[k]);
+      }
+    }
+  }
+
+  slice_region region_{};
+  std::vector<part> vertex_parts_{}, face_parts_{};
+  std::vector<std::uint8_t> levels_{};
+  std::vector<std::vector<cut_segment>> found_{};
+  std::size_t work_ = 0;
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_TRACING_CHECK_HPP
-#define INSONIFY_TRACING_CHECK_HPP
-
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Most samples of one frame: lines times samples a line.
-inline constexpr std::uint64_t most_samples = std::uint64_t{1} << 28U;
+/// Finds the crossings of all lines of a frame at once: cuts the scene by the
+/// slices that they lie in, and hands the segments out to the lines. Keeps its
+/// memory from frame to frame.
+class slice_lines {
+public:
+  /// Lines that are handed their segments together, by one thread.
+  static constexpr std::size_t block = 8;
 
-/// What every tracer asks of its arguments before it starts.
-/// @return the number of samples along each line
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
-/// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe, class Model>
-std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pose& at, const Model& model,
-                                const acquisition& settings) {
-    body.require_built();
-    probe.check();
-    if (!is_rigid(at)) throw geometry_error{"trace: the pose of the probe is no rigid motion; make it with look_at"};
-    if (!is_finite(settings.depth) || !(settings.depth > 0))
-        throw usage_error{"trace: `depth` must be a finite number of metres above 0, such as 80_mm"};
-    const std::uint32_t samples =
-        settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency);
-    if (std::uint64_t{samples} * probe.lines > most_samples)
-        throw usage_error{"trace: " + std::to_string(probe.lines) + " lines of " + std::to_string(samples) +
-                          " samples are more than 2^28; ask for fewer"};
-    return samples;
-}
+  /// The segments of one block, by line and slice.
+  struct block_segments {
+    std::vector<std::uint32_t> end{}; ///< of each line and slice, in `segments`
+    std::vector<const cut_segment *> segments{};
+  };
+
+  /// @return false where the lines are no `line_fan`: then nothing is found
+  template <transducer Probe> bool take(const Probe &probe) {
+    return fan_.assign(probe);
+  }
+
+  /// Cuts the scene by the slices of the probe that was taken; see
+  /// `slice_cut::cut`.
+  template <exec::policy Policy>
+  void cut(const Policy &policy, const scene &body, const pose &at,
+           view<const float> offsets, float reach) {
+    body_ = &body;
+    slices_ = offsets.size();
+    reach_ = reach;
+    cut_.cut(policy, body, fan_, at, offsets, reach);
+    const std::size_t blocks = (fan_.size() + block - 1) / block;
+    block_end_.assign(blocks + 1, 0);
+    const auto each_block = [&](const auto &visit) {
+      cut_.for_each_segment([&](const cut_segment &segment) {
+        for (std::size_t b = segment.first / block; b * block < segment.last;
+             ++b)
+          visit(b, segment);
+      });
+    };
+    each_block(
+        [&](std::size_t b, const cut_segment &) { ++block_end_[b + 1]; });
+    for (std::size_t b = 0; b < blocks; ++b)
+      block_end_[b + 1] += block_end_[b];
+    of_blocks_.resize(block_end_[blocks]);
+    each_block([&](std::size_t b, const cut_segment &segment) {
+      of_blocks_[block_end_[b]++] = &segment;
+    });
+  }
+
+  /// Sorts the segments of lines `begin` to `begin + block` by line and slice.
+  void start(std::size_t begin, block_segments &own) const {
+    const std::size_t b = begin / block;
+    const std::size_t first = b == 0 ? 0 : block_end_[b - 1],
+                      last = block_end_[b];
+    own.end.assign(block * slices_ + 1, 0);
+    const auto each_slot = [&](const auto &visit) {
+      for (std::size_t i = first; i < last; ++i) {
+        const cut_segment &segment = *of_blocks_[i];
+        const std::size_t end =
+            std::min<std::size_t>(segment.last, begin + block);
+        for (std::size_t line = std::max<std::size_t>(segment.first, begin);
+             line < end; ++line)
+          visit((line - begin) * slices_ + segment.slice, &segment);
+      }
+    };
+    each_slot(
+        [&](std::size_t slot, const cut_segment *) { ++own.end[slot + 1]; });
+    for (std::size_t slot = 0; slot < block * slices_; ++slot)
+      own.end[slot + 1] += own.end[slot];
+    own.segments.resize(own.end[block * slices_]);
+    each_slot([&](std::size_t slot, const cut_segment *segment) {
+      own.segments[own.end[slot]++] = segment;
+    });
+  }
+
+  /// The same as `find_crossings` for the ray that leaves `origin`, in the
+  /// world, as this line of this slice.
+  void find(std::size_t line, std::size_t slice, vec3 origin,
+            const block_segments &own, line_crossings &found) const {
+    found.crossings.clear();
+    found.inside.clear(body_->objects().size());
+    const std::size_t slot = line % block * slices_ + slice;
+    const line_fan::line &way = fan_[line];
+    for (std::size_t i = slot == 0 ? 0 : own.end[slot - 1]; i < own.end[slot];
+         ++i) {
+      const cut_segment &segment = *own.segments[i];
+      const float distance = way.meet(segment.from, segment.to);
+      if (!(distance >= 0))
+        continue;
+      const object &one = body_->objects()[segment.object];
+      if (one.box.contains(origin))
+        found.inside.toggle(one.rank);
+      if (distance <= reach_)
+        found.crossings.push_back({distance, one.rank, segment.primitive});
+    }
+    std::sort(found.crossings.begin(), found.crossings.end());
+  }
+
+private:
+  const scene *body_ = nullptr;
+  std::size_t slices_ = 0;
+  float reach_ = 0;
+  line_fan fan_{};
+  slice_cut cut_{};
+  std::vector<std::size_t> block_end_{};
+  std::vector<const cut_segment *> of_blocks_{};
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// How the crossings of lines are found: the same ones, but for lines within
+/// rounding of a vertex or an edge.
+enum class search {
+  best,   ///< as `slices_pay` says
+  rays,   ///< one ray for each line and slice, through the trees
+  slices, ///< the slices are cut once and shared out; rays where the lines are
+          ///< no `line_fan`
+};
+
+/// What `for_each_line` keeps from frame to frame, so that it allocates once.
+struct line_workspace {
+  struct block {
+    line_crossings found{};
+    std::vector<layer> layers{};
+    slice_lines::block_segments segments{};
+  };
+  slice_lines slices{};
+  std::vector<block> blocks{};
+};
 
 /// Beam `line` of a probe that stands in the world as `at` says.
 template <transducer Probe>
-INSONIFY_FN ray world_beam(const Probe& probe, const pose& at, float line) {
-    const ray local = probe.beam(line);
-    return {.origin = at.point(local.origin), .direction = at.direction(local.direction)};
+INSONIFY_FN ray world_beam(const Probe &probe, const pose &at, float line) {
+  const ray local = probe.beam(line);
+  return {.origin = at.point(local.origin),
+          .direction = at.direction(local.direction)};
 }
 
-/// Finds what every line of a probe runs through, down to `reach` metres, in each of its slices:
-/// visit(line, plane, frame, layers), the planes of one line in order and by one thread.
+/// Whether cutting slices is faster than tracing so many rays: a ray costs
+/// about as much as cutting 40 faces, and a slice goes through about two faces
+/// for each of the sqrt(faces) that lie along it. Always where a tree waits.
+inline bool slices_pay(const scene &body, std::size_t lines) {
+  float faces = 0;
+  for (const object &one : body.objects()) {
+    if (!one.tree_follows)
+      return true;
+    faces += 2 * std::sqrt(static_cast<float>(one.surface.faces.size()));
+  }
+  return faces <= 40 * static_cast<float>(lines);
+}
+
+/// Finds what every line of a probe runs through, down to `reach` metres, in
+/// each of its slices: visit(line, plane, frame, layers), the planes of one
+/// line in order and by one thread.
+/// @throws usage_error  where rays are traced while a tree of the scene waits
 template <exec::policy Policy, transducer Probe, class Visit>
-void for_each_line(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                   const elevation_planes& planes, float reach, const Visit& visit) {
-    const vec3 elevation = at.direction({0, 1, 0});
-    exec::for_each_block(policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
-        line_crossings found;
-        std::vector<layer> layers;
-        for (std::size_t i = begin; i < end; ++i)
-            for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
-                ray beam = world_beam(probe, at, static_cast<float>(i));
-                beam.origin += planes.offset(plane) * elevation;
-                const line_frame frame{beam.origin, beam.direction, elevation};
-                find_crossings(body, beam, reach, found);
-                stack_layers(body, frame, reach, found, layers);
-                visit(static_cast<std::uint32_t>(i), plane, frame, view<const layer>{layers});
-            }
-    });
+void for_each_line(const Policy &policy, search by, const scene &body,
+                   const Probe &probe, const pose &at,
+                   const elevation_planes &planes, float reach,
+                   line_workspace &own, const Visit &visit) {
+  constexpr std::size_t block = slice_lines::block;
+  const bool sliced =
+      by != search::rays &&
+      (by == search::slices || slices_pay(body, probe.lines)) && //
+      own.slices.take(probe);
+  if (sliced) {
+    float offsets[elevation_planes::most];
+    for (std::uint32_t plane = 0; plane < planes.count(); ++plane)
+      offsets[plane] = planes.offset(plane);
+    own.slices.cut(policy, body, at, {offsets, planes.count()}, reach);
+  } else {
+    body.require_trees();
+  }
+  const std::size_t blocks = (probe.lines + block - 1) / block;
+  if (own.blocks.size() < blocks)
+    own.blocks.resize(blocks);
+  const vec3 elevation = at.direction({0, 1, 0});
+  exec::for_each_block(
+      policy, probe.lines, block, [&](std::size_t begin, std::size_t end) {
+        line_workspace::block &mine = own.blocks[begin / block];
+        if (sliced)
+          own.slices.start(begin, mine.segments);
+        for (std::size_t i = begin; i < end; ++i) {
+          ray beam = world_beam(probe, at, static_cast<float>(i));
+          const vec3 origin = beam.origin;
+          for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
+            beam.origin = origin + planes.offset(plane) * elevation;
+            if (sliced)
+              own.slices.find(i, plane, beam.origin, mine.segments, mine.found);
+            else
+              find_crossings(body, beam, reach, mine.found);
+            const line_frame frame{beam.origin, beam.direction, elevation};
+            stack_layers(body, frame, reach, mine.found, mine.layers);
+            visit(static_cast<std::uint32_t>(i), plane, frame,
+                  view<const layer>{mine.layers});
+          }
+        }
+      });
 }
 
-/// One ray a line and slice: all its crossings in order, then the model once along the line.
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Straight lines: all crossings of each in order, found as `by` says, then the
+/// model once along it.
 ///
-/// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
-/// @throws usage_error, geometry_error  as `check_acquisition`; for several planes where samples cannot be averaged
+/// @return `probe.lines` lines of `settings.samples` samples, of the type that
+/// the model makes
+/// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type> trace_beams(const Policy& policy, const scene& body, const Probe& probe,
-                                                   const pose& at, const Model& model, const acquisition& settings) {
-    using sample_type = typename Model::sample_type;
-    constexpr bool averages = std::same_as<sample_type, float> || std::same_as<sample_type, vec2>;
-    const std::uint32_t samples = check_acquisition(body, probe, at, model, settings);
-    if (settings.planes > 1 && !averages)
-        throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
-    const elevation_planes planes{beam_of(probe, settings.depth), settings.planes};
-    const beam_table beams = make_beam_table(policy, probe, settings.depth, planes, model);
-    line_grid<sample_type> lines{probe.lines, samples, settings.depth};
-    const float spacing = settings.depth / static_cast<float>(samples);
-    const std::vector<float> weights = planes.weights_of_samples(samples, spacing);
-    const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-    const auto fill = [&](std::uint32_t i, std::uint32_t plane, const line_frame& frame, view<const layer> layers) {
-        const traced_line traced{.layers = layers,
-                                 .media = body.media(),
-                                 .frequency = probe.frequency,
-                                 .places = body.places(),
-                                 .frame = frame,
-                                 .beam = beams.of_line(i),
-                                 .pulse_sigma = pulse_sigma};
-        sample_type* line = lines.values.data() + std::size_t{i} * samples;
-        if (planes.count() == 1) {
-            model(policy, traced, spacing, view<sample_type>{line, samples});
-            return;
-        }
-        if constexpr (averages) {
-            std::vector<sample_type> slice(samples);
-            model(policy, traced, spacing, view<sample_type>{slice});
-            const float* weight = weights.data() + std::size_t{plane} * samples;
-            for (std::uint32_t k = 0; k < samples; ++k) line[k] += weight[k] * slice[k];
-        }
-    };
-    for_each_line(policy, body, probe, at, planes, reach_of(model, settings.depth, body.media()), fill);
-    return lines;
+line_grid<typename Model::sample_type>
+trace_lines(const Policy &policy, search by, const scene &body,
+            const Probe &probe, const pose &at, const Model &model,
+            const acquisition &settings) {
+  using sample_type = typename Model::sample_type;
+  constexpr bool averages =
+      std::same_as<sample_type, float> || std::same_as<sample_type, vec2>;
+  const std::uint32_t samples =
+      check_acquisition(body, probe, at, model, settings);
+  if (settings.planes > 1 && !averages)
+    throw usage_error{"trace: samples of this model's type cannot be averaged "
+                      "over `planes`; use one plane"};
+  const elevation_planes planes{beam_of(probe, settings.depth),
+                                settings.planes};
+  const beam_table beams =
+      make_beam_table(policy, probe, settings.depth, planes, model);
+  line_grid<sample_type> lines{probe.lines, samples, settings.depth};
+  const float spacing = settings.depth / static_cast<float>(samples);
+  const std::vector<float> weights =
+      planes.weights_of_samples(samples, spacing);
+  const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+  const auto fill = [&](std::uint32_t i, std::uint32_t plane,
+                        const line_frame &frame, view<const layer> layers) {
+    const traced_line traced{.layers = layers,
+                             .media = body.media(),
+                             .frequency = probe.frequency,
+                             .places = body.places(),
+                             .frame = frame,
+                             .beam = beams.of_line(i),
+                             .pulse_sigma = pulse_sigma};
+    sample_type *line = lines.values.data() + std::size_t{i} * samples;
+    if (planes.count() == 1) {
+      model(policy, traced, spacing, view<sample_type>{line, samples});
+      return;
+    }
+    if constexpr (averages) {
+      std::vector<sample_type> slice(samples);
+      model(policy, traced, spacing, view<sample_type>{slice});
+      const float *weight = weights.data() + std::size_t{plane} * samples;
+      for (std::uint32_t k = 0; k < samples; ++k)
+        line[k] += weight[k] * slice[k];
+    }
+  };
+  line_workspace found;
+  for_each_line(policy, by, body, probe, at, planes,
+                reach_of(model, settings.depth, body.media()), found, fill);
+  return lines;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// `trace` by one ray a line and slice, through the trees of the objects.
+/// @throws usage_error, geometry_error  as `trace`, and where a tree of the
+/// scene waits
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
+line_grid<typename Model::sample_type>
+trace_beams(const Policy &policy, const scene &body, const Probe &probe,
+            const pose &at, const Model &model, const acquisition &settings) {
+  return trace_lines(policy, search::rays, body, probe, at, model, settings);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_TRACING_SLICE_HPP
+#define INSONIFY_TRACING_SLICE_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// `trace` by cutting the scene: all lines of a slice lie in one plane, so each
+/// object is cut by it once, and the segments are handed out to the lines.
+///
+/// Needs no tree: objects whose trees wait (`scene::update`) are cut by a
+/// linear pass. Several planes cost about what one does. Watertight: faces that
+/// share an edge are cut in the very same point of it, so each line crosses a
+/// closed surface in and out by turns. Lines that are neither parallel nor from
+/// one point are traced as `trace_beams` does.
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
+line_grid<typename Model::sample_type>
+trace_slice(const Policy &policy, const scene &body, const Probe &probe,
+            const pose &at, const Model &model, const acquisition &settings) {
+  return trace_lines(policy, search::slices, body, probe, at, model, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -5124,18 +6531,23 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What the probe receives along its lines.
 ///
-///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm});
-///     scan_lines paper = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
+///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at,
+///     physical{}, {.depth = 40_mm}); scan_lines paper = trace(exec::par_unseq,
+///     body, linear_array{}, at, law2011{}, {.depth = 40_mm});
 ///
 /// @param at     probe to world: x lateral, y elevation, z depth
-/// @param model  what happens at interfaces and between them: `physical`, `law2011`, or your own (`acoustic_model`)
-/// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @param model  what happens at interfaces and between them: `physical`,
+/// `law2011`, or your own (`acoustic_model`)
+/// @return `probe.lines` lines of `settings.samples` samples, of the type that
+/// the model makes
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd
+/// sizes
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
-                                             const pose& at, const Model& model, const acquisition& settings) {
-    return trace_beams(policy, body, probe, at, model, settings);
+line_grid<typename Model::sample_type>
+trace(const Policy &policy, const scene &body, const Probe &probe,
+      const pose &at, const Model &model, const acquisition &settings) {
+  return trace_lines(policy, search::best, body, probe, at, model, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6442,90 +7854,115 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What the depth of a sample means.
 enum class grid {
-    geometric, ///< metres along the line: where things are
-    displayed, ///< c0 t / 2, t being the travel time there and back: where a picture by `physical` shows them
+  geometric, ///< metres along the line: where things are
+  displayed, ///< c0 t / 2, t being the travel time there and back: where a
+             ///< picture by `physical` shows them
 };
 
 /// How deep to look, how finely, and along which depths.
 struct label_settings {
-    float depth = 0.08F;       ///< metres, of the grid
-    std::uint32_t samples = 0; ///< along each line; 0: as many as a picture by `physical` has
-    insonify::grid grid = insonify::grid::geometric;
+  float depth = 0.08F; ///< metres, of the grid
+  std::uint32_t samples =
+      0; ///< along each line; 0: as many as a picture by `physical` has
+  insonify::grid grid = insonify::grid::geometric;
 };
 
 /// The depths of a label grid, for the tracer: it makes no samples itself.
 struct label_axis {
-    insonify::grid grid = insonify::grid::geometric;
+  insonify::grid grid = insonify::grid::geometric;
 
-    /// Where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
-    std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
+  /// Where the caller leaves it open: two for each deviation of the pulse, a
+  /// multiple of 64.
+  std::uint32_t samples(float depth, float frequency) const {
+    return samples_for(depth, pulse{}.sigma_z(frequency));
+  }
 
-    /// How far lines are to be followed, metres: where sound is fast, things below `depth` are displayed above it.
-    float reach(float depth, view<const medium> media) const {
-        float fastest = display_speed;
-        for (const medium& m : media) fastest = greater(fastest, m.sound_speed);
-        return grid == grid::displayed ? depth * (fastest / display_speed) : depth;
-    }
+  /// How far lines are to be followed, metres: where sound is fast, things
+  /// below `depth` are displayed above it.
+  float reach(float depth, view<const medium> media) const {
+    float fastest = display_speed;
+    for (const medium &m : media)
+      fastest = greater(fastest, m.sound_speed);
+    return grid == grid::displayed ? depth * (fastest / display_speed) : depth;
+  }
 
-    /// Metres of the grid a metre of the medium: c0 / c where displayed.
-    float scale(const medium& m) const { return grid == grid::displayed ? display_speed / m.sound_speed : 1.0F; }
+  /// Metres of the grid a metre of the medium: c0 / c where displayed.
+  float scale(const medium &m) const {
+    return grid == grid::displayed ? display_speed / m.sound_speed : 1.0F;
+  }
 };
 
-/// Which samples of a line stand in one of its layers: `first` up to, but without, `last`.
+/// Which samples of a line stand in one of its layers: `first` up to, but
+/// without, `last`.
 struct label_stretch {
-    float begin = 0; ///< of the layer, in metres of the grid
-    float scale = 1; ///< metres of the grid a metre of the layer
-    std::size_t first = 0;
-    std::size_t last = 0;
+  float begin = 0; ///< of the layer, in metres of the grid
+  float scale = 1; ///< metres of the grid a metre of the layer
+  std::size_t first = 0;
+  std::size_t last = 0;
 };
 
-/// Lays the layers of one line on a grid: visit(i, stretch) for layer i, from the face down.
+/// Lays the layers of one line on a grid: visit(i, stretch) for layer i, from
+/// the face down.
 ///
-/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
+/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last
+/// layer takes all that are left.
 template <class Visit>
-void for_each_stretch(view<const layer> layers, view<const medium> media, const label_axis& axis, std::uint32_t samples,
-                      float spacing, const Visit& visit) {
-    std::size_t next = 0;
-    float begin = 0;
-    for (std::size_t i = 0; i < layers.size(); ++i) {
-        const float scale = axis.scale(media[layers[i].medium]);
-        const float end = begin + scale * (layers[i].end - layers[i].begin);
-        const float before_end = clamped(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
-        const std::size_t last = i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
-        visit(i, label_stretch{begin, scale, next, last});
-        next = last;
-        begin = end;
-    }
+void for_each_stretch(view<const layer> layers, view<const medium> media,
+                      const label_axis &axis, std::uint32_t samples,
+                      float spacing, const Visit &visit) {
+  std::size_t next = 0;
+  float begin = 0;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    const float scale = axis.scale(media[layers[i].medium]);
+    const float end = begin + scale * (layers[i].end - layers[i].begin);
+    const float before_end = clamped(std::ceil(end / spacing - 0.5F), 0,
+                                     static_cast<float>(samples));
+    const std::size_t last =
+        i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
+    visit(i, label_stretch{begin, scale, next, last});
+    next = last;
+    begin = end;
+  }
 }
 
-/// Which object each sample lies in: its id, and `background_label` outside all.
+/// Which object each sample lies in: its id, and `background_label` outside
+/// all.
 ///
-///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
-///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
+///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm,
+///     .samples = 400}); bool in_bone = truth(line, sample) ==
+///     static_cast<label_id>(bone);
 ///
-/// Of nested and overlapping objects the one that gives the medium, as `scene` says. What the middle slice meets: beams
-/// are straight lines here, without thickness.
+/// Of nested and overlapping objects the one that gives the medium, as `scene`
+/// says. What the middle slice meets: beams are straight lines here, without
+/// thickness.
 /// @param at  probe to world: x lateral, y elevation, z depth
 /// @return `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd
+/// sizes
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
-label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                  const label_settings& settings) {
-    const label_axis axis{settings.grid};
-    const std::uint32_t samples =
-        check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
-    const float spacing = settings.depth / static_cast<float>(samples);
-    label_lines labels{probe.lines, samples, settings.depth};
-    const auto fill_line = [&](std::uint32_t line, std::uint32_t, const line_frame&, view<const layer> layers) {
-        label_id* const values = labels.values.data() + std::size_t{line} * samples;
-        for_each_stretch(layers, body.media(), axis, samples, spacing, [&](std::size_t i, const label_stretch& part) {
-            std::fill(values + part.first, values + part.last, layers[i].object);
-        });
-    };
-    const elevation_planes middle{beam_of(probe, settings.depth), 1};
-    for_each_line(policy, body, probe, at, middle, axis.reach(settings.depth, body.media()), fill_line);
-    return labels;
+label_lines label(const Policy &policy, const scene &body, const Probe &probe,
+                  const pose &at, const label_settings &settings) {
+  const label_axis axis{settings.grid};
+  const std::uint32_t samples =
+      check_acquisition(body, probe, at, axis,
+                        {.depth = settings.depth, .samples = settings.samples});
+  const float spacing = settings.depth / static_cast<float>(samples);
+  label_lines labels{probe.lines, samples, settings.depth};
+  const auto fill_line = [&](std::uint32_t line, std::uint32_t,
+                             const line_frame &, view<const layer> layers) {
+    label_id *const values = labels.values.data() + std::size_t{line} * samples;
+    for_each_stretch(layers, body.media(), axis, samples, spacing,
+                     [&](std::size_t i, const label_stretch &part) {
+                       std::fill(values + part.first, values + part.last,
+                                 layers[i].object);
+                     });
+  };
+  const elevation_planes middle{beam_of(probe, settings.depth), 1};
+  line_workspace found;
+  for_each_line(policy, search::best, body, probe, at, middle,
+                axis.reach(settings.depth, body.media()), found, fill_line);
+  return labels;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6535,74 +7972,102 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What is true of every sample: maps of one grid.
 struct ground_truth_lines {
-    label_lines label{};      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
-    label_lines medium{};     ///< index into `scene::media()`
-    label_lines surface{};    ///< id of the object whose surface lies in it; `background_label` where none does
-    scan_lines incidence{};   ///< radians between the beam and the normal of that surface; 0 where there is none
-    scan_lines transmitted{}; ///< amplitude that arrives there and comes back, 0 to 1: the map of shadows
-    scan_lines depth{};       ///< metres along the line, whatever the grid
+  label_lines label{};   ///< id of the object that it lies in, as `label` gives
+                         ///< it; `background_label` outside all
+  label_lines medium{};  ///< index into `scene::media()`
+  label_lines surface{}; ///< id of the object whose surface lies in it;
+                         ///< `background_label` where none does
+  scan_lines incidence{};   ///< radians between the beam and the normal of that
+                            ///< surface; 0 where there is none
+  scan_lines transmitted{}; ///< amplitude that arrives there and comes back, 0
+                            ///< to 1: the map of shadows
+  scan_lines depth{};       ///< metres along the line, whatever the grid
 
-    friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
+  friend bool operator==(const ground_truth_lines &,
+                         const ground_truth_lines &) = default;
 };
 
 /// All that a learning pipeline may want to know of a frame, from one trace.
 ///
-///     transmitted = product of T over the interfaces above * 10^(-sum of 2 alpha0 f^b d over the media above / 20)
+///     transmitted = product of T over the interfaces above * 10^(-sum of 2
+///     alpha0 f^b d over the media above / 20)
 ///
-/// T = 1 - r^2 of `fresnel`, what an echo keeps when it crosses twice; alpha0 in dB/m at 1 MHz, f the probe's frequency
-/// in MHz, d in metres. It is the amplitude with which `physical` weighs every echo; 1 is what the probe sends.
+/// T = 1 - r^2 of `fresnel`, what an echo keeps when it crosses twice; alpha0
+/// in dB/m at 1 MHz, f the probe's frequency in MHz, d in metres. It is the
+/// amplitude with which `physical` weighs every echo; 1 is what the probe
+/// sends.
 ///
-/// A surface counts where the medium changes: water in water has none. Where two objects meet it is that of the object
-/// that gives the medium where both are. Of several in one sample the one nearest to the probe is reported.
+/// A surface counts where the medium changes: water in water has none. Where
+/// two objects meet it is that of the object that gives the medium where both
+/// are. Of several in one sample the one nearest to the probe is reported.
 /// @param at  probe to world: x lateral, y elevation, z depth
 /// @return maps of `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd
+/// sizes
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
-ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                const label_settings& settings) {
-    const label_axis axis{settings.grid};
-    const std::uint32_t samples =
-        check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
-    const float spacing = settings.depth / static_cast<float>(samples);
-    const label_lines ids{probe.lines, samples, settings.depth};
-    const scan_lines numbers{probe.lines, samples, settings.depth};
-    ground_truth_lines truth{ids, ids, ids, numbers, numbers, numbers};
-    std::fill(truth.surface.values.begin(), truth.surface.values.end(), background_label);
+ground_truth_lines ground_truth(const Policy &policy, const scene &body,
+                                const Probe &probe, const pose &at,
+                                const label_settings &settings) {
+  const label_axis axis{settings.grid};
+  const std::uint32_t samples =
+      check_acquisition(body, probe, at, axis,
+                        {.depth = settings.depth, .samples = settings.samples});
+  const float spacing = settings.depth / static_cast<float>(samples);
+  const label_lines ids{probe.lines, samples, settings.depth};
+  const scan_lines numbers{probe.lines, samples, settings.depth};
+  ground_truth_lines truth{ids, ids, ids, numbers, numbers, numbers};
+  std::fill(truth.surface.values.begin(), truth.surface.values.end(),
+            background_label);
 
-    const auto rank_of = [&](const layer& one) {
-        return one.place == 0 ? media_stack::none : body.objects()[one.place - 1].rank;
-    };
-    const auto trace_line = [&](std::uint32_t line, std::uint32_t, const line_frame&, view<const layer> layers) {
-        float lost = 0;   // dB, to attenuation
-        float passed = 1; // through interfaces
-        for_each_stretch(layers, body.media(), axis, samples, spacing, [&](std::size_t i, const label_stretch& part) {
-            const layer& here = layers[i];
-            const medium& m = body.media()[here.medium];
-            if (i > 0 && layers[i - 1].medium != here.medium) {
-                const layer& above = layers[i - 1];
-                passed *= fresnel{}.energy_transmission(body.media()[above.medium], m, here.cosine);
-                const auto k = static_cast<std::uint32_t>(lesser(part.begin / spacing, static_cast<float>(samples)));
-                if (k < samples && truth.surface(line, k) == background_label) {
-                    truth.surface(line, k) = rank_of(above) < rank_of(here) ? above.object : here.object;
-                    // The tilts, because near normal incidence a cosine has no digits left.
-                    truth.incidence(line, k) = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
-                }
+  const auto rank_of = [&](const layer &one) {
+    return one.place == 0 ? media_stack::none
+                          : body.objects()[one.place - 1].rank;
+  };
+  const auto trace_line = [&](std::uint32_t line, std::uint32_t,
+                              const line_frame &, view<const layer> layers) {
+    float lost = 0;   // dB, to attenuation
+    float passed = 1; // through interfaces
+    for_each_stretch(
+        layers, body.media(), axis, samples, spacing,
+        [&](std::size_t i, const label_stretch &part) {
+          const layer &here = layers[i];
+          const medium &m = body.media()[here.medium];
+          if (i > 0 && layers[i - 1].medium != here.medium) {
+            const layer &above = layers[i - 1];
+            passed *= fresnel{}.energy_transmission(body.media()[above.medium],
+                                                    m, here.cosine);
+            const auto k = static_cast<std::uint32_t>(
+                lesser(part.begin / spacing, static_cast<float>(samples)));
+            if (k < samples && truth.surface(line, k) == background_label) {
+              truth.surface(line, k) =
+                  rank_of(above) < rank_of(here) ? above.object : here.object;
+              // The tilts, because near normal incidence a cosine has no digits
+              // left.
+              truth.incidence(line, k) = std::atan(
+                  length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
             }
-            const float loss = echo_loss(m, probe.frequency);
-            for (auto k = static_cast<std::uint32_t>(part.first); k < part.last; ++k) {
-                const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
-                truth.label(line, k) = here.object;
-                truth.medium(line, k) = here.medium;
-                truth.transmitted(line, k) = passed * std::pow(10.0F, -(lost + loss * into) / 20);
-                truth.depth(line, k) = here.begin + into;
-            }
-            lost += loss * (here.end - here.begin);
+          }
+          const float loss = echo_loss(m, probe.frequency);
+          for (auto k = static_cast<std::uint32_t>(part.first); k < part.last;
+               ++k) {
+            const float into =
+                ((static_cast<float>(k) + 0.5F) * spacing - part.begin) /
+                part.scale;
+            truth.label(line, k) = here.object;
+            truth.medium(line, k) = here.medium;
+            truth.transmitted(line, k) =
+                passed * std::pow(10.0F, -(lost + loss * into) / 20);
+            truth.depth(line, k) = here.begin + into;
+          }
+          lost += loss * (here.end - here.begin);
         });
-    };
-    const elevation_planes middle{beam_of(probe, settings.depth), 1};
-    for_each_line(policy, body, probe, at, middle, axis.reach(settings.depth, body.media()), trace_line);
-    return truth;
+  };
+  const elevation_planes middle{beam_of(probe, settings.depth), 1};
+  line_workspace found;
+  for_each_line(policy, search::best, body, probe, at, middle,
+                axis.reach(settings.depth, body.media()), found, trace_line);
+  return truth;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6668,242 +8133,302 @@ class path_estimate {
 namespace insonify::inline INSONIFY_ABI {
 
 struct path_settings {
-    std::uint32_t bounces = 4;     ///< reflections that a path may undergo before its last echo
-    float least_amplitude = 1e-5F; ///< a path that would bring back less of the sound is given up
-    float face_reflection = 0;     ///< of the probe's face, as pressure amplitude, for echoes that come back to it
-    std::uint32_t samples = 0;     ///< random paths a line (Monte-Carlo); 0: every path, split at each surface
-    float rough_power = 40;        ///< random paths: normals of rough surfaces scatter as cos^rough_power
-    std::uint64_t seed = 1;        ///< of random paths; another seed is another frame of the same picture
+  std::uint32_t bounces =
+      4; ///< reflections that a path may undergo before its last echo
+  float least_amplitude =
+      1e-5F; ///< a path that would bring back less of the sound is given up
+  float face_reflection = 0; ///< of the probe's face, as pressure amplitude,
+                             ///< for echoes that come back to it
+  std::uint32_t samples = 0; ///< random paths a line (Monte-Carlo); 0: every
+                             ///< path, split at each surface
+  float rough_power = 40; ///< random paths: normals of rough surfaces scatter
+                          ///< as cos^rough_power
+  std::uint64_t seed =
+      1; ///< of random paths; another seed is another frame of the same picture
 };
 
 /// Follows one line through refraction and reflection.
 ///
-/// Sound goes out along a path and comes back along the same one (the only paths that all return to where they began),
-/// so each surface met on the way adds its echo, weakened by all that the path has met twice. A slab thus gives the
-/// ladder of its reverberations, a mirror the image behind it, and a tilted layer shifts what lies below.
-template <class Boundary, class Scattering>
-class path_tracer {
-  public:
-    using model_type = physical<Boundary, Scattering>;
+/// Sound goes out along a path and comes back along the same one (the only
+/// paths that all return to where they began), so each surface met on the way
+/// adds its echo, weakened by all that the path has met twice. A slab thus
+/// gives the ladder of its reverberations, a mirror the image behind it, and a
+/// tilted layer shifts what lies below.
+template <class Boundary, class Scattering> class path_tracer {
+public:
+  using model_type = physical<Boundary, Scattering>;
 
-    path_tracer(const scene& body, const model_type& model, const path_settings& settings, float frequency,
-                float pulse_sigma)
-        : body_{body}, model_{model}, settings_{settings} {
-        line_.media = body.media();
-        line_.places = body.places();
-        line_.frequency = frequency;
-        line_.pulse_sigma = pulse_sigma;
-        for (const medium& m : body.media()) fastest_ = greater(fastest_, m.sound_speed);
+  path_tracer(const scene &body, const model_type &model,
+              const path_settings &settings, float frequency, float pulse_sigma)
+      : body_{body}, model_{model}, settings_{settings} {
+    line_.media = body.media();
+    line_.places = body.places();
+    line_.frequency = frequency;
+    line_.pulse_sigma = pulse_sigma;
+    for (const medium &m : body.media())
+      fastest_ = greater(fastest_, m.sound_speed);
+  }
+
+  /// Adds the echoes of one line. @param random  numbers the line's random
+  /// paths: a different stream for each
+  void operator()(const line_frame &frame, const line_beam &beam,
+                  std::uint64_t random, float spacing, view<vec2> out) {
+    line_.beam = beam;
+    random_ = random;
+    face_ = frame;
+    const echo_line echoes{out, spacing, line_.frequency};
+    find_crossings(body_, {.origin = frame.origin, .direction = frame.along},
+                   reach(echoes, 0), found_);
+    waiting_.clear();
+    waiting_.push_back({.frame = frame, .inside = found_.inside});
+    while (!waiting_.empty()) {
+      branch next = std::move(waiting_.back());
+      waiting_.pop_back();
+      follow(std::move(next), echoes);
     }
+  }
 
-    /// Adds the echoes of one line. @param random  numbers the line's random paths: a different stream for each
-    void operator()(const line_frame& frame, const line_beam& beam, std::uint64_t random, float spacing,
-                    view<vec2> out) {
-        line_.beam = beam;
-        random_ = random;
-        face_ = frame;
-        const echo_line echoes{out, spacing, line_.frequency};
-        find_crossings(body_, {.origin = frame.origin, .direction = frame.along}, reach(echoes, 0), found_);
-        waiting_.clear();
-        waiting_.push_back({.frame = frame, .inside = found_.inside});
-        while (!waiting_.empty()) {
-            branch next = std::move(waiting_.back());
-            waiting_.pop_back();
-            follow(std::move(next), echoes);
-        }
+private:
+  // A path on its way: where its last piece began, along what, inside which
+  // objects.
+  struct branch {
+    line_frame frame{};
+    media_stack inside{};
+    echo_path path{};
+    std::uint32_t bounces = 0;
+  };
+
+  float reach(const echo_line &echoes, float shown) const {
+    return (echoes.depth() - shown) * fastest_ / display_speed;
+  }
+
+  layer layer_of(std::uint32_t rank, float begin, float end) const {
+    layer here{.begin = begin, .end = end};
+    if (rank == media_stack::none)
+      return here;
+    const object &one = body_.ranked(rank);
+    here.medium = one.medium_index;
+    here.object = static_cast<std::uint32_t>(one.id);
+    here.place = 1 + static_cast<std::uint32_t>(&one - body_.objects().data());
+    return here;
+  }
+
+  // Distance to the face of the probe for a path that comes back to it; FLT_MAX
+  // where it does not.
+  float to_face(const line_frame &at) const {
+    const float towards = -dot(at.along, face_.along);
+    if (settings_.face_reflection == 0 || !(towards > 0.5F))
+      return FLT_MAX;
+    return dot(at.origin - face_.origin, face_.along) / towards;
+  }
+
+  // Goes on to the next change of medium; there the path ends, and its
+  // reflected and transmitted parts begin.
+  void follow(branch now, const echo_line &echoes) {
+    const ray piece{.origin = now.frame.origin, .direction = now.frame.along};
+    const float face = to_face(now.frame);
+    const float limit = lesser(reach(echoes, now.path.shown), face);
+    find_crossings(body_, piece, limit, found_);
+    line_.frame = now.frame;
+    const std::vector<crossing> &crossings = found_.crossings;
+    std::size_t next = 0;
+    while (next < crossings.size() &&
+           crossings[next].distance <= touching_distance)
+      ++next; // where it began
+    std::uint32_t current = now.inside.top();
+    float begin = 0;
+    while (next < crossings.size()) {
+      const float place = crossings[next].distance;
+      const std::size_t first = next;
+      media_stack beyond = now.inside;
+      for (; next < crossings.size() &&
+             crossings[next].distance <= place + touching_distance;
+           ++next)
+        beyond.toggle(crossings[next].rank);
+      const std::uint32_t after = beyond.top();
+      layer above = layer_of(current, begin, place),
+            below = layer_of(after, place, place);
+      if (after == current) {
+        now.inside = beyond;
+        continue;
+      }
+      model_.add_layer(line_, above, now.path, echoes);
+      if (above.medium != below.medium) {
+        const crossing &surface =
+            surface_of_change(crossings, first, next, current, after);
+        return meet(now, beyond, above, below, surface, echoes);
+      }
+      now.inside = beyond;
+      current = after;
+      begin = place;
     }
+    model_.add_layer(line_, layer_of(current, begin, limit), now.path, echoes);
+    if (face < FLT_MAX && limit == face)
+      return_to_face(now, face, echoes);
+  }
 
-  private:
-    // A path on its way: where its last piece began, along what, inside which objects.
-    struct branch {
-        line_frame frame{};
-        media_stack inside{};
-        echo_path path{};
-        std::uint32_t bounces = 0;
-    };
+  const crossing &surface_of_change(const std::vector<crossing> &crossings,
+                                    std::size_t first, std::size_t end,
+                                    std::uint32_t before,
+                                    std::uint32_t after) const {
+    std::size_t i = first;
+    while (i + 1 < end && crossings[i].rank != after &&
+           crossings[i].rank != before)
+      ++i;
+    return crossings[i];
+  }
 
-    float reach(const echo_line& echoes, float shown) const {
-        return (echoes.depth() - shown) * fastest_ / display_speed;
+  void meet(const branch &now, const media_stack &beyond, const layer &above,
+            layer &below, const crossing &at, const echo_line &echoes) {
+    const object &one = body_.ranked(at.rank);
+    const surface_incidence smooth = incidence_on(one, at.primitive, now.frame);
+    vec3 normal = one.at.direction(
+        normalize(area_vector(mesh_view{one.surface}[at.primitive])));
+    const medium &before = line_.media[above.medium],
+                 &after = line_.media[below.medium];
+    if (settings_.samples > 0 && rms_height(before, after) > 0)
+      normal =
+          perturbed_normal(dot(normal, now.frame.along) > 0 ? -normal : normal,
+                           settings_.rough_power, uniform_pair());
+    below.cosine = smooth.cosine;
+    below.tilt = smooth.tilt;
+    const response met =
+        model_.add_interface(line_, above, below, now.path, echoes);
+    const vec3 point = now.frame.origin + below.begin * now.frame.along;
+    // There and back. A rough surface mirrors only its coherent part; random
+    // paths have its facets instead.
+    const bool random = settings_.samples > 0;
+    const float mirrored =
+        random ? 1.0F
+               : coherent_amplitude(
+                     {before, after, smooth.cosine, line_.frequency});
+    const float back = met.reflected * met.reflected * mirrored * mirrored;
+
+    branch on = now, off = now;
+    on.inside = beyond;
+    const bool bends = model_.timing == timing::sound_speed;
+    on.frame = turned(now.frame, point,
+                      bends ? refracted(now.frame.along, normal, before, after)
+                            : now.frame.along);
+    on.path.passed *= met.transmitted;
+    off.frame =
+        turned(now.frame, point,
+               now.frame.along - 2 * dot(now.frame.along, normal) * normal);
+    off.path.passed *= back;
+    ++off.bounces;
+    if (random) { // one of the two, with the probability of its share: its
+                  // weight stays
+      const float share = back + met.transmitted;
+      if (!(share > 0))
+        return;
+      const bool reflects = uniform() * share < back;
+      (reflects ? off : on).path.passed = now.path.passed * share;
+      return push(std::move(reflects ? off : on));
     }
+    push(std::move(on));
+    push(std::move(off));
+  }
 
-    layer layer_of(std::uint32_t rank, float begin, float end) const {
-        layer here{.begin = begin, .end = end};
-        if (rank == media_stack::none) return here;
-        const object& one = body_.ranked(rank);
-        here.medium = one.medium_index;
-        here.object = static_cast<std::uint32_t>(one.id);
-        here.place = 1 + static_cast<std::uint32_t>(&one - body_.objects().data());
-        return here;
-    }
+  void return_to_face(branch now, float distance, const echo_line &echoes) {
+    echoes.add(now.path.shown, {now.path.passed * settings_.face_reflection *
+                                    std::pow(10.0F, -now.path.lost_db / 20),
+                                0});
+    const vec3 point = now.frame.origin + distance * now.frame.along;
+    now.frame = turned(now.frame, point,
+                       now.frame.along -
+                           2 * dot(now.frame.along, face_.along) * face_.along);
+    now.path.passed *= settings_.face_reflection * settings_.face_reflection;
+    ++now.bounces;
+    push(std::move(now));
+  }
 
-    // Distance to the face of the probe for a path that comes back to it; FLT_MAX where it does not.
-    float to_face(const line_frame& at) const {
-        const float towards = -dot(at.along, face_.along);
-        if (settings_.face_reflection == 0 || !(towards > 0.5F)) return FLT_MAX;
-        return dot(at.origin - face_.origin, face_.along) / towards;
-    }
+  void push(branch &&next) {
+    const float amplitude =
+        next.path.passed * std::pow(10.0F, -next.path.lost_db / 20);
+    if (next.frame.along == vec3{0, 0, 0} ||
+        !(amplitude >= settings_.least_amplitude))
+      return;
+    if (next.bounces <= settings_.bounces)
+      waiting_.push_back(std::move(next));
+  }
 
-    // Goes on to the next change of medium; there the path ends, and its reflected and transmitted parts begin.
-    void follow(branch now, const echo_line& echoes) {
-        const ray piece{.origin = now.frame.origin, .direction = now.frame.along};
-        const float face = to_face(now.frame);
-        const float limit = lesser(reach(echoes, now.path.shown), face);
-        find_crossings(body_, piece, limit, found_);
-        line_.frame = now.frame;
-        const std::vector<crossing>& crossings = found_.crossings;
-        std::size_t next = 0;
-        while (next < crossings.size() && crossings[next].distance <= touching_distance) ++next; // where it began
-        std::uint32_t current = now.inside.top();
-        float begin = 0;
-        while (next < crossings.size()) {
-            const float place = crossings[next].distance;
-            const std::size_t first = next;
-            media_stack beyond = now.inside;
-            for (; next < crossings.size() && crossings[next].distance <= place + touching_distance; ++next)
-                beyond.toggle(crossings[next].rank);
-            const std::uint32_t after = beyond.top();
-            layer above = layer_of(current, begin, place), below = layer_of(after, place, place);
-            if (after == current) {
-                now.inside = beyond;
-                continue;
-            }
-            model_.add_layer(line_, above, now.path, echoes);
-            if (above.medium != below.medium) {
-                const crossing& surface = surface_of_change(crossings, first, next, current, after);
-                return meet(now, beyond, above, below, surface, echoes);
-            }
-            now.inside = beyond;
-            current = after;
-            begin = place;
-        }
-        model_.add_layer(line_, layer_of(current, begin, limit), now.path, echoes);
-        if (face < FLT_MAX && limit == face) return_to_face(now, face, echoes);
-    }
+  static line_frame turned(const line_frame &before, vec3 point, vec3 along) {
+    const vec3 elevation =
+        before.elevation - dot(before.elevation, along) * along;
+    const float size = length(elevation);
+    return {point, along, size > 1e-3F ? elevation / size : before.elevation};
+  }
 
-    const crossing& surface_of_change(const std::vector<crossing>& crossings, std::size_t first, std::size_t end,
-                                      std::uint32_t before, std::uint32_t after) const {
-        std::size_t i = first;
-        while (i + 1 < end && crossings[i].rank != after && crossings[i].rank != before) ++i;
-        return crossings[i];
-    }
+  float uniform() { return hash_uniform(settings_.seed, random_++); }
+  vec2 uniform_pair() {
+    const float first = uniform();
+    return {first, uniform()};
+  }
 
-    void meet(const branch& now, const media_stack& beyond, const layer& above, layer& below, const crossing& at,
-              const echo_line& echoes) {
-        const object& one = body_.ranked(at.rank);
-        const surface_incidence smooth = incidence_on(one, at.primitive, now.frame);
-        vec3 normal = one.at.direction(normalize(area_vector(mesh_view{one.surface}[at.primitive])));
-        const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
-        if (settings_.samples > 0 && rms_height(before, after) > 0)
-            normal = perturbed_normal(dot(normal, now.frame.along) > 0 ? -normal : normal, settings_.rough_power,
-                                      uniform_pair());
-        below.cosine = smooth.cosine;
-        below.tilt = smooth.tilt;
-        const response met = model_.add_interface(line_, above, below, now.path, echoes);
-        const vec3 point = now.frame.origin + below.begin * now.frame.along;
-        // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
-        const bool random = settings_.samples > 0;
-        const float mirrored = random ? 1.0F : coherent_amplitude({before, after, smooth.cosine, line_.frequency});
-        const float back = met.reflected * met.reflected * mirrored * mirrored;
-
-        branch on = now, off = now;
-        on.inside = beyond;
-        const bool bends = model_.timing == timing::sound_speed;
-        on.frame =
-            turned(now.frame, point, bends ? refracted(now.frame.along, normal, before, after) : now.frame.along);
-        on.path.passed *= met.transmitted;
-        off.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, normal) * normal);
-        off.path.passed *= back;
-        ++off.bounces;
-        if (random) { // one of the two, with the probability of its share: its weight stays
-            const float share = back + met.transmitted;
-            if (!(share > 0)) return;
-            const bool reflects = uniform() * share < back;
-            (reflects ? off : on).path.passed = now.path.passed * share;
-            return push(std::move(reflects ? off : on));
-        }
-        push(std::move(on));
-        push(std::move(off));
-    }
-
-    void return_to_face(branch now, float distance, const echo_line& echoes) {
-        echoes.add(now.path.shown,
-                   {now.path.passed * settings_.face_reflection * std::pow(10.0F, -now.path.lost_db / 20), 0});
-        const vec3 point = now.frame.origin + distance * now.frame.along;
-        now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
-        now.path.passed *= settings_.face_reflection * settings_.face_reflection;
-        ++now.bounces;
-        push(std::move(now));
-    }
-
-    void push(branch&& next) {
-        const float amplitude = next.path.passed * std::pow(10.0F, -next.path.lost_db / 20);
-        if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.least_amplitude)) return;
-        if (next.bounces <= settings_.bounces) waiting_.push_back(std::move(next));
-    }
-
-    static line_frame turned(const line_frame& before, vec3 point, vec3 along) {
-        const vec3 elevation = before.elevation - dot(before.elevation, along) * along;
-        const float size = length(elevation);
-        return {point, along, size > 1e-3F ? elevation / size : before.elevation};
-    }
-
-    float uniform() { return hash_uniform(settings_.seed, random_++); }
-    vec2 uniform_pair() {
-        const float first = uniform();
-        return {first, uniform()};
-    }
-
-    const scene& body_;
-    const model_type& model_;
-    const path_settings& settings_;
-    traced_line line_{};
-    line_frame face_{};
-    float fastest_ = display_speed;
-    std::uint64_t random_ = 0;
-    line_crossings found_{};
-    std::vector<branch> waiting_{};
+  const scene &body_;
+  const model_type &model_;
+  const path_settings &settings_;
+  traced_line line_{};
+  line_frame face_{};
+  float fastest_ = display_speed;
+  std::uint64_t random_ = 0;
+  line_crossings found_{};
+  std::vector<branch> waiting_{};
 };
 
-/// Echoes with refraction, multiple reflections, mirror images and reverberation; else as `trace_beams`, and equal to it
-/// where nothing bends and nothing is reflected twice.
+/// Echoes with refraction, multiple reflections, mirror images and
+/// reverberation; else as `trace_beams`, and equal to it where nothing bends
+/// and nothing is reflected twice.
 ///
-/// With `settings.samples` the paths are chosen at random and averaged; another seed gives an independent estimate of
-/// the same lines (see `path_estimate`).
+/// With `settings.samples` the paths are chosen at random and averaged; another
+/// seed gives an independent estimate of the same lines (see `path_estimate`).
 /// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, class Boundary, class Scattering>
-iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                     const physical<Boundary, Scattering>& model, const acquisition& scan,
-                     const path_settings& settings = {}) {
-    const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
-    if (!(settings.least_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
-        throw usage_error{
-            "trace_paths: `least_amplitude` and `rough_power` must be above 0, `face_reflection` within 1"};
-    const elevation_planes planes{beam_of(probe, scan.depth), scan.planes};
-    const beam_table beams = make_beam_table(policy, probe, scan.depth, planes, model);
-    iq_lines lines{probe.lines, samples, scan.depth};
-    const float spacing = scan.depth / static_cast<float>(samples);
-    const std::vector<float> weights = planes.weights_of_samples(samples, spacing);
-    const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-    const std::uint32_t times = std::max(1U, settings.samples);
-    const vec3 elevation = at.direction({0, 1, 0});
-    exec::for_each_block(policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
-        path_tracer<Boundary, Scattering> tracer{body, model, settings, probe.frequency, pulse_sigma};
+template <exec::policy Policy, transducer Probe, class Boundary,
+          class Scattering>
+iq_lines
+trace_paths(const Policy &policy, const scene &body, const Probe &probe,
+            const pose &at, const physical<Boundary, Scattering> &model,
+            const acquisition &scan, const path_settings &settings = {}) {
+  const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
+  body.require_trees();
+  if (!(settings.least_amplitude > 0) ||
+      !(std::fabs(settings.face_reflection) <= 1) ||
+      !(settings.rough_power > 0))
+    throw usage_error{"trace_paths: `least_amplitude` and `rough_power` must "
+                      "be above 0, `face_reflection` within 1"};
+  const elevation_planes planes{beam_of(probe, scan.depth), scan.planes};
+  const beam_table beams =
+      make_beam_table(policy, probe, scan.depth, planes, model);
+  iq_lines lines{probe.lines, samples, scan.depth};
+  const float spacing = scan.depth / static_cast<float>(samples);
+  const std::vector<float> weights =
+      planes.weights_of_samples(samples, spacing);
+  const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+  const std::uint32_t times = std::max(1U, settings.samples);
+  const vec3 elevation = at.direction({0, 1, 0});
+  exec::for_each_block(
+      policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
+        path_tracer<Boundary, Scattering> tracer{body, model, settings,
+                                                 probe.frequency, pulse_sigma};
         std::vector<vec2> slice(samples);
         for (std::size_t i = begin; i < end; ++i)
-            for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
-                const ray beam = world_beam(probe, at, static_cast<float>(i));
-                const line_frame frame{beam.origin + planes.offset(plane) * elevation, beam.direction, elevation};
-                std::fill(slice.begin(), slice.end(), vec2{0, 0});
-                for (std::uint64_t sample = 0; sample < times; ++sample)
-                    tracer(frame, beams.of_line(static_cast<std::uint32_t>(i)),
-                           hash_bits(i * planes.count() + plane, sample), spacing, slice);
-                const float* weight = weights.data() + std::size_t{plane} * samples;
-                const float share = 1 / static_cast<float>(times);
-                for (std::uint32_t k = 0; k < samples; ++k)
-                    lines.values[i * samples + k] += share * weight[k] * slice[k];
-            }
-    });
-    return lines;
+          for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
+            const ray beam = world_beam(probe, at, static_cast<float>(i));
+            const line_frame frame{beam.origin +
+                                       planes.offset(plane) * elevation,
+                                   beam.direction, elevation};
+            std::fill(slice.begin(), slice.end(), vec2{0, 0});
+            for (std::uint64_t sample = 0; sample < times; ++sample)
+              tracer(frame, beams.of_line(static_cast<std::uint32_t>(i)),
+                     hash_bits(i * planes.count() + plane, sample), spacing,
+                     slice);
+            const float *weight = weights.data() + std::size_t{plane} * samples;
+            const float share = 1 / static_cast<float>(times);
+            for (std::uint32_t k = 0; k < samples; ++k)
+              lines.values[i * samples + k] += share * weight[k] * slice[k];
+          }
+      });
+  return lines;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6979,103 +8504,134 @@ struct perspective_camera {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
-/// r3 away from it, for an interface within reach.
+/// The paper's two secondary rays of one point on the slice: r2 towards the
+/// transducer, for what reaches the point, and r3 away from it, for an
+/// interface within reach.
 ///
-/// `line` is the beam through the point, which lies `depth` along it. The crossings are given in depths along the beam.
-inline void find_pixel_crossings(const scene& body, const ray& line, float depth, float reflection_length,
-                                 line_crossings& found) {
-    found.crossings.clear();
-    found.inside.clear(body.objects().size());
-    const vec3 point = line.at(depth);
-    const float beyond = depth + reflection_length;
-    for (const object& one : body.objects()) {
-        const bool around = one.box.contains(line.origin);
-        if (!around && !may_touch(one.box, line, beyond)) continue;
-        const ray r2 =
-            one.local({.origin = point, .direction = -line.direction, .max_distance = around ? FLT_MAX : depth});
-        one.tree_view().for_each_hit(r2, [&](const hit& at) {
-            if (at.distance <= depth)
-                found.crossings.push_back({depth - at.distance, one.rank, at.primitive});
-            else
-                found.inside.toggle(one.rank);
-        });
-        const ray r3 = one.local({.origin = point, .direction = line.direction, .max_distance = reflection_length});
-        one.tree_view().for_each_hit(r3, [&](const hit& at) {
-            found.crossings.push_back({depth + at.distance, one.rank, at.primitive});
-        });
-    }
-    std::sort(found.crossings.begin(), found.crossings.end());
+/// `line` is the beam through the point, which lies `depth` along it. The
+/// crossings are given in depths along the beam.
+inline void find_pixel_crossings(const scene &body, const ray &line,
+                                 float depth, float reflection_length,
+                                 line_crossings &found) {
+  found.crossings.clear();
+  found.inside.clear(body.objects().size());
+  const vec3 point = line.at(depth);
+  const float beyond = depth + reflection_length;
+  for (const object &one : body.objects()) {
+    const bool around = one.box.contains(line.origin);
+    if (!around && !may_touch(one.box, line, beyond))
+      continue;
+    const ray r2 = one.local({.origin = point,
+                              .direction = -line.direction,
+                              .max_distance = around ? FLT_MAX : depth});
+    one.tree_view().for_each_hit(r2, [&](const hit &at) {
+      if (at.distance <= depth)
+        found.crossings.push_back(
+            {depth - at.distance, one.rank, at.primitive});
+      else
+        found.inside.toggle(one.rank);
+    });
+    const ray r3 = one.local({.origin = point,
+                              .direction = line.direction,
+                              .max_distance = reflection_length});
+    one.tree_view().for_each_hit(r3, [&](const hit &at) {
+      found.crossings.push_back({depth + at.distance, one.rank, at.primitive});
+    });
+  }
+  std::sort(found.crossings.begin(), found.crossings.end());
 }
 
-/// Traces points of the slice one by one, as the paper does: much work twice, kept as the reference for `trace_beams`.
+/// Traces points of the slice one by one, as the paper does: much work twice,
+/// kept as the reference for `trace_beams`.
 class pixel_tracer {
-  public:
-    pixel_tracer(const scene& body, const law2011& model, float frequency)
-        : body_{body}, model_{model}, frequency_{frequency} {}
+public:
+  pixel_tracer(const scene &body, const law2011 &model, float frequency)
+      : body_{body}, model_{model}, frequency_{frequency} {}
 
-    /// Intensity at `depth` metres along a beam in the world.
-    float operator()(const ray& line, float depth) {
-        find_pixel_crossings(body_, line, depth, model_.reflection_length, found_);
-        stack_layers(body_, {.origin = line.origin, .along = line.direction}, depth + model_.reflection_length, found_,
-                     layers_);
-        return model_.at({layers_, body_.media(), frequency_}, depth);
-    }
+  /// Intensity at `depth` metres along a beam in the world.
+  float operator()(const ray &line, float depth) {
+    find_pixel_crossings(body_, line, depth, model_.reflection_length, found_);
+    stack_layers(body_, {.origin = line.origin, .along = line.direction},
+                 depth + model_.reflection_length, found_, layers_);
+    return model_.at({layers_, body_.media(), frequency_}, depth);
+  }
 
-  private:
-    const scene& body_;
-    const law2011& model_;
-    float frequency_;
-    line_crossings found_{};
-    std::vector<layer> layers_{};
+private:
+  const scene &body_;
+  const law2011 &model_;
+  float frequency_;
+  line_crossings found_{};
+  std::vector<layer> layers_{};
 };
 
-/// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace_beams`, within rounding.
+/// The paper's algorithm to the letter, on the probe's own grid: the same
+/// values as `trace_beams`, within rounding.
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe>
-scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                        const law2011& model, const acquisition& settings) {
-    const std::uint32_t samples = check_acquisition(body, probe, at, model, settings);
-    scan_lines lines{probe.lines, samples, settings.depth};
-    const float spacing = settings.depth / static_cast<float>(samples);
-    exec::for_each_block(policy, lines.values.size(), 1024, [&](std::size_t begin, std::size_t end) {
+scan_lines trace_pixels(const Policy &policy, const scene &body,
+                        const Probe &probe, const pose &at,
+                        const law2011 &model, const acquisition &settings) {
+  const std::uint32_t samples =
+      check_acquisition(body, probe, at, model, settings);
+  body.require_trees();
+  scan_lines lines{probe.lines, samples, settings.depth};
+  const float spacing = settings.depth / static_cast<float>(samples);
+  exec::for_each_block(
+      policy, lines.values.size(), 1024,
+      [&](std::size_t begin, std::size_t end) {
         pixel_tracer tracer{body, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {
-            const ray line = world_beam(probe, at, static_cast<float>(i / samples));
-            lines.values[i] = tracer(line, (static_cast<float>(i % samples) + 0.5F) * spacing);
+          const ray line =
+              world_beam(probe, at, static_cast<float>(i / samples));
+          lines.values[i] =
+              tracer(line, (static_cast<float>(i % samples) + 0.5F) * spacing);
         }
-    });
-    return lines;
+      });
+  return lines;
 }
 
-/// The same as a camera sees the slice: r1 from the camera to the slice finds the point of each pixel.
+/// The same as a camera sees the slice: r1 from the camera to the slice finds
+/// the point of each pixel.
 ///
 /// @param seen_by  an `orthographic_camera` or a `perspective_camera`
-/// @return a picture of the camera's size; black where r1 meets no point between the face and `settings.depth`
-/// @tparam Image    a picture, complete where this is called: include image/image.hpp
+/// @return a picture of the camera's size; black where r1 meets no point
+/// between the face and `settings.depth`
+/// @tparam Image    a picture, complete where this is called: include
+/// image/image.hpp
 /// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, camera Camera, class Image = image>
-Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const law2011& model,
-                   const acquisition& settings, const Camera& seen_by) {
-    check_acquisition(body, probe, at, model, settings);
-    seen_by.check();
-    Image picture{seen_by.size};
-    exec::for_each_block(policy, picture.pixels.size(), 1024, [&](std::size_t begin, std::size_t end) {
+template <exec::policy Policy, transducer Probe, camera Camera,
+          class Image = image>
+Image trace_pixels(const Policy &policy, const scene &body, const Probe &probe,
+                   const pose &at, const law2011 &model,
+                   const acquisition &settings, const Camera &seen_by) {
+  check_acquisition(body, probe, at, model, settings);
+  body.require_trees();
+  seen_by.check();
+  Image picture{seen_by.size};
+  exec::for_each_block(
+      policy, picture.pixels.size(), 1024,
+      [&](std::size_t begin, std::size_t end) {
         pixel_tracer tracer{body, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {
-            const ray r1 = seen_by.through(
-                {static_cast<float>(i % picture.size.x) + 0.5F, static_cast<float>(i / picture.size.x) + 0.5F});
-            const vec3 from = at.local_point(r1.origin), along = at.local_direction(r1.direction);
-            const float distance = -from.y / along.y; // to the slice plane y = 0
-            if (!(distance >= 0) || !is_finite(distance)) continue;
-            const vec3 point = from + distance * along;
-            const vec2 place = probe.locate({point.x, point.z});
-            if (!(place.x >= -0.5F && place.x <= static_cast<float>(probe.lines) - 0.5F)) continue;
-            if (!(place.y >= 0 && place.y <= settings.depth)) continue;
-            picture.pixels[i] = tracer(world_beam(probe, at, place.x), place.y);
+          const ray r1 =
+              seen_by.through({static_cast<float>(i % picture.size.x) + 0.5F,
+                               static_cast<float>(i / picture.size.x) + 0.5F});
+          const vec3 from = at.local_point(r1.origin),
+                     along = at.local_direction(r1.direction);
+          const float distance = -from.y / along.y; // to the slice plane y = 0
+          if (!(distance >= 0) || !is_finite(distance))
+            continue;
+          const vec3 point = from + distance * along;
+          const vec2 place = probe.locate({point.x, point.z});
+          if (!(place.x >= -0.5F &&
+                place.x <= static_cast<float>(probe.lines) - 0.5F))
+            continue;
+          if (!(place.y >= 0 && place.y <= settings.depth))
+            continue;
+          picture.pixels[i] = tracer(world_beam(probe, at, place.x), place.y);
         }
-    });
-    return picture;
+      });
+  return picture;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

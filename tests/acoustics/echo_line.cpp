@@ -24,14 +24,20 @@ TEST_CASE("an echo is divided linearly between its two samples, with the phase o
 }
 
 TEST_CASE("echoes at equal steps are what they are one by one") {
-    std::vector<vec2> together(400, vec2{0, 0}), apart(400, vec2{0, 0}), amplitude;
-    for (int i = 0; i < 64; ++i)
-        amplitude.push_back({std::cos(static_cast<float>(i)), std::sin(1.7F * static_cast<float>(i))});
+    std::vector<vec2> together(400, vec2{0, 0}), apart(400, vec2{0, 0});
+    std::vector<float> real(72), imaginary(72); // room for a last register
+    for (std::size_t i = 0; i < real.size(); ++i) {
+        real[i] = std::cos(static_cast<float>(i));
+        imaginary[i] = std::sin(1.7F * static_cast<float>(i));
+    }
     const echo_line a{together, 10_um, 7.5_MHz}, b{apart, 10_um, 7.5_MHz};
-    a.add(1_mm, 25_um, 64, amplitude.data(), 0.3F, 0.99F);
-    for (int i = 0; i < 64; ++i)
-        b.add(1_mm + static_cast<float>(i) * 25_um,
-              amplitude[static_cast<std::size_t>(i)] * 0.3F * std::pow(0.99F, static_cast<float>(i)));
+    // Over both ends too: the line is 4 mm long.
+    for (const float depth : {-0.7_mm, 1_mm, 3.2_mm}) {
+        a.add(depth, 25_um, 61, real.data(), imaginary.data(), 0.3F, 0.99F);
+        for (std::size_t i = 0; i < 61; ++i)
+            b.add(depth + static_cast<float>(i) * 25_um,
+                  vec2{real[i], imaginary[i]} * 0.3F * std::pow(0.99F, static_cast<float>(i)));
+    }
     for (std::size_t i = 0; i < 400; ++i) CHECK(length(together[i] - apart[i]) < 2e-4F);
 }
 

@@ -10,7 +10,7 @@ TEST_CASE("axial_kernel: a Gaussian of peak 1, silence beyond the ends, each res
     for (const std::size_t decimation : {1U, 2U, 3U, 4U})
         for (const std::size_t samples : {12U, 24U, 300U})
             for (const float sigma : {1.0F, 4.3F, 20.0F}) {
-                const axial_kernel kernel{samples, sigma, decimation};
+                const axial_kernel kernel{samples, {.sigma = sigma}, decimation};
                 const std::size_t count = samples / decimation;
                 std::vector<vec2> line(samples), layout(kernel.layout_size()), results(count), wide(count);
                 for (std::size_t i = 0; i < samples; ++i) line[i] = hash_normal(samples, i);
@@ -37,7 +37,7 @@ TEST_CASE("axial_kernel: a Gaussian of peak 1, silence beyond the ends, each res
 TEST_CASE("axial_kernel: a sample alone becomes the Gaussian itself") {
     for (const std::size_t decimation : {1U, 2U, 3U}) {
         constexpr float sigma = 5;
-        const axial_kernel kernel{120, sigma, decimation};
+        const axial_kernel kernel{120, {.sigma = sigma}, decimation};
         std::vector<vec2> line(120), layout(kernel.layout_size()), results(120 / decimation);
         line[61] = {1, -2};
         kernel.lay_out(line.data(), layout.data());

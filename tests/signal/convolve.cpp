@@ -5,6 +5,7 @@
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <limits>
@@ -68,6 +69,22 @@ TEST_CASE("convolve: the axial kernel is right at three sampling rates") {
             REQUIRE(std::fabs(amplitude(lines, 0, k) - expected) < 1e-5);
         }
     }
+}
+
+TEST_CASE("convolve: the echo of a burst is as long as the burst at half height, and as strong as that of a stroke") {
+    const linear_array probe{.lines = 1, .frequency = 5_MHz};
+    for (const std::uint32_t samples : {600U, 2000U})
+        for (const std::uint32_t decimation : {1U, 2U}) {
+            iq_lines echoes{1, samples, 30_mm};
+            add_echo(echoes, 0, 15_mm, 1);
+            const iq_lines seen = convolve(exec::par_unseq, std::move(echoes), {.burst = 12}, probe,
+                                           {.decimation = samples > 1000 ? decimation : 1});
+            std::vector<double> envelope(seen.samples);
+            for (std::uint32_t k = 0; k < seen.samples; ++k) envelope[k] = amplitude(seen, 0, k);
+            const double length = half_width(envelope) * 30e-3 / seen.samples;
+            CHECK(length == doctest::Approx(12 * 1540 / (2 * 5e6)).epsilon(2e-3)); // 1.848 mm
+            CHECK(*std::max_element(envelope.begin(), envelope.end()) == doctest::Approx(1).epsilon(1e-3));
+        }
 }
 
 TEST_CASE("convolve: an echo between two samples loses at most dz^2 / (8 sigma^2)") {

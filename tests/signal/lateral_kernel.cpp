@@ -66,7 +66,8 @@ void check_weights(const Probe& probe) {
                         static_cast<double>(gain(static_cast<std::uint32_t>(i)) * gain(static_cast<std::uint32_t>(j)) *
                                             covariance(static_cast<float>(apart) * weights.spacing));
                 }
-            CHECK(weights.power(here, covariance, gain) == doctest::Approx(power).epsilon(2e-3));
+            const auto of_lag = [&](int lag) { return covariance(static_cast<float>(lag) * weights.spacing); };
+            CHECK(weights.power(here, of_lag, gain) == doctest::Approx(power).epsilon(2e-3));
         }
     }
 }

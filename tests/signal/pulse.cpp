@@ -28,6 +28,32 @@ TEST_CASE("pulse: the bandwidth is the width of the spectrum at half its height"
     CHECK(pulse{}.frequency == 0);
 }
 
+TEST_CASE("pulse: a burst's envelope is a box smoothed by the ring's Gaussian, of peak 1 and as long as its cycles") {
+    for (const float burst : {0.0F, 0.5F, 4.0F, 16.0F}) {
+        const pulse sent{.cycles = 2.5F, .burst = burst};
+        const pulse_envelope envelope = sent.envelope(5_MHz);
+        const auto sigma = static_cast<double>(sent.sigma_z(5_MHz)), length = 1540 / 2.0 * burst / 5e6;
+        const auto smoothed = [&](double x) { // midpoint sum over the box in double
+            constexpr int parts = 4000;
+            double sum = 0;
+            for (int i = 0; i < parts; ++i) {
+                const double from = x + length * ((i + 0.5) / parts - 0.5);
+                sum += std::exp(-from * from / (2 * sigma * sigma)) / parts;
+            }
+            return sum;
+        };
+        for (double x = 0; x < length / 2 + 4 * sigma; x += sigma / 7) {
+            const double expected = smoothed(x) / smoothed(0);
+            CHECK(std::fabs(static_cast<double>(envelope(static_cast<float>(x))) - expected) < 2e-5);
+            CHECK(envelope(static_cast<float>(x)) == doctest::Approx(envelope(static_cast<float>(-x))).epsilon(1e-4));
+        }
+        CHECK(envelope(0) == doctest::Approx(1));
+        CHECK(envelope(envelope.reach()) < 4e-4F);
+        if (burst > 10) // where the box is long it is at half height at its ends
+            CHECK(static_cast<double>(envelope(static_cast<float>(length / 2))) == doctest::Approx(0.5).epsilon(1e-3));
+    }
+}
+
 TEST_CASE("pulse: a probe's bandwidth makes its nominal pulse, and a probe without one has the usual pulse") {
     struct pencil {
         std::uint32_t lines = 1;
@@ -51,6 +77,7 @@ TEST_CASE("pulse: what is not at the probe's frequency, or makes no sense, is re
     for (const float bad : {-1.0F, infinite, std::numeric_limits<float>::quiet_NaN()}) {
         CHECK_THROWS_AS(pulse{.cycles = bad}.check(5_MHz), usage_error);
         CHECK_THROWS_AS(pulse{.frequency = bad}.check(5_MHz), usage_error);
+        CHECK_THROWS_AS(pulse{.burst = bad}.check(5_MHz), usage_error);
     }
     CHECK_THROWS_AS(pulse{.cycles = 0}.check(5_MHz), usage_error);
 }

@@ -19,9 +19,9 @@ namespace insonify::inline INSONIFY_ABI {
 ///     float reach(float depth, view<const medium> media) const;
 ///
 /// and one that wants to know the beam (`traced_line::beam`) a fifth, how alike its independent echoes are on two lines
-/// that lie so many metres apart, 1 to 0:
+/// that lie so many metres apart and differ in direction by so many radians, 1 to 0:
 ///
-///     float covariance(float distance) const;
+///     float covariance(float apart, float turned) const;
 template <class Model>
 concept acoustic_model = requires(const Model& model, const traced_line& line, view<typename Model::sample_type> out) {
     { model.samples(0.1F, 5e6F) } -> std::convertible_to<std::uint32_t>;

@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/view.hpp>
+#include <insonify/execution/simd_bits.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -23,14 +24,46 @@ class echo_line {
 
     INSONIFY_FN void add(float depth, vec2 amplitude) const { put(depth, turned(amplitude, phase(depth))); }
 
-    /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i.
-    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const vec2* amplitude, float scale,
-                         float ratio) const {
-        vec2 carrier = scale * phase(depth);
+    /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i times its complex amplitude.
+    /// @param step       not below 0
+    /// @param real       with room to be read as if `count` were rounded up to whole `lanes`; and so `imaginary`
+    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
+                         float scale, float ratio) const {
+        constexpr int width = simd_width;
+        using floats = lanes<width>;
         const vec2 turn = ratio * phase(step);
-        for (std::uint32_t i = 0; i < count; ++i) {
-            put(depth + static_cast<float>(i) * step, turned(amplitude[i], carrier));
-            carrier = turned(carrier, turn);
+        float powers[2][width];
+        vec2 power = scale * phase(depth);
+        for (int i = 0; i < width; ++i) {
+            powers[0][i] = power.x;
+            powers[1][i] = power.y;
+            power = turned(power, turn);
+        }
+        vec2 turn_on{1, 0};
+        for (int i = 0; i < width; ++i) turn_on = turned(turn_on, turn);
+        floats carrier_x = load<width>(powers[0]), carrier_y = load<width>(powers[1]);
+        const floats turn_x(turn_on.x), turn_y(turn_on.y), one(1.0F);
+        for (std::uint32_t first = 0; first < count; first += width) {
+            const floats x = load<width>(real + first), y = load<width>(imaginary + first);
+            const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
+            const floats number = floats_of<width>(steps_of_bits<width>(first, 1));
+            const floats place = (floats(depth) + number * floats(step)) * floats(per_spacing_) - floats(0.5F);
+            const floats below = floor_lanes<width>(
+                lesser(greater(place, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
+            const floats share = place - below;
+            float parts[4][width];
+            std::uint32_t sample[width];
+            store((one - share) * value_x, parts[0]);
+            store((one - share) * value_y, parts[1]);
+            store(share * value_x, parts[2]);
+            store(share * value_y, parts[3]);
+            store_bits<width>(bits_of_whole<width>(below), sample);
+            const std::uint32_t left = count - first;
+            for (std::uint32_t i = 0; i < width && i < left; ++i)
+                put_parts(sample[i], {parts[0][i], parts[1][i]}, {parts[2][i], parts[3][i]});
+            const floats turned_x = carrier_x * turn_x - carrier_y * turn_y;
+            carrier_y = carrier_x * turn_y + carrier_y * turn_x;
+            carrier_x = turned_x;
         }
     }
 
@@ -44,13 +77,17 @@ class echo_line {
     }
 
     INSONIFY_FN void put(float depth, vec2 value) const {
-        const float place = depth * per_spacing_ - 0.5F;
+        const float place = clamped(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
         const float below = std::floor(place);
         const float share = place - below;
-        const auto k = static_cast<std::int64_t>(below);
-        const auto end = static_cast<std::int64_t>(samples_.size());
-        if (k >= 0 && k < end) samples_[static_cast<std::size_t>(k)] += (1 - share) * value;
-        if (k >= -1 && k + 1 < end) samples_[static_cast<std::size_t>(k + 1)] += share * value;
+        put_parts(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - share) * value, share * value);
+    }
+
+    // To a sample, which may lie before the first by wrapping round, and to the next.
+    INSONIFY_FN void put_parts(std::uint32_t sample, vec2 here, vec2 next) const {
+        const auto end = static_cast<std::uint32_t>(samples_.size());
+        if (sample < end) samples_[sample] += here;
+        if (sample + 1 < end) samples_[sample + 1] += next;
     }
 
     view<vec2> samples_;

@@ -35,6 +35,7 @@ struct beam_sample {
     float lateral_sigma = 0;     ///< metres, of the Gaussian that `convolve` will apply across the lines; 0: none
     float line_spacing = 0;      ///< metres to the next line
     float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
+    vec2 alike{0, 0}; ///< m^2: mean square distance between what they have in common, across the lines and the planes
 };
 
 /// Beam samples for equal parts of the displayed depth, from the face on.

@@ -28,6 +28,7 @@ struct medium {
     float attenuation_power = 1; ///< attenuation grows as frequency^attenuation_power
     float backscatter = 0;       ///< amplitude of the echo of its texture, relative to liver
     float roughness = 0;         ///< rms height of its surface, metres
+    float scatterer_density = 0; ///< in a cubic metre, for `poisson_scatterers`; 0: as many as that field says
 
     /// Characteristic acoustic impedance, rayl = kg/(m^2 s): density times sound speed, never stored.
     INSONIFY_FN constexpr float impedance() const { return density * sound_speed; }
@@ -38,9 +39,9 @@ struct medium {
 /// True where every value is finite and in its range: density and speed above 0, the others not below.
 INSONIFY_FN inline bool is_valid(const medium& m) {
     return is_finite(m.density) && is_finite(m.sound_speed) && is_finite(m.attenuation) &&
-           is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) && m.density > 0 &&
-           m.sound_speed > 0 && m.attenuation >= 0 && m.attenuation_power >= 0 && m.backscatter >= 0 &&
-           m.roughness >= 0;
+           is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) &&
+           is_finite(m.scatterer_density) && m.density > 0 && m.sound_speed > 0 && m.attenuation >= 0 &&
+           m.attenuation_power >= 0 && m.backscatter >= 0 && m.roughness >= 0 && m.scatterer_density >= 0;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -2,10 +2,10 @@
 #define INSONIFY_ACOUSTICS_PHYSICAL_HPP
 
 #include <insonify/acoustics/attenuation.hpp>
+#include <insonify/acoustics/cell_field.hpp>
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/fresnel.hpp>
 #include <insonify/acoustics/roughness.hpp>
-#include <insonify/acoustics/scattering.hpp>
 #include <insonify/acoustics/specular.hpp>
 #include <insonify/execution/policy.hpp>
 
@@ -76,7 +76,7 @@ struct physical {
     }
 
     /// Of texture on neighbouring lines; see `scattering_field`.
-    INSONIFY_FN float covariance(float distance) const { return scattering.covariance(distance); }
+    INSONIFY_FN float covariance(float apart, float turned) const { return scattering.covariance(apart, turned); }
 
     /// Adds the echoes of one line to samples that start at 0; sample k stands at displayed depth (k + 1/2) * spacing.
     template <class Policy>
@@ -163,20 +163,21 @@ struct physical {
         const float level = m.backscatter * amplitude_of(texture_db) / along;
         const pose place = line.places.empty() ? pose{} : line.places[here.place];
         const float end = lesser(here.end, here.begin + (echoes.depth() - path.shown) / shrink + slot);
-        scattering.scatter(
-            in_object(line.frame, place, here.object), here.begin, end, slot, [&](const scatterer_run& run) {
-                const auto at = [&](float distance) {
-                    const float into = distance - here.begin, shown = path.shown + into * shrink;
-                    return level * line.beam.at(shown).incoherent *
-                           arriving(line, path.passed, path.lost_db + into * loss, shown);
-                };
-                const float length = run.step * static_cast<float>(run.count);
-                const float first = at(run.first), last = at(run.first + length);
-                const float ratio =
-                    run.count > 1 && first > 0 ? std::pow(last / first, 1 / static_cast<float>(run.count)) : 1.0F;
-                echoes.add(path.shown + (run.first - here.begin) * shrink, run.step * shrink, run.count, run.amplitude,
-                           first, ratio);
-            });
+        const material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
+        scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
+            const auto at = [&](float distance) {
+                const float into = distance - here.begin, shown = path.shown + into * shrink;
+                const beam_sample beam = line.beam.at(shown);
+                return level * beam.incoherent * upright(line.frequency, run.slope * shrink, beam) *
+                       arriving(line, path.passed, path.lost_db + into * loss, shown);
+            };
+            const float length = run.step * static_cast<float>(run.count);
+            const float first = at(run.first), last = at(run.first + length);
+            const float ratio =
+                run.count > 1 && first > 0 ? std::pow(last / first, 1 / static_cast<float>(run.count)) : 1.0F;
+            echoes.add(path.shown + (run.first - here.begin) * shrink, run.step * shrink, run.count, run.real,
+                       run.imaginary, first, ratio);
+        });
     }
 
     // What `convolve` will take from the echo of a tilted surface, because its phase and depth differ from line to line.
@@ -196,6 +197,14 @@ struct physical {
             all += std::exp(-0.5F * square(beam.lateral_sigma * shift));
         }
         return greater(narrowed * met / all, 0.05F);
+    }
+
+    // The level of texture is that of scatterers whose echoes on neighbouring lines have one depth. On a slope their
+    // phases part: of two lines d apart by 4 pi f0 s d / c0, and what they have in common counts by its cosine.
+    INSONIFY_FN static float upright(float frequency, vec2 slope, const beam_sample& beam) {
+        const float phase = 4 * pi * frequency / display_speed;
+        const vec2 spread = phase * phase * slope * slope * beam.alike; // mean square of the angles
+        return std::exp(0.25F * lesser(spread.x + spread.y, 4));
     }
 
     // A rough surface is spread over the depths that the line's width covers on it: independent parts, of one power in

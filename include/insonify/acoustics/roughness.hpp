@@ -48,20 +48,15 @@ INSONIFY_FN constexpr float lambert_lobe(float cosine_in, float cosine_out) { re
 /// @param exponent  s: the density of directions falls as cos^s a; 0 is the whole half space, infinity a mirror
 /// @param uniform   two independent numbers in [0, 1): u, and the share of the turn about `normal`
 /// @return          length 1, in the half space of `normal`
-/// Source: Mattausch & Goksel, Monte-Carlo ray tracing for ultrasound, 2016; the basis about a normal: Duff et al. 2017.
+/// Source: Mattausch & Goksel, Monte-Carlo ray tracing for ultrasound, 2016.
 INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 uniform) {
     // By logarithms, so that sin^2 a = 1 - u^(2 / (s + 1)) keeps its digits for a nearly smooth surface.
     const float logarithm = std::log(greater(uniform.x, FLT_MIN)) / (exponent + 1);
     const float cosine = std::exp(logarithm);
     const float sine = std::sqrt(-std::expm1(2 * logarithm));
     const float azimuth = 2 * pi * uniform.y;
-
-    const float side = std::copysign(1.0F, normal.z);
-    const float a = -1 / (side + normal.z);
-    const float b = normal.x * normal.y * a;
-    const vec3 tangent{1 + side * normal.x * normal.x * a, side * b, -side * normal.x};
-    const vec3 bitangent{b, side + normal.y * normal.y * a, -normal.y};
-    return cosine * normal + sine * (std::cos(azimuth) * tangent + std::sin(azimuth) * bitangent);
+    const axes_across axes{normal};
+    return cosine * normal + sine * (std::cos(azimuth) * axes.first + std::sin(azimuth) * axes.second);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

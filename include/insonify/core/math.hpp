@@ -10,6 +10,8 @@
 #endif
 #pragma nv_diagnostic push
 #pragma nv_diag_suppress 20012 // GLM annotates functions that it defaults
+#elif !defined(GLM_FORCE_INLINE)
+#define GLM_FORCE_INLINE // in large files GCC would call even operator[]
 #endif
 #include <glm/glm.hpp>
 #if defined(__CUDACC__)
@@ -55,6 +57,20 @@ INSONIFY_FN constexpr float clamped(float value, float low, float high) { return
 INSONIFY_FN constexpr vec3 lesser(vec3 a, vec3 b) { return {lesser(a.x, b.x), lesser(a.y, b.y), lesser(a.z, b.z)}; }
 INSONIFY_FN constexpr vec3 greater(vec3 a, vec3 b) { return {greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z)}; }
 INSONIFY_FN inline vec3 absolute(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
+
+/// Two directions across a third of length 1, so that the three make a frame. Source: Duff et al. 2017.
+struct axes_across {
+    vec3 first{1, 0, 0};
+    vec3 second{0, 1, 0};
+
+    INSONIFY_FN explicit axes_across(vec3 direction) {
+        const float side = std::copysign(1.0F, direction.z);
+        const float a = -1 / (side + direction.z);
+        const float b = direction.x * direction.y * a;
+        first = {1 + side * direction.x * direction.x * a, side * b, -side * direction.x};
+        second = {b, side + direction.y * direction.y * a, -direction.y};
+    }
+};
 
 /// The place of the lowest bit that is set, of a number that is not 0.
 INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {

@@ -16,6 +16,7 @@ struct crossing {
     std::uint32_t rank = 0;
     std::uint32_t primitive = 0; ///< face of the object's mesh
 
+    friend bool operator==(const crossing&, const crossing&) = default;
     friend bool operator<(const crossing& a, const crossing& b) {
         return a.distance != b.distance ? a.distance < b.distance
                : a.rank != b.rank       ? a.rank < b.rank

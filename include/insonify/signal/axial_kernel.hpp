@@ -1,31 +1,32 @@
 #ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 #define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 
+#include <insonify/signal/pulse.hpp>
 #include <insonify/signal/taps.hpp>
 #include <cstddef>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A Gaussian of peak 1 along a line of complex samples, with one result for every `decimation` samples.
+/// The envelope of a pulse along a line of complex samples, with one result for every `decimation` samples.
 ///
 /// Result k stands in the middle of samples k D to k D + D - 1: for an even D between two of them. A line is laid out
 /// by remainder: its samples 0, D, 2 D, ..., then 1, D + 1, ..., each row with zeros around it, so that a tap reads
 /// consecutive samples for consecutive results.
 class axial_kernel {
   public:
-    /// @param sigma  in samples
-    axial_kernel(std::size_t samples, float sigma, std::size_t decimation)
+    /// @param envelope  in samples
+    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation)
         : decimation_{decimation}, results_{samples / decimation} {
-        const auto reach = static_cast<std::size_t>(lesser(kernel_sigmas * sigma, static_cast<float>(samples)));
+        const auto reach = static_cast<std::size_t>(lesser(envelope.reach(), static_cast<float>(samples)));
         zeros_ = reach / decimation + 1;
         stride_ = results_ + 2 * zeros_ + tap_block;
         const std::size_t begin = zeros_ * decimation; // of the line, in samples, were it not laid out by remainder
         for (std::size_t at = begin - reach; at < begin + reach + decimation; ++at) {
             const float middle = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
-            const float sigmas = (static_cast<float>(at) - middle) / sigma;
-            if (std::fabs(sigmas) > kernel_sigmas) continue;
-            taps_.push_back({.weight = std::exp(-0.5F * sigmas * sigmas),
+            const float from_middle = static_cast<float>(at) - middle;
+            if (std::fabs(from_middle) > envelope.reach()) continue;
+            taps_.push_back({.weight = envelope(from_middle),
                              .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
         }
     }

@@ -20,11 +20,11 @@ struct convolve_settings {
 };
 
 /// The axial half of `convolve`: in place where nothing is decimated.
-/// @param sigma  of the Gaussian, in samples
+/// @param sent  in samples
 template <exec::policy Policy>
-iq_lines convolve_along(const Policy& policy, iq_lines echoes, float sigma, std::uint32_t decimation) {
+iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    const axial_kernel kernel{echoes.samples, sigma, decimation};
+    const axial_kernel kernel{echoes.samples, sent, decimation};
     iq_lines decimated;
     if (decimation > 1) decimated = {echoes.count, echoes.samples / decimation, echoes.depth};
     iq_lines& results = decimation > 1 ? decimated : echoes;
@@ -83,7 +83,7 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_ker
 
 /// Echoes to what the probe receives: each spread by the pulse along the line and by the beam across the lines.
 ///
-/// Along: a Gaussian of peak 1, `pulse::sigma_z` wide. Across: a Gaussian in metres, `beam_model::lateral_sigma` wide,
+/// Along: the pulse's envelope, of peak 1. Across: a Gaussian in metres, `beam_model::lateral_sigma` wide,
 /// whose weights sum to 1 over the lines that exist, also at the ends. So a plate keeps its amplitude at every depth,
 /// sampling and line spacing. Beyond the ends of a line there is nothing. In place: pass std::move(echoes).
 /// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
@@ -102,16 +102,18 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
     if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
         throw usage_error{"convolve: `decimation` must divide the number of samples, " +
                           std::to_string(echoes.samples)};
-    const float sigma = sent.sigma_z(probe.frequency) / echoes.depth * static_cast<float>(echoes.samples);
+    const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
+    const pulse_envelope in_metres = sent.envelope(probe.frequency);
+    const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
     const auto decimation = static_cast<float>(settings.decimation);
-    if (!(sigma * 1.0001F >= decimation)) {
-        const float needed = lesser(std::ceil(static_cast<float>(echoes.samples) * decimation / sigma), 1e9F);
+    if (!(envelope.sigma * 1.0001F >= decimation)) {
+        const float needed = lesser(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
         throw usage_error{"convolve: the samples are too coarse for this pulse; a line needs at least " +
                           std::to_string(static_cast<std::uint32_t>(needed)) + " (twice as many are usual)" +
                           (settings.decimation > 1 ? ", or a smaller `decimation`" : "")};
     }
 
-    iq_lines lines = convolve_along(policy, std::move(echoes), sigma, settings.decimation);
+    iq_lines lines = convolve_along(policy, std::move(echoes), envelope, settings.decimation);
     return convolve_across(policy, std::move(lines),
                            make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}));
 }

@@ -40,7 +40,7 @@ struct lateral_weights {
     }
 
     /// The power that independent echoes have on a line: sum_jk w_j g_j w_k g_k C(x_j - x_k).
-    /// @param covariance  C(metres), of values on two lines so far apart; 1 at 0, and 0 from some distance on
+    /// @param covariance  C(lag), of values on two lines that are so many lines apart; 1 at 0, and 0 from some lag on
     /// @param gain        g(line): the amplitude that the echoes of a line have before
     template <class Covariance, class Gain>
     INSONIFY_FN float power(std::uint32_t line, const Covariance& covariance, const Gain& gain) const {
@@ -51,8 +51,8 @@ struct lateral_weights {
         };
         float sum = 0;
         for (int lag = 0; lag <= end - begin; ++lag) {
-            const float alike = covariance(static_cast<float>(lag) * spacing);
-            if (!(alike > 0)) break;
+            const float alike = covariance(lag);
+            if (lag > 0 && !(alike > 0)) break;
             float products = 0;
             for (int offset = begin; offset + lag <= end; ++offset)
                 products += amplitude(offset) * amplitude(offset + lag);

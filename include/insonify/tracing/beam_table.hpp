@@ -30,18 +30,24 @@ class beam_table {
             make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
         border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
-        // Beams that fan out meet the scatterers of an object in different directions: independent lines.
-        const bool parallel = probe.lines < 2 || probe.beam(0).direction == probe.beam(1).direction;
-        const auto between_lines = [&](float apart) { return apart == 0 ? 1.0F : parallel ? covariance(apart) : 0.0F; };
+        const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             float weight[elevation_planes::most];
             planes.weights(z, weight);
-            float power = 0;
+            float power = 0, apart_squared = 0;
             for (std::uint32_t i = 0; i < planes.count(); ++i)
-                for (std::uint32_t j = 0; j < planes.count(); ++j)
-                    power += weight[i] * weight[j] * (i == j ? 1.0F : covariance(planes.offset(i) - planes.offset(j)));
+                for (std::uint32_t j = 0; j < planes.count(); ++j) {
+                    const float apart = planes.offset(i) - planes.offset(j);
+                    const float common = weight[i] * weight[j] * (i == j ? 1.0F : covariance(apart, 0));
+                    power += common;
+                    apart_squared += common * apart * apart;
+                }
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
+            const auto between_lines = [&](int lag) {
+                const auto lines = static_cast<float>(lag);
+                return lag == 0 ? 1.0F : covariance(lines * across.spacing, lines * turned);
+            };
             std::vector<float> gain(border_ + 1, 1.0F), level(border_ + 1);
             const auto gain_of = [&](std::uint32_t line) { return gain[to_border(line)]; };
             for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: settle
@@ -49,13 +55,18 @@ class beam_table {
                     level[line] = power * across.power(line, between_lines, gain_of);
                 for (std::uint32_t line = 0; line <= border_; ++line) gain[line] /= std::sqrt(level[line]);
             }
+            const auto lag_squared = [&](int lag) {
+                const float apart = static_cast<float>(lag) * across.spacing;
+                return between_lines(lag) * apart * apart;
+            };
             for (std::uint32_t line = 0; line <= border_; ++line)
-                samples_[std::size_t{line} * depths + k] = {.fnumber = beam.fnumber(z),
-                                                            .elevation_fnumber = beam.elevation_fnumber(),
-                                                            .lateral_sigma =
-                                                                probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
-                                                            .line_spacing = across.spacing,
-                                                            .incoherent = gain[line]};
+                samples_[std::size_t{line} * depths + k] = {
+                    .fnumber = beam.fnumber(z),
+                    .elevation_fnumber = beam.elevation_fnumber(),
+                    .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                    .line_spacing = across.spacing,
+                    .incoherent = gain[line],
+                    .alike = {power * across.power(line, lag_squared, gain_of), apart_squared / power}};
         });
     }
 
@@ -68,6 +79,8 @@ class beam_table {
     }
 
   private:
+    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(lesser(0.5F * length(a - b), 1)); }
+
     // Which table a line has: its distance from the nearer end, as far as that matters.
     std::uint32_t to_border(std::uint32_t line) const { return std::min({line, lines_ - 1 - line, border_}); }
 
@@ -77,13 +90,14 @@ class beam_table {
     std::vector<beam_sample> samples_{};
 };
 
-/// The table for a model that says how alike independent echoes are on lines so many metres apart, with a member
-/// `float covariance(float metres) const`; none for others.
+/// The table for a model that says how alike independent echoes are on two lines, with a member
+/// `float covariance(float apart, float turned) const` (metres, radians); none for others.
 template <class Policy, transducer Probe, class Model>
 beam_table make_beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
                            const Model& model) {
-    if constexpr (requires { model.covariance(depth); })
-        return {policy, probe, depth, planes, [&](float apart) { return model.covariance(apart); }};
+    if constexpr (requires { model.covariance(depth, depth); })
+        return {policy, probe, depth, planes,
+                [&](float apart, float turned) { return model.covariance(apart, turned); }};
     else
         return {};
 }

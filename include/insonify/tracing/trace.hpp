@@ -2,23 +2,29 @@
 #define INSONIFY_TRACING_TRACE_HPP
 
 #include <insonify/tracing/beams.hpp>
+#include <insonify/tracing/slice.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
 /// What the probe receives along its lines.
 ///
-///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm});
-///     scan_lines paper = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
+///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at,
+///     physical{}, {.depth = 40_mm}); scan_lines paper = trace(exec::par_unseq,
+///     body, linear_array{}, at, law2011{}, {.depth = 40_mm});
 ///
 /// @param at     probe to world: x lateral, y elevation, z depth
-/// @param model  what happens at interfaces and between them: `physical`, `law2011`, or your own (`acoustic_model`)
-/// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @param model  what happens at interfaces and between them: `physical`,
+/// `law2011`, or your own (`acoustic_model`)
+/// @return `probe.lines` lines of `settings.samples` samples, of the type that
+/// the model makes
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd
+/// sizes
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
-                                             const pose& at, const Model& model, const acquisition& settings) {
-    return trace_beams(policy, body, probe, at, model, settings);
+line_grid<typename Model::sample_type>
+trace(const Policy &policy, const scene &body, const Probe &probe,
+      const pose &at, const Model &model, const acquisition &settings) {
+  return trace_lines(policy, search::best, body, probe, at, model, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

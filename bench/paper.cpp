@@ -1,0 +1,312 @@
+#include "support/contest.hpp"
+#include "support/embree_pixels.hpp"
+#include "support/table.hpp"
+#include <insonify/image/image.hpp>
+#include <insonify/tracing/pixels.hpp>
+#include <insonify/tracing/trace.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+
+/// The paper's performance tests 1 to 4 and its figures 4 to 6, by pixels, beams and slice, and beside them the paper's
+/// per-pixel algorithm on Embree, on all processors. Pictures are compared before time is.
+///
+///     bench_paper [folder] [seconds a row]       tables to the screen; *.dat, figures.gp and, where gnuplot is, figure_*.png
+namespace {
+
+using namespace insonify;
+using namespace bench;
+using paper::at;
+using paper::embree_pixels;
+using paper::frame;
+using paper::model;
+using paper::probe;
+
+/// Finds all crossings and does nothing with them: the tests without intensities.
+struct crossings_only {
+    using sample_type = float;
+    std::uint32_t samples(float, float) const { return frame.samples; }
+    void operator()(const auto&, const traced_line&, float, view<float>) const {}
+};
+
+/// One test: a curve for each algorithm, a row for each size.
+struct test {
+    std::string name{}, across{};
+    std::vector<std::string> curves{};
+    std::vector<std::pair<double, std::vector<double>>> rows{}; // size, milliseconds of each curve
+
+    void add(double size, const std::vector<double>& milliseconds) {
+        if (rows.empty()) {
+            std::printf("\n%s, ms a frame\n\n| %s |", name.c_str(), across.c_str());
+            for (const std::string& curve : curves) std::printf(" %s |", curve.c_str());
+            std::printf("\n|---|");
+            for (std::size_t i = 0; i < curves.size(); ++i) std::printf("---|");
+            std::puts("");
+        }
+        std::printf("| %.0f |", size);
+        for (const double value : milliseconds) std::printf(" %.3g |", value);
+        std::puts("");
+        std::fflush(stdout);
+        rows.push_back({size, milliseconds});
+    }
+
+    void write(const std::string& path) const {
+        std::ofstream file{path};
+        file << "# " << name << ", ms\n\"" << across << '"';
+        for (const std::string& curve : curves) file << " \"" << curve << '"';
+        for (const auto& [size, values] : rows) {
+            file << '\n' << size;
+            for (const double value : values) file << ' ' << value;
+        }
+        file << '\n';
+    }
+};
+
+double seconds_a_row = 2;
+
+std::vector<double> milliseconds_of(std::vector<contender> contenders) {
+    run(contenders, {.seconds = seconds_a_row, .least_rounds = 5, .most_rounds = 1000});
+    std::vector<double> all;
+    for (const contender& one : contenders) all.push_back(one.median() * 1e3);
+    return all;
+}
+
+/// Share of the pixels that differ by more than a thousandth. Stops where pictures are not the same.
+void compare(const std::string& what, std::span<const float> a, std::span<const float> b) {
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) different += std::fabs(a[i] - b[i]) > 1e-3F * std::fabs(b[i]) + 1e-6F;
+    const double share = static_cast<double>(different) / static_cast<double>(a.size());
+    if (a.size() == b.size() && share < 2e-3) return;
+    std::fprintf(stderr, "%s: %.2g of the pixels differ\n", what.c_str(), share);
+    std::exit(1);
+}
+
+/// The camera of the paper: over the slice, a pixel for each sample of each line.
+orthographic_camera over_the_slice() {
+    return {.at = look_at(at.point({0, 100_mm, frame.depth / 2}), at.point({0, 0, frame.depth / 2}), {1, 0, 0}),
+            .extent = {probe.width, frame.depth},
+            .size = {probe.lines, frame.samples}};
+}
+
+/// The points where r1 meets the slice, and nothing else: test 1c.
+float primary_rays(const orthographic_camera& seen_by) {
+    std::vector<float> sums(seen_by.size.y);
+    exec::for_each_index(exec::par, seen_by.size.y, [&](std::size_t y) {
+        for (std::uint32_t x = 0; x < seen_by.size.x; ++x) {
+            const ray r1 = seen_by.through({static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F});
+            const vec3 from = at.local_point(r1.origin), along = at.local_direction(r1.direction);
+            const vec3 point = from - from.y / along.y * along;
+            const vec2 place = probe.locate({point.x, point.z});
+            sums[y] += place.x + place.y;
+        }
+    });
+    float sum = 0;
+    for (const float each : sums) sum += each;
+    return sum;
+}
+
+/// What all tests of scenes at rest measure: the complete frame by every algorithm.
+std::vector<double> complete_frames(const std::string& name, const std::vector<mesh>& objects) {
+    const scene body = paper::scene_of(objects);
+    const embree_pixels peer{objects};
+    const orthographic_camera camera = over_the_slice();
+    std::vector<float> theirs, packets;
+    peer.trace(embree_pixels::rays::single, embree_pixels::shade::intensities, theirs);
+    peer.trace(embree_pixels::rays::packets, embree_pixels::shade::intensities, packets);
+    scan_lines beams = trace_beams(exec::par_unseq, body, probe, at, model, frame);
+    scan_lines slice = trace_slice(exec::par_unseq, body, probe, at, model, frame);
+    compare(name + ", Embree's packets", packets, theirs);
+    compare(name + ", beams", beams.values, theirs);
+    compare(name + ", slice", slice.values, theirs);
+    compare(name + ", pixels", trace_pixels(exec::par_unseq, body, probe, at, model, frame).values, theirs);
+    return milliseconds_of(
+        {{"Embree", [&] { peer.trace(embree_pixels::rays::single, embree_pixels::shade::intensities, theirs); }},
+         {"Embree packets",
+          [&] { peer.trace(embree_pixels::rays::packets, embree_pixels::shade::intensities, packets); }},
+         {"pixels", [&] { trace_pixels(exec::par_unseq, body, probe, at, model, frame, camera); }},
+         {"beams", [&] { beams = trace_beams(exec::par_unseq, body, probe, at, model, frame); }},
+         {"slice", [&] { slice = trace_slice(exec::par_unseq, body, probe, at, model, frame); }}});
+}
+const std::vector<std::string> complete_curves{"Embree, one ray", "Embree, packets", "pixels", "beams", "slice"};
+
+std::vector<double> frames_without_intensities(const std::vector<mesh>& objects) {
+    const scene body = paper::scene_of(objects);
+    const embree_pixels peer{objects};
+    std::vector<float> theirs;
+    scan_lines lines;
+    return milliseconds_of(
+        {{"Embree", [&] { peer.trace(embree_pixels::rays::single, embree_pixels::shade::crossings, theirs); }},
+         {"Embree packets", [&] { peer.trace(embree_pixels::rays::packets, embree_pixels::shade::crossings, theirs); }},
+         {"beams", [&] { lines = trace_beams(exec::par_unseq, body, probe, at, crossings_only{}, frame); }},
+         {"slice", [&] { lines = trace_slice(exec::par_unseq, body, probe, at, crossings_only{}, frame); }}});
+}
+
+/// Every vertex moves before each frame; the trees follow, or nobody needs them.
+std::vector<double> moving_frames(const mesh& cube) {
+    const std::vector<vec3>& rest = cube.positions;
+    embree_pixels rebuilt{{cube}, RTC_BUILD_QUALITY_MEDIUM}, refitted{{cube}, RTC_BUILD_QUALITY_REFIT};
+    scene followed = paper::scene_of({cube}), treeless = paper::scene_of({cube}, trees::wait);
+    std::vector<float> theirs;
+    scan_lines lines;
+    const auto peer = [&](embree_pixels& body) {
+        return contender{"Embree",
+                         [&] {
+                             body.update();
+                             body.trace(embree_pixels::rays::packets, embree_pixels::shade::intensities, theirs);
+                         },
+                         [&, number = 0U]() mutable {
+                             paper::deform({body.positions(), rest.size()}, rest, ++number);
+                         }};
+    };
+    const auto ours = [&](scene& body, trees upkeep, auto trace) {
+        return contender{"ours",
+                         [&, upkeep, trace] {
+                             body.update(exec::par_unseq, upkeep);
+                             lines = trace(body);
+                         },
+                         [&, number = 0U]() mutable {
+                             paper::deform(body.positions(body.objects()[0].id), rest, ++number);
+                         }};
+    };
+    const auto beams = [](const scene& s) { return trace_beams(exec::par_unseq, s, probe, at, model, frame); };
+    const auto slice = [](const scene& s) { return trace_slice(exec::par_unseq, s, probe, at, model, frame); };
+    contender check[] = {peer(rebuilt), peer(refitted), ours(followed, trees::follow, beams),
+                         ours(treeless, trees::wait, slice)};
+    std::vector<float> first;
+    for (contender& one : check) {
+        one.prepare();
+        one.work();
+        const bool by_peer = one.name == "Embree";
+        if (first.empty()) first = theirs;
+        compare("test 1d", by_peer ? theirs : lines.values, first);
+    }
+    return milliseconds_of({check[0], check[1], check[2], check[3]});
+}
+
+/// Test 2, no tree: every ray asks every triangle. So slow that only one of so many rays is traced and the time
+/// multiplied; the slice is measured whole.
+std::vector<double> frames_without_tree(const mesh& cube) {
+    const scene body = paper::scene_of({cube}, trees::wait);
+    const mesh_view triangles{cube};
+    const auto crossings_along = [&](const ray& r) {
+        const sheared_ray prepared{r};
+        std::size_t met = 0;
+        for (std::size_t i = 0; i < triangles.size(); ++i) {
+            const float distance = intersect(prepared, triangles[i]).distance;
+            met += distance >= 0 && distance <= r.max_distance;
+        }
+        return met;
+    };
+    const auto one_in = [&](std::size_t rays) { return std::max<std::size_t>(1, rays * triangles.size() / 20'000'000); };
+    const std::size_t pixels = std::size_t{probe.lines} * frame.samples;
+    const std::size_t pixel_step = one_in(2 * pixels), beam_step = std::min<std::size_t>(64, one_in(probe.lines));
+    std::vector<std::size_t> met(pixels);
+    scan_lines lines;
+    std::vector<double> found = milliseconds_of(
+        {{"pixels",
+          [&] {
+              exec::for_each_index(exec::par, pixels / pixel_step, [&](std::size_t i) {
+                  const std::size_t pixel = i * pixel_step;
+                  const float depth = (static_cast<float>(pixel % frame.samples) + 0.5F) * 0.1_mm;
+                  const ray line = world_beam(probe, at, static_cast<float>(pixel / frame.samples));
+                  const vec3 point = line.at(depth);
+                  met[i] = crossings_along({point, -line.direction, 0, depth}) +
+                           crossings_along({point, line.direction, 0, model.reflection_length});
+              });
+          }},
+         {"beams",
+          [&] {
+              exec::for_each_index(exec::par, probe.lines / beam_step, [&](std::size_t i) {
+                  ray line = world_beam(probe, at, static_cast<float>(i * beam_step));
+                  line.max_distance = frame.depth;
+                  met[i] = crossings_along(line);
+              });
+          }},
+         {"slice", [&] { lines = trace_slice(exec::par_unseq, body, probe, at, model, frame); }},
+         {"slice, b", [&] { lines = trace_slice(exec::par_unseq, body, probe, at, crossings_only{}, frame); }}});
+    found[0] *= static_cast<double>(pixel_step);
+    found[1] *= static_cast<double>(beam_step);
+    return found;
+}
+
+/// The paper's figures 4 to 6, where gnuplot is installed.
+void draw(const std::string& folder) {
+    const std::string script = folder + "/figures.gp";
+    std::ofstream file{script};
+    const auto curves = [&](const std::string& data, std::initializer_list<const char*> names, int first = 2) {
+        std::string all;
+        for (const char* name : names)
+            all += (all.empty() ? "" : ", ") + ("'" + folder + "/" + data + ".dat' skip 2 using 1:" +
+                                                std::to_string(first++) + " with linespoints title '" + name + "'");
+        return all;
+    };
+    file << "set terminal pngcairo size 900,1100\nset output '" << folder << "/figure_4.png'\n"
+         << "set key outside below\nset grid\nset logscale xy\nset xlabel 'triangles'\nset ylabel 'ms'\n"
+         << "set multiplot layout 2,1\nset title 'Test 1: a complete, b without intensities, c without secondary rays'\n"
+         << "plot " << curves("test_1a", {"a Embree", "a Embree packets", "a pixels", "a beams", "a slice"}) << ", "
+         << curves("test_1b", {"b Embree", "b Embree packets", "b beams", "b slice"}) << ", "
+         << curves("test_1c", {"c pixels"}) << '\n'
+         << "set title 'Test 1d: every vertex moves in every frame'\nplot "
+         << curves("test_1d", {"Embree, rebuilt", "Embree, refitted", "beams, refitted", "slice, no tree"})
+         << "\nunset multiplot\nset terminal pngcairo size 900,600\nset output '" << folder << "/figure_5.png'\n"
+         << "set title 'Test 2: no acceleration structure'\nplot "
+         << curves("test_2", {"a pixels", "beams", "a slice", "b slice"}) << "\nset output '" << folder
+         << "/figure_6.png'\nset title 'Tests 3 and 4: cubes behind one another, separate cubes'\nset xlabel 'cubes'\n"
+         << "plot " << curves("test_3", {"3 Embree", "3 Embree packets", "3 pixels", "3 beams", "3 slice"}) << ", "
+         << curves("test_4", {"4 Embree", "4 Embree packets", "4 pixels", "4 beams", "4 slice"}) << '\n';
+    file.close();
+    if (std::system("command -v gnuplot > /dev/null") != 0)
+        std::printf("\ngnuplot is not installed; `gnuplot %s` draws the figures elsewhere\n", script.c_str());
+    else if (std::system(("gnuplot '" + script + "'").c_str()) == 0)
+        std::printf("\nfigures 4 to 6 are in %s\n", folder.c_str());
+}
+
+} // namespace
+
+int main(int count, char** arguments) {
+    const std::string folder = count > 1 ? arguments[1] : ".";
+    if (count > 2) seconds_a_row = std::atof(arguments[2]);
+    std::printf("%s\n", bench::table::circumstances().c_str());
+
+    test whole{"Test 1a, complete", "triangles", complete_curves};
+    test crossings{"Test 1b, without intensities", "triangles", {"Embree, one ray", "Embree, packets", "beams", "slice"}};
+    test primary{"Test 1c, without secondary rays", "triangles", {"pixels"}};
+    test moving{"Test 1d, every vertex moves", "triangles", {"Embree, rebuilt", "Embree, refitted", "beams", "slice"}};
+    test treeless{"Test 2, no tree", "triangles", {"pixels", "beams", "slice", "slice, without intensities"}};
+    for (std::uint32_t subdivisions = 0; subdivisions <= 8; ++subdivisions) {
+        const std::vector<mesh> cube = paper::one_cube(subdivisions);
+        whole.add(static_cast<double>(cube[0].faces.size()), complete_frames("test 1a", cube));
+    }
+    for (std::uint32_t subdivisions = 0; subdivisions <= 8; ++subdivisions) {
+        const std::vector<mesh> cube = paper::one_cube(subdivisions);
+        crossings.add(static_cast<double>(cube[0].faces.size()), frames_without_intensities(cube));
+    }
+    float sum = 0;
+    for (std::uint32_t subdivisions = 0; subdivisions <= 8; ++subdivisions)
+        primary.add(12.0 * std::pow(4.0, subdivisions),
+                    milliseconds_of({{"pixels", [&] { sum += primary_rays(over_the_slice()); }}}));
+    if (!is_finite(sum)) return 1;
+    for (std::uint32_t subdivisions = 0; subdivisions <= 8; ++subdivisions) {
+        const mesh cube = paper::one_cube(subdivisions)[0];
+        moving.add(static_cast<double>(cube.faces.size()), moving_frames(cube));
+    }
+    for (std::uint32_t subdivisions = 0; subdivisions <= 8; ++subdivisions) {
+        const mesh cube = paper::one_cube(subdivisions)[0];
+        treeless.add(static_cast<double>(cube.faces.size()), frames_without_tree(cube));
+    }
+    test behind{"Test 3, cubes behind one another", "cubes", complete_curves};
+    test beside{"Test 4, separate cubes", "cubes", complete_curves};
+    for (std::uint32_t cubes = 1; cubes <= 64; cubes *= 2)
+        behind.add(cubes, complete_frames("test 3", paper::behind_one_another(cubes)));
+    for (std::uint32_t cubes = 1; cubes <= 64; cubes *= 2)
+        beside.add(cubes, complete_frames("test 4", paper::beside_one_another(cubes)));
+
+    whole.write(folder + "/test_1a.dat");
+    crossings.write(folder + "/test_1b.dat");
+    primary.write(folder + "/test_1c.dat");
+    moving.write(folder + "/test_1d.dat");
+    treeless.write(folder + "/test_2.dat");
+    behind.write(folder + "/test_3.dat");
+    beside.write(folder + "/test_4.dat");
+    draw(folder);
+}

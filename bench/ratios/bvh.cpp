@@ -1,0 +1,141 @@
+#include "../support/embree.hpp"
+#include "../support/meshes.hpp"
+#include "../support/rays.hpp"
+#include "rows.hpp"
+#include <insonify/bvh/bvh.hpp>
+
+namespace bench {
+namespace {
+
+bool same_distance(float a, float b) { return std::fabs(a - b) <= 1e-4F * (std::fabs(a) + std::fabs(b)) + 1e-6F; }
+
+double share_that_differs(std::span<const hit> a, std::span<const hit> b) {
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) different += !same_distance(a[i].distance, b[i].distance);
+    return static_cast<double>(different) / static_cast<double>(a.size());
+}
+
+double share_that_differs(std::span<const std::vector<hit>> a, std::span<const std::vector<hit>> b) {
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) different += a[i].size() != b[i].size();
+    return static_cast<double>(different) / static_cast<double>(a.size());
+}
+
+struct workload {
+    std::string name{};
+    std::vector<ray> rays{};
+    double must = 0;
+};
+
+void measure_rays(table& into, const std::string& name, const mesh& m) {
+    const bvh tree{exec::par, m};
+    const embree_peer peer{m};
+    for (const workload& one : {workload{"fan", fan_rays(), 1.3}, workload{"camera", camera_rays(), 1.3},
+                                workload{"incoherent", incoherent_rays(), 1.05}}) {
+        const embree_rays theirs{one.rays};
+        const auto items = static_cast<double>(one.rays.size());
+        std::vector<hit> hits(one.rays.size()), expected(one.rays.size());
+        std::vector<std::uint8_t> met(one.rays.size()), met_too(one.rays.size());
+        if (into.wants("closest " + one.name)) {
+            tree.closest(exec::unseq, one.rays, hits);
+            peer.closest(theirs, expected);
+            into.measure({.work = "closest " + one.name,
+                          .data = name,
+                          .unit = "M rays/s",
+                          .must = one.must,
+                          .different = share_that_differs(hits, expected)},
+                         {{"insonify", [&] { tree.closest(exec::unseq, one.rays, hits); }},
+                          {"Embree, one ray", [&] { peer.closest(theirs, expected); }},
+                          {"Embree, packets",
+                           [&] { peer.closest_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_NONE); }},
+                          {"Embree, coherent packets",
+                           [&] { peer.closest_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
+                         items);
+        }
+        if (into.wants("any " + one.name)) {
+            tree.any(exec::unseq, one.rays, met);
+            peer.any(theirs, met_too);
+            std::size_t different = 0;
+            for (std::size_t i = 0; i < met.size(); ++i) different += met[i] != met_too[i];
+            into.measure({.work = "any " + one.name,
+                          .data = name,
+                          .unit = "M rays/s",
+                          .must = 1.05,
+                          .different = static_cast<double>(different) / items},
+                         {{"insonify", [&] { tree.any(exec::unseq, one.rays, met); }},
+                          {"Embree, one ray", [&] { peer.any(theirs, met_too); }},
+                          {"Embree, packets",
+                           [&] { peer.any_packets(theirs, met_too, RTC_INTERSECT_CONTEXT_FLAG_NONE); }},
+                          {"Embree, coherent packets",
+                           [&] { peer.any_packets(theirs, met_too, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
+                         items);
+        }
+    }
+}
+
+void measure_all_crossings(table& into, const std::string& name, const mesh& m) {
+    if (!into.wants("all crossings fan")) return;
+    const bvh tree{exec::par, m};
+    const embree_peer peer{m, {.flags = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION}};
+    const std::vector<ray> rays = fan_rays();
+    const embree_rays theirs{rays};
+    std::vector<std::vector<hit>> hits(rays.size()), expected(rays.size());
+    const auto ours = [&] {
+        for (std::size_t i = 0; i < rays.size(); ++i) tree.all(rays[i], hits[i]);
+    };
+    ours();
+    peer.all(theirs, expected);
+    std::size_t found = 0;
+    for (const std::vector<hit>& one : hits) found += one.size();
+    into.measure({.work = "all crossings fan",
+                  .data = name,
+                  .unit = "M hits/s",
+                  .must = 2,
+                  .different = share_that_differs(hits, expected)},
+                 {{"insonify", ours},
+                  {"Embree filter, one ray", [&] { peer.all(theirs, expected); }},
+                  {"Embree filter, coherent packets",
+                   [&] { peer.all_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
+                 static_cast<double>(found));
+}
+
+void measure_trees(table& into, const std::string& name, const mesh& m, unsigned threads) {
+    const std::string data = name + ", " + std::to_string(threads) + (threads == 1 ? " thread" : " threads");
+    const auto policy = exec::par_unseq.threads(threads);
+    if (into.wants("build SAH")) {
+        embree_peer plain{m, {.threads = threads}}, compact{m, {.flags = RTC_SCENE_FLAG_COMPACT, .threads = threads}};
+        into.measure({.work = "build SAH", .data = data, .unit = "ms", .must = 1.5},
+                     {{"insonify", [&] { const bvh tree{policy, m}; }},
+                      {"Embree MEDIUM", [&] { plain.build(m); }},
+                      {"Embree MEDIUM compact", [&] { compact.build(m); }}},
+                     0, {.seconds = 4});
+    }
+    if (into.wants("refit")) {
+        bvh tree{policy, m};
+        embree_peer peer{m,
+                         {.quality = RTC_BUILD_QUALITY_REFIT, .flags = RTC_SCENE_FLAG_DYNAMIC, .threads = threads}};
+        into.measure({.work = "refit", .data = data, .unit = "ms", .must = 1.3},
+                     {{"insonify", [&] { tree.refit(policy); }}, {"Embree REFIT", [&] { peer.update(); }}});
+    }
+}
+
+} // namespace
+
+void add_ray_rows(table& into) {
+    measure_rays(into, "organ 82k", organ_82k());
+    measure_rays(into, "organ 1.3M", organ_1_3m());
+    measure_rays(into, "soup 500k", soup());
+    measure_all_crossings(into, "organ 82k", organ_82k());
+    measure_all_crossings(into, "shells 655k", shells());
+}
+
+void add_tree_rows(table& into) {
+    for (const unsigned threads : {1U, 2U}) {
+        measure_trees(into, "cube 12", cube(0), threads);
+        measure_trees(into, "organ 82k", organ_82k(), threads);
+        measure_trees(into, "soup 500k", soup(), threads);
+        measure_trees(into, "organ 1.3M", organ_1_3m(), threads);
+    }
+}
+
+} // namespace bench

@@ -1,0 +1,12 @@
+#include "rows.hpp"
+
+/// Prints the table of ratios, ours against the best peer measured by turns with it, and writes it as JSON.
+///
+///     bench_ratios [part of the name of a work] [file.json]
+int main(int count, char** arguments) {
+    bench::table all{count > 1 ? arguments[1] : ""};
+    std::printf("%s\n\n", bench::table::circumstances().c_str());
+    bench::add_ray_rows(all);
+    bench::add_tree_rows(all);
+    if (count > 2) all.write_json(arguments[2]);
+}

@@ -1,0 +1,68 @@
+#ifndef INSONIFY_BENCH_SUPPORT_PAPER_SCENES_HPP
+#define INSONIFY_BENCH_SUPPORT_PAPER_SCENES_HPP
+
+#include <insonify/acoustics/law2011.hpp>
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/scene/scene.hpp>
+#include <vector>
+
+/// The scenes of the paper's performance tests: cubes of bone in muscle, seen in a frame of 512 x 384 pixels of 0.1 mm.
+namespace bench::paper {
+
+using namespace insonify;
+
+inline constexpr linear_array probe{.lines = 512, .width = 51.2_mm, .frequency = 5_MHz};
+inline constexpr acquisition frame{.depth = 38.4_mm, .samples = 384};
+inline constexpr law2011 model{};
+/// A little out of the middle of the cubes, so that no frame runs along a row of their vertices.
+inline const pose at{.translation = {0.013_mm, 0.017_mm, 0}};
+
+/// Tests 1 and 2: one cube of 12 * 4^subdivisions triangles in the middle of the picture.
+inline std::vector<mesh> one_cube(std::uint32_t subdivisions) {
+    return {make_box({-10_mm, -10_mm, 9.2_mm}, {10_mm, 10_mm, 29.2_mm}, subdivisions)};
+}
+
+/// Test 3: cubes behind one another, as one object.
+inline std::vector<mesh> behind_one_another(std::uint32_t count) {
+    mesh all;
+    const float pitch = 36_mm / static_cast<float>(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const float begin = 1.2_mm + static_cast<float>(i) * pitch;
+        const mesh one = make_box({-20_mm, -20_mm, begin}, {20_mm, 20_mm, begin + 0.5F * pitch});
+        const auto first = static_cast<std::uint32_t>(all.positions.size());
+        all.positions.insert(all.positions.end(), one.positions.begin(), one.positions.end());
+        for (const uvec3& face : one.faces) all.faces.push_back(face + first);
+    }
+    return {all};
+}
+
+/// Test 4: cubes beside one another, each an object of its own; a line meets at most one.
+inline std::vector<mesh> beside_one_another(std::uint32_t count) {
+    std::vector<mesh> all;
+    const float pitch = 50_mm / static_cast<float>(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const float begin = -25_mm + static_cast<float>(i) * pitch;
+        all.push_back(make_box({begin, -10_mm, 9.2_mm}, {begin + 0.7F * pitch, 10_mm, 29.2_mm}));
+    }
+    return all;
+}
+
+inline scene scene_of(const std::vector<mesh>& objects, trees upkeep = trees::follow) {
+    scene body{tissue::muscle};
+    for (const mesh& one : objects) body.add(one, tissue::bone);
+    body.build(exec::par, upkeep);
+    return body;
+}
+
+/// Every vertex somewhere else than in the frame before, and still a cube.
+inline void deform(std::span<vec3> positions, const std::vector<vec3>& rest, std::uint32_t frame_number) {
+    const float phase = 0.1F * static_cast<float>(frame_number);
+    for (std::size_t i = 0; i < rest.size(); ++i)
+        positions[i] = rest[i] + vec3{0.5_mm * std::sin(phase + 100 * rest[i].z), 0, 0.3_mm * std::cos(phase)};
+}
+
+} // namespace bench::paper
+#endif

@@ -1,0 +1,73 @@
+#ifndef INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
+#define INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
+
+#include <insonify/core/random.hpp>
+#include <insonify/execution/simd_bits.hpp>
+
+/// What the cells of a `cell_field` hold: complex numbers of mean power 1, found from an index alone.
+namespace insonify::inline INSONIFY_ABI {
+
+/// Complex numbers, one a lane.
+template <int N>
+struct complex_lanes {
+    lanes<N> real{};
+    lanes<N> imaginary{};
+};
+
+/// Very many scatterers to a resolution cell: their sum is a complex Gaussian, the envelope Rayleigh distributed.
+struct gaussian_numbers {
+    /// @param index  of the cells
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
+        const bit_lanes<N> bits = mix_lanes<N>(index);
+        return {bell<N>(bits), bell<N>(bits >> 16)};
+    }
+
+  private:
+    // The sum of two uniform numbers of 8 bits, mean 0, variance 1/2: the Gauss curve comes of the sums that follow.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE static lanes<N> bell(const bit_lanes<N>& bits) {
+        constexpr float scale = 0.0067658736F; // sqrt(1/2) over the deviation of the sum, sqrt(2 (256^2 - 1) / 12)
+        const bit_lanes<N> byte(0xFFU);
+        return (floats_of<N>((bits & byte) + ((bits >> 8) & byte)) - lanes<N>(255.0F)) * lanes<N>(scale);
+    }
+};
+
+/// Countable scatterers of normally distributed strength and random phase, as many to a volume as Poisson's distribution
+/// says.
+struct poisson_numbers {
+    float density = 20e9F; ///< scatterers in a cubic metre, of media that state none: 20 in a cubic millimetre
+
+    /// @param volume  of a cell, m^3
+    /// @param stated  the medium's scatterers in a cubic metre; 0: `density`
+    template <int N>
+    INSONIFY_FN complex_lanes<N> operator()(const bit_lanes<N>& index, float volume, float stated) const {
+        const float mean = (stated > 0 ? stated : density) * volume;
+        std::uint32_t each[N];
+        store_bits<N>(index, each);
+        float real[N], imaginary[N];
+        for (int i = 0; i < N; ++i) {
+            const vec2 sum = of_cell(each[i], mean);
+            real[i] = sum.x;
+            imaginary[i] = sum.y;
+        }
+        return {load<N>(real), load<N>(imaginary)};
+    }
+
+  private:
+    INSONIFY_FN static vec2 of_cell(std::uint32_t index, float mean) {
+        const float chance = static_cast<float>(mix_bits(index) >> 8U) * 0x1p-24F;
+        float probability = std::exp(-mean), reached = probability; // of no scatterer, of so many at most
+        vec2 sum{0, 0};
+        for (std::uint32_t count = 1; chance >= reached && count < 64; ++count) {
+            const float angle = 2 * pi * static_cast<float>(mix_bits(index + count * 0x632BE5ABU) >> 8U) * 0x1p-24F;
+            sum += hash_normal(index, count).x * vec2{std::cos(angle), std::sin(angle)};
+            probability *= mean / static_cast<float>(count);
+            reached += probability;
+        }
+        return sum / std::sqrt(mean);
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,116 @@
+#ifndef INSONIFY_TRACING_SLICE_LINES_HPP
+#define INSONIFY_TRACING_SLICE_LINES_HPP
+
+#include <insonify/scene/line_layers.hpp>
+#include <insonify/scene/slice_cut.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Finds the crossings of all lines of a frame at once: cuts the scene by the
+/// slices that they lie in, and hands the segments out to the lines. Keeps its
+/// memory from frame to frame.
+class slice_lines {
+public:
+  /// Lines that are handed their segments together, by one thread.
+  static constexpr std::size_t block = 8;
+
+  /// The segments of one block, by line and slice.
+  struct block_segments {
+    std::vector<std::uint32_t> end{}; ///< of each line and slice, in `segments`
+    std::vector<const cut_segment *> segments{};
+  };
+
+  /// @return false where the lines are no `line_fan`: then nothing is found
+  template <transducer Probe> bool take(const Probe &probe) {
+    return fan_.assign(probe);
+  }
+
+  /// Cuts the scene by the slices of the probe that was taken; see
+  /// `slice_cut::cut`.
+  template <exec::policy Policy>
+  void cut(const Policy &policy, const scene &body, const pose &at,
+           view<const float> offsets, float reach) {
+    body_ = &body;
+    slices_ = offsets.size();
+    reach_ = reach;
+    cut_.cut(policy, body, fan_, at, offsets, reach);
+    const std::size_t blocks = (fan_.size() + block - 1) / block;
+    block_end_.assign(blocks + 1, 0);
+    const auto each_block = [&](const auto &visit) {
+      cut_.for_each_segment([&](const cut_segment &segment) {
+        for (std::size_t b = segment.first / block; b * block < segment.last;
+             ++b)
+          visit(b, segment);
+      });
+    };
+    each_block(
+        [&](std::size_t b, const cut_segment &) { ++block_end_[b + 1]; });
+    for (std::size_t b = 0; b < blocks; ++b)
+      block_end_[b + 1] += block_end_[b];
+    of_blocks_.resize(block_end_[blocks]);
+    each_block([&](std::size_t b, const cut_segment &segment) {
+      of_blocks_[block_end_[b]++] = &segment;
+    });
+  }
+
+  /// Sorts the segments of lines `begin` to `begin + block` by line and slice.
+  void start(std::size_t begin, block_segments &own) const {
+    const std::size_t b = begin / block;
+    const std::size_t first = b == 0 ? 0 : block_end_[b - 1],
+                      last = block_end_[b];
+    own.end.assign(block * slices_ + 1, 0);
+    const auto each_slot = [&](const auto &visit) {
+      for (std::size_t i = first; i < last; ++i) {
+        const cut_segment &segment = *of_blocks_[i];
+        const std::size_t end =
+            std::min<std::size_t>(segment.last, begin + block);
+        for (std::size_t line = std::max<std::size_t>(segment.first, begin);
+             line < end; ++line)
+          visit((line - begin) * slices_ + segment.slice, &segment);
+      }
+    };
+    each_slot(
+        [&](std::size_t slot, const cut_segment *) { ++own.end[slot + 1]; });
+    for (std::size_t slot = 0; slot < block * slices_; ++slot)
+      own.end[slot + 1] += own.end[slot];
+    own.segments.resize(own.end[block * slices_]);
+    each_slot([&](std::size_t slot, const cut_segment *segment) {
+      own.segments[own.end[slot]++] = segment;
+    });
+  }
+
+  /// The same as `find_crossings` for the ray that leaves `origin`, in the
+  /// world, as this line of this slice.
+  void find(std::size_t line, std::size_t slice, vec3 origin,
+            const block_segments &own, line_crossings &found) const {
+    found.crossings.clear();
+    found.inside.clear(body_->objects().size());
+    const std::size_t slot = line % block * slices_ + slice;
+    const line_fan::line &way = fan_[line];
+    for (std::size_t i = slot == 0 ? 0 : own.end[slot - 1]; i < own.end[slot];
+         ++i) {
+      const cut_segment &segment = *own.segments[i];
+      const float distance = way.meet(segment.from, segment.to);
+      if (!(distance >= 0))
+        continue;
+      const object &one = body_->objects()[segment.object];
+      if (one.box.contains(origin))
+        found.inside.toggle(one.rank);
+      if (distance <= reach_)
+        found.crossings.push_back({distance, one.rank, segment.primitive});
+    }
+    std::sort(found.crossings.begin(), found.crossings.end());
+  }
+
+private:
+  const scene *body_ = nullptr;
+  std::size_t slices_ = 0;
+  float reach_ = 0;
+  line_fan fan_{};
+  slice_cut cut_{};
+  std::vector<std::size_t> block_end_{};
+  std::vector<const cut_segment *> of_blocks_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

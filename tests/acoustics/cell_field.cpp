@@ -1,0 +1,200 @@
+#include <insonify/acoustics/cell_field.hpp>
+#include <doctest/doctest.h>
+#include <vector>
+
+using namespace insonify;
+
+static_assert(scattering_field<gaussian_field<>> && scattering_field<poisson_scatterers<>>);
+
+namespace cell_field_test {
+namespace {
+
+struct found {
+    std::vector<double> depth;
+    std::vector<vec2> amplitude;
+};
+template <class Field>
+found along(const Field& field, const material_line& line, float begin, float end, float spacing = 25_um) {
+    found all;
+    field.scatter(line, begin, end, spacing, [&](const scatterer_run& run) {
+        for (std::uint32_t i = 0; i < run.count; ++i) {
+            const double depth = static_cast<double>(run.first) + i * static_cast<double>(run.step);
+            const vec2 amplitude{run.real[i], run.imaginary[i]};
+            if (!all.depth.empty() && depth - all.depth.back() < 1e-6) { // the rest of a slot that a border cuts
+                all.amplitude.back() += amplitude;
+                continue;
+            }
+            all.depth.push_back(depth);
+            all.amplitude.push_back(amplitude);
+        }
+    });
+    return all;
+}
+
+// Mean product of the scatterers that two lines have at the same depths, within a quarter of a slot.
+double in_common(const found& a, const found& b) {
+    double sum = 0;
+    for (std::size_t i = 0, k = 0; i < a.depth.size(); ++i) {
+        while (k + 1 < b.depth.size() && b.depth[k] < a.depth[i] - 6e-6) ++k;
+        if (std::fabs(b.depth[k] - a.depth[i]) < 6e-6) sum += static_cast<double>(dot(a.amplitude[i], b.amplitude[k]));
+    }
+    return sum / static_cast<double>(a.depth.size());
+}
+
+struct stretched {
+    vec3 operator()(std::uint32_t, vec3 p) const { return {p.x, p.y, 2 * p.z}; }
+};
+
+} // namespace
+} // namespace cell_field_test
+
+TEST_CASE("the field has power 1 a slot, mean 0, equal parts, and neighbours along the line are independent") {
+    double power = 0, real = 0, imaginary = 0, product = 0, cross_terms = 0;
+    std::size_t count = 0;
+    vec2 before{0, 0};
+    for (int line = 0; line < 200; ++line) {
+        const auto f = cell_field_test::along(gaussian_field<>{},
+                                              {.origin = {0.37_mm * static_cast<float>(line), 0.1_mm, 0}}, 1_mm, 40_mm);
+        for (const vec2 a : f.amplitude) {
+            power += static_cast<double>(dot(a, a));
+            real += static_cast<double>(a.x);
+            imaginary += static_cast<double>(a.y);
+            product += static_cast<double>(a.x) * a.y;
+            cross_terms += static_cast<double>(dot(a, before));
+            before = a;
+            ++count;
+        }
+    }
+    const auto n = static_cast<double>(count);
+    CHECK(power / n == doctest::Approx(1).epsilon(0.01));
+    for (const double sum : {real, imaginary, product, cross_terms}) CHECK(std::fabs(sum / n) < 0.01);
+}
+
+TEST_CASE("lines so far apart are as alike as covariance says, averaged over where they stand") {
+    for (const float apart : {0.05_mm, 0.1_mm, 0.15_mm, 0.2_mm, 0.3_mm, 0.5_mm}) {
+        double together = 0;
+        for (int i = 0; i < 300; ++i) {
+            const float x = 0.413_mm * static_cast<float>(i);
+            const auto a = cell_field_test::along(gaussian_field<>{}, {.origin = {x, 0, 0}}, 0, 20_mm);
+            const auto b = cell_field_test::along(gaussian_field<>{}, {.origin = {x + apart, 0, 0}}, 0, 20_mm);
+            together += cell_field_test::in_common(a, b) / 300;
+        }
+        CHECK(std::fabs(together - static_cast<double>(gaussian_field<>{}.covariance(apart, 0))) < 0.01);
+    }
+    CHECK(gaussian_field<>{}.covariance(0, 0) == 1);
+    CHECK(gaussian_field<>{}.covariance(1_m, 0) == 0);
+}
+
+TEST_CASE("scatterers stay where they are in the material when the line starts elsewhere") {
+    const auto near_by = cell_field_test::along(gaussian_field<>{}, {.origin = {1_mm, 2_mm, 0}}, 10_mm, 11_mm);
+    const auto moved = cell_field_test::along(gaussian_field<>{}, {.origin = {1_mm, 2_mm, 4.013_mm}}, 10_mm - 4.013_mm,
+                                              11_mm - 4.013_mm);
+    REQUIRE(near_by.depth.size() == moved.depth.size());
+    for (std::size_t i = 1; i + 1 < near_by.depth.size(); ++i) {
+        CHECK(near_by.depth[i] == doctest::Approx(moved.depth[i] + 4.013e-3).epsilon(1e-6));
+        CHECK(length(near_by.amplitude[i] - moved.amplitude[i]) < 2e-3F);
+    }
+}
+
+TEST_CASE("a cut through a slot divides it: both parts together are the whole") {
+    const material_line line{.origin = {0.3_mm, 0, 0}};
+    const auto whole = cell_field_test::along(gaussian_field<>{}, line, 1_mm, 2_mm);
+    const auto upper = cell_field_test::along(gaussian_field<>{}, line, 1_mm, 1.51_mm),
+               lower = cell_field_test::along(gaussian_field<>{}, line, 1.51_mm, 2_mm);
+    CHECK(upper.amplitude.size() + lower.amplitude.size() == whole.amplitude.size() + 1);
+    const vec2 sum = upper.amplitude.back() + lower.amplitude.front();
+    CHECK(length(sum - whole.amplitude[upper.amplitude.size() - 1]) < 1e-4F);
+}
+
+TEST_CASE("lines of far directions, other objects or other seeds are independent") {
+    const material_line line{};
+    const auto likeness = [&](const gaussian_field<>& other, const material_line& another) {
+        return cell_field_test::in_common(cell_field_test::along(gaussian_field<>{}, line, 0, 200_mm),
+                                          cell_field_test::along(other, another, 0, 200_mm));
+    };
+    CHECK(likeness({}, line) > 0.95);
+    CHECK(std::fabs(likeness({}, {.along = normalize(vec3{0.3F, 0, 1})})) < 0.05);
+    CHECK(std::fabs(likeness({}, {.object = 3})) < 0.05);
+    CHECK(std::fabs(likeness({.seed = 2}, line)) < 0.05);
+}
+
+TEST_CASE("a line turned about a point of its own keeps near that point what covariance says") {
+    // Around the point the two run through the same cells; the turned one has other layouts with the chance stated.
+    for (const float turn : {0.2_deg, 1.0_deg, 3.0_deg}) {
+        double together = 0, all = 0;
+        for (int i = 0; i < 2000; ++i) {
+            const vec3 point{0.713_mm * static_cast<float>(i), 0.3_mm, 50.0113_mm};
+            const vec3 straight{0, 0, 1}, turned{std::sin(turn), 0, std::cos(turn)};
+            const auto through = [&](vec3 along) {
+                return cell_field_test::along(gaussian_field<>{}, {.origin = point - 1_mm * along, .along = along},
+                                              0.9_mm, 1.1_mm);
+            };
+            together += cell_field_test::in_common(through(straight), through(turned));
+            all += cell_field_test::in_common(through(straight), through(straight));
+        }
+        const double expected = static_cast<double>(gaussian_field<>{}.covariance(0, turn));
+        MESSAGE("turned by ", (turn * 180 / pi), " degrees: ", (together / all), " in common, expected ", expected);
+        CHECK(std::fabs(together / all - expected) < 0.06);
+    }
+}
+
+TEST_CASE("a line turned about itself has the same scatterers") {
+    const auto a = cell_field_test::along(gaussian_field<>{}, {.elevation = {0, 1, 0}}, 0, 20_mm);
+    const auto b = cell_field_test::along(gaussian_field<>{}, {.elevation = normalize(vec3{1, 2, 0})}, 0, 20_mm);
+    CHECK(a.depth == b.depth);
+    CHECK(a.amplitude == b.amplitude);
+}
+
+TEST_CASE(
+    "oblique lines hold a power of 1 a slot too, and say how much deeper a line aside meets the same scatterers") {
+    for (const vec3 along : {normalize(vec3{0.06F, 0, 1}), normalize(vec3{0.3F, -0.2F, 1}), vec3{0, 0.8F, -0.6F}}) {
+        double power = 0, slots = 0;
+        const vec3 lateral = normalize(cross(vec3{0.2F, 1, 0}, along)), elevation = cross(along, lateral);
+        for (int i = 0; i < 300; ++i) {
+            const material_line line{
+                .origin = {0.37_mm * static_cast<float>(i), 0, 0}, .along = along, .elevation = elevation};
+            gaussian_field<>{}.scatter(line, 0, 30_mm, 25_um, [&](const scatterer_run& run) {
+                for (std::uint32_t k = 0; k < run.count; ++k)
+                    power += static_cast<double>(run.real[k] * run.real[k] + run.imaginary[k] * run.imaginary[k]);
+                CHECK(std::fabs(run.slope.x) < 0.18F); // two steps of the lattice meet at most so far from the line
+                CHECK(std::fabs(run.slope.y) < 0.18F);
+            });
+            slots += 30e-3 / 25e-6;
+        }
+        CHECK(power / slots == doctest::Approx(1).epsilon(0.015));
+    }
+}
+
+TEST_CASE("a medium's own density of scatterers counts before the field's") {
+    const auto fourth_moment = [](float stated, float fallback) { // of sparse numbers it is large
+        double second = 0, fourth = 0, n = 0;
+        for (int i = 0; i < 200; ++i) {
+            const material_line line{.origin = {0.41_mm * static_cast<float>(i), 0, 0}, .scatterer_density = stated};
+            const auto f =
+                cell_field_test::along(poisson_scatterers<>{.numbers = {.density = fallback}}, line, 0, 20_mm);
+            for (const vec2 a : f.amplitude) {
+                const auto p = static_cast<double>(dot(a, a));
+                second += p, fourth += p * p, n += 1;
+            }
+        }
+        return fourth * n / (second * second);
+    };
+    const double sparse = fourth_moment(20e9F, 2000e9F), dense = fourth_moment(0, 2000e9F);
+    CHECK(sparse == doctest::Approx(fourth_moment(0, 20e9F)).epsilon(1e-6));
+    CHECK(sparse > 4 * dense);
+}
+
+TEST_CASE("a map to the tissue at rest moves its scatterers") {
+    // Everything was twice as deep: the slots stand at half their spacing, with the amplitudes of the undeformed line.
+    const material_line line{};
+    const auto rest = cell_field_test::along(gaussian_field<>{}, line, 20_mm, 21_mm);
+    const auto pressed = cell_field_test::along(gaussian_field<cell_field_test::stretched>{}, line, 10_mm, 10.5_mm);
+    REQUIRE(pressed.depth.size() >= rest.depth.size());
+    int matched = 0;
+    for (std::size_t i = 1; i + 1 < rest.depth.size(); ++i)
+        for (std::size_t k = 0; k < pressed.depth.size(); ++k)
+            if (std::fabs(2 * pressed.depth[k] - rest.depth[i]) < 1e-6 &&
+                length(pressed.amplitude[k] - rest.amplitude[i]) < 1e-3F)
+                ++matched;
+    CHECK(matched >= static_cast<int>(rest.depth.size()) - 4);
+}

@@ -1,0 +1,353 @@
+#include <insonify/acoustics/physical.hpp>
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+#include <insonify/probe/radial_array.hpp>
+#include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/pixels.hpp>
+#include <insonify/tracing/slice.hpp>
+#include <insonify/tracing/trace.hpp>
+#include "reference.hpp"
+#include <doctest/doctest.h>
+#include <limits>
+
+using namespace insonify;
+
+namespace slice_test {
+namespace {
+
+vec3 random_point(std::uint64_t seed, std::uint64_t i) {
+    return {2 * hash_uniform(seed, 3 * i) - 1, 2 * hash_uniform(seed, 3 * i + 1) - 1,
+            2 * hash_uniform(seed, 3 * i + 2) - 1};
+}
+
+// Balls, boxes and cylinders in random poses: they nest, overlap and hold the probe.
+scene random_scene(std::uint64_t seed, trees upkeep) {
+    scene body{tissue::water};
+    const auto objects = 2 + hash_bits(seed, 1) % 6;
+    for (std::uint64_t i = 0; i < objects; ++i) {
+        const std::uint64_t own = hash_bits(seed, 100 + i);
+        const float size = 4_mm + 20_mm * hash_uniform(own, 0);
+        mesh surface = own % 3 == 0 ? make_sphere({0, 0, 0}, size, 3)
+                       : own % 3 == 1
+                           ? make_box(-vec3{size, 0.7F * size, 0.5F * size}, {size, 0.7F * size, 0.5F * size}, 2)
+                           : make_cylinder({0, 0, -size}, {0, 0, size}, 0.6F * size, 20);
+        const vec3 centre = vec3{0, 0, 30_mm} + 25_mm * random_point(own, 3);
+        body.add(std::move(surface), tissue::fat,
+                 {.at = look_at(centre, centre + random_point(own, 4), random_point(own, 5))});
+    }
+    body.add(make_sphere({0, 0, 0}, 12_mm, 3), tissue::muscle); // the probe stands in it
+    body.add(mesh{}, tissue::bone);                             // an empty one as well
+    body.build(exec::par, upkeep);
+    return body;
+}
+
+// Parallel lines that leave the face at an angle.
+struct steered_array : linear_array {
+    float angle = 20_deg;
+    ray beam(float line) const {
+        return {.origin = linear_array::beam(line).origin, .direction = {std::sin(angle), 0, std::cos(angle)}};
+    }
+};
+// Lines from a flat face, as if they came from a point behind it; before it, they would run towards that point.
+struct trapezoid : linear_array {
+    float behind = 30_mm;
+    ray beam(float line) const {
+        const vec3 origin = linear_array::beam(line).origin;
+        return {.origin = origin, .direction = (behind > 0 ? 1.0F : -1.0F) * normalize(origin + vec3{0, 0, behind})};
+    }
+};
+
+// All crossings of all lines in all planes, by line and plane.
+using line_lists = std::vector<std::vector<crossing>>;
+template <class Probe>
+line_lists by_slices(const scene& body, const Probe& probe, const pose& at, const std::vector<float>& offsets,
+                     float reach) {
+    slice_lines slices;
+    REQUIRE(slices.take(probe));
+    slices.cut(exec::par, body, at, offsets, reach);
+    line_lists lists;
+    slice_lines::block_segments own;
+    line_crossings found;
+    for (std::uint32_t i = 0; i < probe.lines; ++i) {
+        if (i % slice_lines::block == 0) slices.start(i, own);
+        for (std::size_t plane = 0; plane < offsets.size(); ++plane) {
+            const vec3 shift = offsets[plane] * at.direction({0, 1, 0});
+            slices.find(i, plane, world_beam(probe, at, static_cast<float>(i)).origin + shift, own, found);
+            lists.push_back(found.crossings);
+        }
+    }
+    return lists;
+}
+template <class Probe>
+line_lists by_rays(const scene& body, const Probe& probe, const pose& at, const std::vector<float>& offsets,
+                   float reach) {
+    line_lists lists;
+    line_crossings found;
+    for (std::uint32_t i = 0; i < probe.lines; ++i)
+        for (const float offset : offsets) {
+            ray beam = world_beam(probe, at, static_cast<float>(i));
+            beam.origin += offset * at.direction({0, 1, 0});
+            find_crossings(body, beam, reach, found);
+            lists.push_back(found.crossings);
+        }
+    return lists;
+}
+
+// Both are the same: objects and faces equal, distances within rounding.
+struct comparison {
+    std::size_t lines = 0, doubtful = 0;
+    float worst = 0;
+};
+void compare(const line_lists& a, const line_lists& b, comparison& seen) {
+    REQUIRE(a.size() == b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        ++seen.lines;
+        bool same = a[i].size() == b[i].size();
+        float apart = 0;
+        for (std::size_t k = 0; same && k < a[i].size(); ++k) {
+            same = a[i][k].rank == b[i][k].rank;
+            apart = std::max(apart, std::fabs(a[i][k].distance - b[i][k].distance));
+        }
+        if (!same || apart > 1e-6F)
+            ++seen.doubtful; // a grazing line, or one through an edge: looked at elsewhere
+        else
+            seen.worst = std::max(seen.worst, apart);
+    }
+}
+
+template <class Body>
+void with_every_probe(const Body& body) {
+    body(linear_array{.lines = 61, .width = 30_mm});
+    body(steered_array{{.lines = 47, .width = 30_mm}});
+    body(trapezoid{{.lines = 50, .width = 20_mm}});
+    body(convex_array{.lines = 53, .radius = 20_mm, .field_of_view = 70_deg});
+    body(convex_array{.lines = 64, .radius = 9_mm, .field_of_view = 300_deg});
+    body(phased_array{.lines = 48, .width = 10_mm, .field_of_view = 90_deg});
+    body(radial_array{.lines = 99, .radius = 2_mm});
+    body(linear_array{.lines = 1, .width = 1_mm});
+}
+
+std::vector<float> random_offsets(std::uint64_t seed) {
+    std::vector<float> offsets(1 + seed % 7);
+    for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = 4_mm * hash_uniform(seed, 50 + i) - 2_mm;
+    return offsets;
+}
+
+} // namespace
+} // namespace slice_test
+
+TEST_CASE("slices find the crossings that rays find, on random scenes and poses, with every probe, in 1 to 7 planes") {
+    using namespace slice_test;
+    constexpr std::uint64_t first_seed = 40;
+    MESSAGE("first seed ", first_seed);
+    comparison seen;
+    std::size_t crossings = 0;
+    for (std::uint64_t seed = first_seed; seed < first_seed + 30; ++seed) {
+        const scene body = random_scene(seed, trees::follow), treeless = random_scene(seed, trees::wait);
+        const vec3 face = 8_mm * random_point(seed, 7);
+        const pose at = look_at(face, {0, 0, 30_mm}, random_point(seed, 8));
+        const std::vector<float> offsets = random_offsets(seed);
+        with_every_probe([&](const auto& probe) {
+            const line_lists slices = by_slices(body, probe, at, offsets, 60_mm);
+            CHECK(by_slices(treeless, probe, at, offsets, 60_mm) == slices); // tree or none: the very same
+            compare(slices, by_rays(body, probe, at, offsets, 60_mm), seen);
+            for (const auto& list : slices) crossings += list.size();
+        });
+    }
+    MESSAGE(seen.lines, " lines, ", crossings, " crossings, ", seen.doubtful, " in doubt, worst ", seen.worst, " m");
+    CHECK(crossings > seen.lines);
+    CHECK(seen.doubtful * 2000 < seen.lines);
+}
+
+TEST_CASE("slices find the crossings of brute force in double precision") {
+    using namespace slice_test;
+    std::size_t lines = 0, doubtful = 0;
+    for (std::uint64_t seed = 7; seed < 11; ++seed) {
+        const scene body = random_scene(seed, trees::wait);
+        const pose at = look_at(8_mm * random_point(seed, 7), {0, 0, 30_mm}, random_point(seed, 8));
+        with_every_probe([&](const auto& probe) {
+            const line_lists slices = by_slices(body, probe, at, {0.7_mm}, 60_mm);
+            for (std::uint32_t i = 0; i < probe.lines; i += 3) {
+                const ray beam = world_beam(probe, at, static_cast<float>(i));
+                const vec3 origin = beam.origin + 0.7_mm * at.direction({0, 1, 0});
+                std::vector<std::pair<double, std::uint32_t>> expected;
+                for (const object& one : body.objects())
+                    for (const double distance :
+                         reference::crossings(one, glm::dvec3{origin}, glm::dvec3{beam.direction}))
+                        if (distance <= 0.06) expected.push_back({distance, one.rank});
+                std::sort(expected.begin(), expected.end());
+                bool same = expected.size() == slices[i].size();
+                for (std::size_t k = 0; same && k < expected.size(); ++k)
+                    same = slices[i][k].rank == expected[k].second &&
+                           std::fabs(static_cast<double>(slices[i][k].distance) - expected[k].first) < 2e-6;
+                ++lines;
+                doubtful += !same;
+            }
+        });
+    }
+    MESSAGE(lines, " lines, ", doubtful, " differ");
+    CHECK(doubtful * 500 < lines); // through an edge, or grazing
+}
+
+TEST_CASE("every line crosses a closed surface in and out by turns, also through its vertices and edges") {
+    using namespace slice_test;
+    // A box whose vertices lie on a grid of lines and slices, and a ball with vertices in the slices, from all sides.
+    scene body{tissue::water};
+    body.add(make_box({-8_mm, -8_mm, 12_mm}, {8_mm, 8_mm, 28_mm}, 4), tissue::bone);
+    body.add(make_sphere({0, 0, 20_mm}, 16_mm, 4), tissue::fat);
+    body.build(exec::par, trees::wait);
+    const linear_array grid{.lines = 81, .width = 40.5_mm}; // a line each half millimetre, on the vertices
+    std::size_t lines = 0, crossings = 0;
+    const auto check = [&](const auto& probe, const pose& at, const std::vector<float>& offsets) {
+        const line_lists lists = by_slices(body, probe, at, offsets, 1.0F);
+        for (std::size_t i = 0; i < lists.size(); ++i) {
+            const ray beam = world_beam(probe, at, static_cast<float>(i / offsets.size()));
+            for (const object& one : body.objects()) {
+                float level = 0; // 1 inside, 0 outside
+                float before = 0;
+                for (const crossing& c : lists[i]) {
+                    if (c.rank != one.rank) continue;
+                    // Two places within rounding of each other may have changed their order.
+                    if (level < 0 || level > 1) REQUIRE(c.distance - before < touching_distance);
+                    const vec3 normal = one.at.direction(area_vector(mesh_view{one.surface}[c.primitive]));
+                    if (std::fabs(dot(normalize(normal), beam.direction)) < 1e-3F)
+                        level = 1 - level; // along a face: either way
+                    else
+                        level += dot(normal, beam.direction) < 0 ? 1.0F : -1.0F;
+                    before = c.distance;
+                    ++crossings;
+                }
+                REQUIRE(level == 0);
+            }
+            ++lines;
+        }
+    };
+    for (const float turn : {0.0F, 90_deg, 180_deg, 270_deg, 45_deg}) {
+        const vec3 z{std::sin(turn), 0, std::cos(turn)};
+        const pose at{mat3{{z.z, 0, -z.x}, {0, 1, 0}, z}, vec3{0, 0, 20_mm} - 40_mm * z};
+        check(grid, at, {0, 1_mm, -1_mm, 8_mm, -8_mm, 0.5_mm, 7.999_mm});
+        check(phased_array{.lines = 401, .width = 1_mm, .field_of_view = 60_deg}, at, {0, 8_mm});
+    }
+    for (std::uint64_t seed = 1; seed < 400; ++seed) {
+        const vec3 from = vec3{0, 0, 20_mm} + 40_mm * normalize(random_point(seed, 1));
+        const pose at = look_at(from, {0, 0, 20_mm}, random_point(seed, 2));
+        check(convex_array{.lines = 200, .radius = 10_mm, .field_of_view = 80_deg}, at, random_offsets(seed));
+    }
+    MESSAGE(lines, " lines, ", crossings, " crossings");
+    CHECK(crossings > lines);
+}
+
+TEST_CASE("what lies in a slice, or is open, empty or not finite, does not disturb") {
+    using namespace slice_test;
+    const linear_array probe{.lines = 101, .width = 30_mm};
+    scene body{tissue::water};
+    const object_id box = body.add(make_box({-5_mm, 0, 10_mm}, {5_mm, 5_mm, 20_mm}), tissue::bone);
+    body.build(exec::par);
+    const auto met = [&](float offset) {
+        std::size_t lines = 0;
+        for (const auto& list : by_slices(body, probe, pose{}, {offset}, 60_mm)) {
+            REQUIRE((list.empty() || list.size() == 2));
+            lines += !list.empty();
+        }
+        return lines;
+    };
+    CHECK(met(0) == 33); // a face lies in the slice, which counts as a little higher
+    CHECK(met(2_mm) == 33);
+    CHECK(met(5_mm) == 0);
+    CHECK(met(-1e-6F) == 0);
+
+    body.positions(box)[0].x = std::numeric_limits<float>::quiet_NaN();
+    body.positions(box)[1].z = std::numeric_limits<float>::infinity();
+    for (const trees upkeep : {trees::wait, trees::follow}) {
+        body.positions(box);
+        body.update(exec::par, upkeep);
+        for (const auto& list : by_slices(body, probe, pose{}, {2_mm}, 60_mm))
+            for (const crossing& c : list) CHECK(is_finite(c.distance));
+        CHECK(is_finite(body.box()));
+    }
+    const scene nothing = scene{tissue::water}.build(exec::seq, trees::wait);
+    for (const auto& list : by_slices(nothing, probe, pose{}, {0}, 60_mm)) CHECK(list.empty());
+}
+
+TEST_CASE("slices, beams and pixels make the same samples") {
+    using namespace slice_test;
+    const acquisition scan{.depth = 60_mm, .samples = 500};
+    for (std::uint64_t seed = 90; seed < 96; ++seed) {
+        const scene body = random_scene(seed, trees::follow);
+        const pose at = look_at(8_mm * random_point(seed, 7), {0, 0, 30_mm}, random_point(seed, 8));
+        with_every_probe([&](const auto& probe) {
+            const scan_lines slices = trace_slice(exec::par_unseq, body, probe, at, law2011{}, scan);
+            const scan_lines beams = trace_beams(exec::par_unseq, body, probe, at, law2011{}, scan);
+            const scan_lines pixels = trace_pixels(exec::par, body, probe, at, law2011{}, scan);
+            std::size_t different = 0; // beside an interface
+            for (std::size_t i = 0; i < slices.values.size(); ++i)
+                for (const float other : {beams.values[i], pixels.values[i]})
+                    different += std::fabs(slices.values[i] - other) > 1e-5F * std::fabs(other);
+            CHECK(different * 2000 < slices.values.size());
+        });
+    }
+}
+
+TEST_CASE("slices are bit-equal on any number of threads, with trees and without, in any number of planes") {
+    using namespace slice_test;
+    const acquisition scan{.depth = 60_mm, .samples = 300, .planes = 5};
+    const convex_array probe{.lines = 101, .radius = 40_mm, .field_of_view = 60_deg};
+    for (const trees upkeep : {trees::follow, trees::wait}) {
+        scene body = random_scene(5, upkeep);
+        body.add(make_sphere({0, 0, 35_mm}, 20_mm, 6), tissue::liver); // 81920 faces: work for several threads
+        body.build(exec::par, upkeep);
+        const iq_lines reference = trace_slice(exec::seq, body, probe, pose{}, physical<>{}, scan);
+        for (const std::uint32_t threads : {1U, 2U, 3U, 8U})
+            CHECK(trace_slice(exec::par.threads(threads), body, probe, pose{}, physical<>{}, scan) == reference);
+    }
+}
+
+TEST_CASE("while a tree waits slices are traced, and rays refused; then the tree follows") {
+    using namespace slice_test;
+    scene body{tissue::water};
+    const object_id ball = body.add(make_sphere({0, 0, 30_mm}, 10_mm, 5), tissue::bone, {.name = "ball"});
+    body.build(exec::par);
+    for (vec3& p : body.positions(ball)) p = vec3{0, 0, 5_mm} + 0.8F * p;
+    scene fresh{tissue::water};
+    fresh.add(body[ball].surface, tissue::bone);
+    fresh.build(exec::par);
+    body.update(exec::par, trees::wait);
+    const linear_array probe{};
+    const acquisition scan{.depth = 60_mm, .samples = 300};
+    const scan_lines expected = trace_slice(exec::par, fresh, probe, pose{}, law2011{}, scan);
+    CHECK(trace_slice(exec::par, body, probe, pose{}, law2011{}, scan) == expected);
+    CHECK(trace(exec::par, body, probe, pose{}, law2011{}, scan) == expected);
+    CHECK(body[ball].box.upper.z == doctest::Approx(37_mm).epsilon(1e-4));
+    CHECK_THROWS_WITH_AS(
+        trace_beams(exec::par, body, probe, pose{}, law2011{}, scan),
+        "scene: the tree of object 'ball' waits; call update(policy) before tracing rays, or trace slices",
+        usage_error);
+    CHECK_THROWS_AS(trace_pixels(exec::par, body, probe, pose{}, law2011{}, scan), usage_error);
+    CHECK_THROWS_AS(trace_paths(exec::par, body, probe, pose{}, physical<>{}, scan), usage_error);
+    body.update(exec::par);
+    CHECK(trace_beams(exec::par, body, probe, pose{}, law2011{}, scan) ==
+          trace_beams(exec::par, fresh, probe, pose{}, law2011{}, scan));
+
+    scene never{tissue::water}; // built without trees, which the first update with `follow` makes
+    never.add(body[ball].surface, tissue::bone);
+    never.build(exec::par, trees::wait);
+    CHECK_THROWS_AS(trace_beams(exec::par, never, probe, pose{}, law2011{}, scan), usage_error);
+    never.update(exec::par);
+    CHECK(trace_beams(exec::par, never, probe, pose{}, law2011{}, scan) ==
+          trace_beams(exec::par, fresh, probe, pose{}, law2011{}, scan));
+}
+
+TEST_CASE("lines that are no fan are traced as beams") {
+    using namespace slice_test;
+    const scene body = random_scene(3, trees::follow);
+    const trapezoid focused{{.lines = 40, .width = 20_mm}, -25_mm};
+    const acquisition scan{.depth = 50_mm, .samples = 300};
+    CHECK_FALSE(slice_lines{}.take(focused));
+    CHECK(trace_slice(exec::par, body, focused, pose{}, law2011{}, scan) ==
+          trace_beams(exec::par, body, focused, pose{}, law2011{}, scan));
+    const scene treeless = random_scene(3, trees::wait);
+    CHECK_THROWS_AS(trace_slice(exec::par, treeless, focused, pose{}, law2011{}, scan), usage_error);
+}
