@@ -1,9 +1,9 @@
-#include "support/contest.hpp"
-#include "support/embree_pixels.hpp"
-#include "support/table.hpp"
 #include <insonify/image/image.hpp>
 #include <insonify/tracing/pixels.hpp>
 #include <insonify/tracing/trace.hpp>
+#include "support/contest.hpp"
+#include "support/embree_pixels.hpp"
+#include "support/table.hpp"
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -25,6 +25,7 @@ using paper::probe;
 /// Finds all crossings and does nothing with them: the tests without intensities.
 struct crossings_only {
     using sample_type = float;
+    static constexpr bool normal_incidence = true;
     std::uint32_t samples(float, float) const { return frame.samples; }
     void operator()(const auto&, const traced_line&, float, view<float>) const {}
 };
@@ -81,13 +82,6 @@ void compare(const std::string& what, std::span<const float> a, std::span<const 
     std::exit(1);
 }
 
-/// The camera of the paper: over the slice, a pixel for each sample of each line.
-orthographic_camera over_the_slice() {
-    return {.at = look_at(at.point({0, 100_mm, frame.depth / 2}), at.point({0, 0, frame.depth / 2}), {1, 0, 0}),
-            .extent = {probe.width, frame.depth},
-            .size = {probe.lines, frame.samples}};
-}
-
 /// The points where r1 meets the slice, and nothing else: test 1c.
 float primary_rays(const orthographic_camera& seen_by) {
     std::vector<float> sums(seen_by.size.y);
@@ -109,23 +103,24 @@ float primary_rays(const orthographic_camera& seen_by) {
 std::vector<double> complete_frames(const std::string& name, const std::vector<mesh>& objects) {
     const scene body = paper::scene_of(objects);
     const embree_pixels peer{objects};
-    const orthographic_camera camera = over_the_slice();
+    const orthographic_camera camera = paper::over_the_slice();
     std::vector<float> theirs, packets;
     peer.trace(embree_pixels::rays::single, embree_pixels::shade::intensities, theirs);
     peer.trace(embree_pixels::rays::packets, embree_pixels::shade::intensities, packets);
-    scan_lines beams = trace_beams(exec::par_unseq, body, probe, at, model, frame);
-    scan_lines slice = trace_slice(exec::par_unseq, body, probe, at, model, frame);
+    paper::frames<> beams, slice;
+    beams(search::rays, body);
+    slice(search::slices, body);
     compare(name + ", Embree's packets", packets, theirs);
-    compare(name + ", beams", beams.values, theirs);
-    compare(name + ", slice", slice.values, theirs);
+    compare(name + ", beams", beams.lines.values, theirs);
+    compare(name + ", slice", slice.lines.values, theirs);
     compare(name + ", pixels", trace_pixels(exec::par_unseq, body, probe, at, model, frame).values, theirs);
     return milliseconds_of(
         {{"Embree", [&] { peer.trace(embree_pixels::rays::single, embree_pixels::shade::intensities, theirs); }},
          {"Embree packets",
           [&] { peer.trace(embree_pixels::rays::packets, embree_pixels::shade::intensities, packets); }},
          {"pixels", [&] { trace_pixels(exec::par_unseq, body, probe, at, model, frame, camera); }},
-         {"beams", [&] { beams = trace_beams(exec::par_unseq, body, probe, at, model, frame); }},
-         {"slice", [&] { slice = trace_slice(exec::par_unseq, body, probe, at, model, frame); }}});
+         {"beams", [&] { beams(search::rays, body); }},
+         {"slice", [&] { slice(search::slices, body); }}});
 }
 const std::vector<std::string> complete_curves{"Embree, one ray", "Embree, packets", "pixels", "beams", "slice"};
 
@@ -133,12 +128,12 @@ std::vector<double> frames_without_intensities(const std::vector<mesh>& objects)
     const scene body = paper::scene_of(objects);
     const embree_pixels peer{objects};
     std::vector<float> theirs;
-    scan_lines lines;
+    paper::frames<crossings_only> beams, slice;
     return milliseconds_of(
         {{"Embree", [&] { peer.trace(embree_pixels::rays::single, embree_pixels::shade::crossings, theirs); }},
          {"Embree packets", [&] { peer.trace(embree_pixels::rays::packets, embree_pixels::shade::crossings, theirs); }},
-         {"beams", [&] { lines = trace_beams(exec::par_unseq, body, probe, at, crossings_only{}, frame); }},
-         {"slice", [&] { lines = trace_slice(exec::par_unseq, body, probe, at, crossings_only{}, frame); }}});
+         {"beams", [&] { beams(search::rays, body); }},
+         {"slice", [&] { slice(search::slices, body); }}});
 }
 
 /// Every vertex moves before each frame; the trees follow, or nobody needs them.
@@ -147,7 +142,7 @@ std::vector<double> moving_frames(const mesh& cube) {
     embree_pixels rebuilt{{cube}, RTC_BUILD_QUALITY_MEDIUM}, refitted{{cube}, RTC_BUILD_QUALITY_REFIT};
     scene followed = paper::scene_of({cube}), treeless = paper::scene_of({cube}, trees::wait);
     std::vector<float> theirs;
-    scan_lines lines;
+    paper::frames<> own;
     const auto peer = [&](embree_pixels& body) {
         return contender{"Embree",
                          [&] {
@@ -158,27 +153,24 @@ std::vector<double> moving_frames(const mesh& cube) {
                              paper::deform({body.positions(), rest.size()}, rest, ++number);
                          }};
     };
-    const auto ours = [&](scene& body, trees upkeep, auto trace) {
-        return contender{"ours",
-                         [&, upkeep, trace] {
-                             body.update(exec::par_unseq, upkeep);
-                             lines = trace(body);
-                         },
-                         [&, number = 0U]() mutable {
-                             paper::deform(body.positions(body.objects()[0].id), rest, ++number);
-                         }};
+    const auto ours = [&](scene& body, trees upkeep, search by) {
+        return contender{
+            "ours",
+            [&, upkeep, by] {
+                body.update(exec::par_unseq, upkeep);
+                own(by, body);
+            },
+            [&, number = 0U]() mutable { paper::deform(body.positions(body.objects()[0].id), rest, ++number); }};
     };
-    const auto beams = [](const scene& s) { return trace_beams(exec::par_unseq, s, probe, at, model, frame); };
-    const auto slice = [](const scene& s) { return trace_slice(exec::par_unseq, s, probe, at, model, frame); };
-    contender check[] = {peer(rebuilt), peer(refitted), ours(followed, trees::follow, beams),
-                         ours(treeless, trees::wait, slice)};
+    contender check[] = {peer(rebuilt), peer(refitted), ours(followed, trees::follow, search::rays),
+                         ours(treeless, trees::wait, search::slices)};
     std::vector<float> first;
     for (contender& one : check) {
         one.prepare();
         one.work();
         const bool by_peer = one.name == "Embree";
         if (first.empty()) first = theirs;
-        compare("test 1d", by_peer ? theirs : lines.values, first);
+        compare("test 1d", by_peer ? theirs : own.lines.values, first);
     }
     return milliseconds_of({check[0], check[1], check[2], check[3]});
 }
@@ -197,33 +189,36 @@ std::vector<double> frames_without_tree(const mesh& cube) {
         }
         return met;
     };
-    const auto one_in = [&](std::size_t rays) { return std::max<std::size_t>(1, rays * triangles.size() / 20'000'000); };
+    const auto one_in = [&](std::size_t rays) {
+        return std::max<std::size_t>(1, rays * triangles.size() / 20'000'000);
+    };
     const std::size_t pixels = std::size_t{probe.lines} * frame.samples;
     const std::size_t pixel_step = one_in(2 * pixels), beam_step = std::min<std::size_t>(64, one_in(probe.lines));
     std::vector<std::size_t> met(pixels);
-    scan_lines lines;
-    std::vector<double> found = milliseconds_of(
-        {{"pixels",
-          [&] {
-              exec::for_each_index(exec::par, pixels / pixel_step, [&](std::size_t i) {
-                  const std::size_t pixel = i * pixel_step;
-                  const float depth = (static_cast<float>(pixel % frame.samples) + 0.5F) * 0.1_mm;
-                  const ray line = world_beam(probe, at, static_cast<float>(pixel / frame.samples));
-                  const vec3 point = line.at(depth);
-                  met[i] = crossings_along({point, -line.direction, 0, depth}) +
-                           crossings_along({point, line.direction, 0, model.reflection_length});
-              });
-          }},
-         {"beams",
-          [&] {
-              exec::for_each_index(exec::par, probe.lines / beam_step, [&](std::size_t i) {
-                  ray line = world_beam(probe, at, static_cast<float>(i * beam_step));
-                  line.max_distance = frame.depth;
-                  met[i] = crossings_along(line);
-              });
-          }},
-         {"slice", [&] { lines = trace_slice(exec::par_unseq, body, probe, at, model, frame); }},
-         {"slice, b", [&] { lines = trace_slice(exec::par_unseq, body, probe, at, crossings_only{}, frame); }}});
+    paper::frames<> slice;
+    paper::frames<crossings_only> cut;
+    std::vector<double> found =
+        milliseconds_of({{"pixels",
+                          [&] {
+                              exec::for_each_index(exec::par, pixels / pixel_step, [&](std::size_t i) {
+                                  const std::size_t pixel = i * pixel_step;
+                                  const float depth = (static_cast<float>(pixel % frame.samples) + 0.5F) * 0.1_mm;
+                                  const ray line = world_beam(probe, at, static_cast<float>(pixel / frame.samples));
+                                  const vec3 point = line.at(depth);
+                                  met[i] = crossings_along({point, -line.direction, 0, depth}) +
+                                           crossings_along({point, line.direction, 0, model.reflection_length});
+                              });
+                          }},
+                         {"beams",
+                          [&] {
+                              exec::for_each_index(exec::par, probe.lines / beam_step, [&](std::size_t i) {
+                                  ray line = world_beam(probe, at, static_cast<float>(i * beam_step));
+                                  line.max_distance = frame.depth;
+                                  met[i] = crossings_along(line);
+                              });
+                          }},
+                         {"slice", [&] { slice(search::slices, body); }},
+                         {"slice, b", [&] { cut(search::slices, body); }}});
     found[0] *= static_cast<double>(pixel_step);
     found[1] *= static_cast<double>(beam_step);
     return found;
@@ -240,20 +235,21 @@ void draw(const std::string& folder) {
                                                 std::to_string(first++) + " with linespoints title '" + name + "'");
         return all;
     };
-    file << "set terminal pngcairo size 900,1100\nset output '" << folder << "/figure_4.png'\n"
-         << "set key outside below\nset grid\nset logscale xy\nset xlabel 'triangles'\nset ylabel 'ms'\n"
-         << "set multiplot layout 2,1\nset title 'Test 1: a complete, b without intensities, c without secondary rays'\n"
-         << "plot " << curves("test_1a", {"a Embree", "a Embree packets", "a pixels", "a beams", "a slice"}) << ", "
-         << curves("test_1b", {"b Embree", "b Embree packets", "b beams", "b slice"}) << ", "
-         << curves("test_1c", {"c pixels"}) << '\n'
-         << "set title 'Test 1d: every vertex moves in every frame'\nplot "
-         << curves("test_1d", {"Embree, rebuilt", "Embree, refitted", "beams, refitted", "slice, no tree"})
-         << "\nunset multiplot\nset terminal pngcairo size 900,600\nset output '" << folder << "/figure_5.png'\n"
-         << "set title 'Test 2: no acceleration structure'\nplot "
-         << curves("test_2", {"a pixels", "beams", "a slice", "b slice"}) << "\nset output '" << folder
-         << "/figure_6.png'\nset title 'Tests 3 and 4: cubes behind one another, separate cubes'\nset xlabel 'cubes'\n"
-         << "plot " << curves("test_3", {"3 Embree", "3 Embree packets", "3 pixels", "3 beams", "3 slice"}) << ", "
-         << curves("test_4", {"4 Embree", "4 Embree packets", "4 pixels", "4 beams", "4 slice"}) << '\n';
+    file
+        << "set terminal pngcairo size 900,1100\nset output '" << folder << "/figure_4.png'\n"
+        << "set key outside below\nset grid\nset logscale xy\nset xlabel 'triangles'\nset ylabel 'ms'\n"
+        << "set multiplot layout 2,1\nset title 'Test 1: a complete, b without intensities, c without secondary rays'\n"
+        << "plot " << curves("test_1a", {"a Embree", "a Embree packets", "a pixels", "a beams", "a slice"}) << ", "
+        << curves("test_1b", {"b Embree", "b Embree packets", "b beams", "b slice"}) << ", "
+        << curves("test_1c", {"c Embree", "c Embree packets", "c pixels"}) << '\n'
+        << "set title 'Test 1d: every vertex moves in every frame'\nplot "
+        << curves("test_1d", {"Embree, rebuilt", "Embree, refitted", "beams, refitted", "slice, no tree"})
+        << "\nunset multiplot\nset terminal pngcairo size 900,600\nset output '" << folder << "/figure_5.png'\n"
+        << "set title 'Test 2: no acceleration structure'\nplot "
+        << curves("test_2", {"a pixels", "beams", "a slice", "b slice"}) << "\nset output '" << folder
+        << "/figure_6.png'\nset title 'Tests 3 and 4: cubes behind one another, separate cubes'\nset xlabel 'cubes'\n"
+        << "plot " << curves("test_3", {"3 Embree", "3 Embree packets", "3 pixels", "3 beams", "3 slice"}) << ", "
+        << curves("test_4", {"4 Embree", "4 Embree packets", "4 pixels", "4 beams", "4 slice"}) << '\n';
     file.close();
     if (std::system("command -v gnuplot > /dev/null") != 0)
         std::printf("\ngnuplot is not installed; `gnuplot %s` draws the figures elsewhere\n", script.c_str());
@@ -269,8 +265,9 @@ int main(int count, char** arguments) {
     std::printf("%s\n", bench::table::circumstances().c_str());
 
     test whole{"Test 1a, complete", "triangles", complete_curves};
-    test crossings{"Test 1b, without intensities", "triangles", {"Embree, one ray", "Embree, packets", "beams", "slice"}};
-    test primary{"Test 1c, without secondary rays", "triangles", {"pixels"}};
+    test crossings{
+        "Test 1b, without intensities", "triangles", {"Embree, one ray", "Embree, packets", "beams", "slice"}};
+    test primary{"Test 1c, without secondary rays", "triangles", {"Embree, one ray", "Embree, packets", "pixels"}};
     test moving{"Test 1d, every vertex moves", "triangles", {"Embree, rebuilt", "Embree, refitted", "beams", "slice"}};
     test treeless{"Test 2, no tree", "triangles", {"pixels", "beams", "slice", "slice, without intensities"}};
     for (std::uint32_t subdivisions = 0; subdivisions <= 8; ++subdivisions) {
@@ -282,9 +279,17 @@ int main(int count, char** arguments) {
         crossings.add(static_cast<double>(cube[0].faces.size()), frames_without_intensities(cube));
     }
     float sum = 0;
-    for (std::uint32_t subdivisions = 0; subdivisions <= 8; ++subdivisions)
-        primary.add(12.0 * std::pow(4.0, subdivisions),
-                    milliseconds_of({{"pixels", [&] { sum += primary_rays(over_the_slice()); }}}));
+    for (std::uint32_t subdivisions = 0; subdivisions <= 8; ++subdivisions) {
+        const embree_pixels peer{paper::one_cube(subdivisions)};
+        std::vector<float> theirs;
+        primary.add(
+            12.0 * std::pow(4.0, subdivisions),
+            milliseconds_of(
+                {{"Embree", [&] { peer.trace(embree_pixels::rays::single, embree_pixels::shade::none, theirs); }},
+                 {"Embree packets",
+                  [&] { peer.trace(embree_pixels::rays::packets, embree_pixels::shade::none, theirs); }},
+                 {"pixels", [&] { sum += primary_rays(paper::over_the_slice()); }}}));
+    }
     if (!is_finite(sum)) return 1;
     for (std::uint32_t subdivisions = 0; subdivisions <= 8; ++subdivisions) {
         const mesh cube = paper::one_cube(subdivisions)[0];

@@ -72,6 +72,33 @@ TEST_CASE("the picture is the same on any number of threads and each time, and a
     CHECK(apart * 1000 <= picture.pixels.size());
 }
 
+TEST_CASE("a clip in one workspace shows what pictures drawn one by one show, whatever changes between frames") {
+    scene body = b_mode_test::phantom();
+    b_mode_workspace<linear_array> own;
+    linear_array probe = b_mode_test::probe;
+    b_mode_settings settings = b_mode_test::settings;
+    physical<> model;
+    const auto check = [&](const pose& at) {
+        CHECK(b_mode(exec::par_unseq, body, probe, at, settings, model, own) ==
+              b_mode(exec::par_unseq, body, probe, at, settings, model));
+    };
+    check(pose{});
+    check({.translation = {1_mm, 2_mm, 0}});
+    settings.depth = 30_mm;
+    check(pose{});
+    settings.planes = 1;
+    settings.size = {200, 0};
+    check(pose{});
+    probe.lines = 100;
+    probe.focus = 10_mm;
+    check(pose{});
+    model.scattering.cell = 0.3_mm;
+    check(pose{});
+    settings.background = 0.5F;
+    settings.samples = 1500;
+    check({.translation = {0, 0, -1_mm}});
+}
+
 TEST_CASE("a bright object entering the frame changes nothing beside it") {
     scene body{tissue::muscle};
     body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 5), tissue::blood);

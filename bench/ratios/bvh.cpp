@@ -2,6 +2,7 @@
 #include "../support/meshes.hpp"
 #include "../support/rays.hpp"
 #include "rows.hpp"
+#include <insonify/bvh/build_morton.hpp>
 #include <insonify/bvh/bvh.hpp>
 
 namespace bench {
@@ -109,6 +110,12 @@ void measure_trees(table& into, const std::string& name, const mesh& m, unsigned
                       {"Embree MEDIUM", [&] { plain.build(m); }},
                       {"Embree MEDIUM compact", [&] { compact.build(m); }}},
                      0, {.seconds = 4});
+    }
+    if (into.wants("rebuild")) {
+        bvh<mesh_view, simd_width, build_morton> tree{policy, mesh_view{m}};
+        embree_peer peer{m, {.quality = RTC_BUILD_QUALITY_LOW, .flags = RTC_SCENE_FLAG_DYNAMIC, .threads = threads}};
+        into.measure({.work = "rebuild", .data = data, .unit = "ms", .must = 1.5},
+                     {{"insonify", [&] { tree.rebuild(policy); }}, {"Embree LOW", [&] { peer.update(); }}});
     }
     if (into.wants("refit")) {
         bvh tree{policy, m};

@@ -8,5 +8,6 @@ int main(int count, char** arguments) {
     std::printf("%s\n\n", bench::table::circumstances().c_str());
     bench::add_ray_rows(all);
     bench::add_tree_rows(all);
+    bench::add_frame_rows(all);
     if (count > 2) all.write_json(arguments[2]);
 }

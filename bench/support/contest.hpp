@@ -26,7 +26,7 @@ struct contender {
 };
 
 struct contest_settings {
-    double seconds = 2;        ///< for all contenders together
+    double seconds = 2; ///< for all contenders together
     std::size_t least_rounds = 7;
     std::size_t most_rounds = 200;
 };

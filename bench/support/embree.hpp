@@ -4,9 +4,9 @@
 #include <insonify/geometry/hit.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/ray.hpp>
-#include <embree3/rtcore.h>
 #include <algorithm>
 #include <cstring>
+#include <embree3/rtcore.h>
 #include <limits>
 #include <span>
 #include <stdexcept>
@@ -26,10 +26,18 @@ struct embree_rays {
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const ray& r = rays[i];
             RTCRayHit& one = single[i];
-            one.ray = {r.origin.x,    r.origin.y, r.origin.z, r.min_distance, r.direction.x, r.direction.y,
-                       r.direction.z, 0,          r.max_distance < FLT_MAX ? r.max_distance
-                                                                           : std::numeric_limits<float>::infinity(),
-                       ~0U,           static_cast<unsigned>(i), 0};
+            one.ray = {r.origin.x,
+                       r.origin.y,
+                       r.origin.z,
+                       r.min_distance,
+                       r.direction.x,
+                       r.direction.y,
+                       r.direction.z,
+                       0,
+                       r.max_distance < FLT_MAX ? r.max_distance : std::numeric_limits<float>::infinity(),
+                       ~0U,
+                       static_cast<unsigned>(i),
+                       0};
             one.hit = {0, 0, 0, 0, 0, RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID}};
             if (i / 8 >= eight.size()) continue;
             RTCRayHit8& packet = eight[i / 8];
@@ -56,7 +64,8 @@ struct embree_rays {
 struct embree_settings {
     RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
     RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;
-    unsigned threads = 1; ///< of the device; Embree takes the highest among all devices alive, so keep one number at a time
+    unsigned threads =
+        1; ///< of the device; Embree takes the highest among all devices alive, so keep one number at a time
 };
 
 /// A mesh in a scene of Embree's, on a device of its own.
@@ -186,7 +195,8 @@ class embree_peer {
         scene_ = rtcNewScene(device_);
         rtcSetSceneFlags(scene_, settings_.flags);
         const bool moves = settings_.quality != RTC_BUILD_QUALITY_MEDIUM && settings_.quality != RTC_BUILD_QUALITY_HIGH;
-        rtcSetSceneBuildQuality(scene_, moves ? RTC_BUILD_QUALITY_LOW : settings_.quality); // refits in such scenes only
+        rtcSetSceneBuildQuality(scene_,
+                                moves ? RTC_BUILD_QUALITY_LOW : settings_.quality); // refits in such scenes only
         geometry_ = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
         rtcSetGeometryBuildQuality(geometry_, settings_.quality);
         void* const positions = rtcSetNewGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,

@@ -2,46 +2,45 @@
 #define INSONIFY_BENCH_SUPPORT_EMBREE_PIXELS_HPP
 
 #include "paper_scenes.hpp"
-#include <embree3/rtcore.h>
 #include <algorithm>
 #include <cstring>
+#include <embree3/rtcore.h>
+#include <memory>
 
 namespace bench::paper {
 
-/// The paper's algorithm, pixel by pixel, on Embree: from each point of the slice one ray back to the transducer, which
-/// collects all crossings through a filter function, and one away from it, which looks for an interface within reach.
+/// The paper's algorithm, pixel by pixel, on Embree. A ray r1 from the camera finds the point on the slice, a rectangle
+/// in a scene of its own. From there r2 goes back to the transducer and collects all crossings through a filter function,
+/// and r3 away from it, to see whether an interface is within reach.
 class embree_pixels {
   public:
     enum class rays { single, packets };
-    enum class shade { intensities, crossings };
+    enum class shade { intensities, crossings, none };
 
     /// @param moves  MEDIUM: built as well as can be; LOW: built fast; REFIT: refitted when it moves
     explicit embree_pixels(const std::vector<mesh>& objects, RTCBuildQuality moves = RTC_BUILD_QUALITY_MEDIUM) {
         device_ = rtcNewDevice("threads=2");
         scene_ = rtcNewScene(device_);
         const bool dynamic = moves != RTC_BUILD_QUALITY_MEDIUM;
-        rtcSetSceneFlags(scene_, dynamic ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE);
+        rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
+                                                            (dynamic ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE)));
         rtcSetSceneBuildQuality(scene_, dynamic ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
-        for (const mesh& one : objects) {
-            RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-            rtcSetGeometryBuildQuality(geometry, moves);
-            void* const positions = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                            sizeof(vec3), one.positions.size());
-            void* const faces = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                        sizeof(uvec3), one.faces.size());
-            std::memcpy(positions, one.positions.data(), one.positions.size() * sizeof(vec3));
-            std::memcpy(faces, one.faces.data(), one.faces.size() * sizeof(uvec3));
-            rtcCommitGeometry(geometry);
-            rtcAttachGeometry(scene_, geometry);
-            geometries_.push_back(geometry);
-        }
+        for (const mesh& one : objects) geometries_.push_back(attach(scene_, one, moves));
         rtcCommitScene(scene_);
+        slice_ = rtcNewScene(device_);
+        const float half = probe.width / 2;
+        const mesh rectangle{{at.point({-half, 0, 0}), at.point({half, 0, 0}), at.point({half, 0, frame.depth}),
+                              at.point({-half, 0, frame.depth})},
+                             {{0, 1, 2}, {0, 2, 3}}};
+        geometries_.push_back(attach(slice_, rectangle, RTC_BUILD_QUALITY_MEDIUM));
+        rtcCommitScene(slice_);
     }
     embree_pixels(const embree_pixels&) = delete;
     embree_pixels& operator=(const embree_pixels&) = delete;
     ~embree_pixels() {
         for (RTCGeometry geometry : geometries_) rtcReleaseGeometry(geometry);
         rtcReleaseScene(scene_);
+        rtcReleaseScene(slice_);
         rtcReleaseDevice(device_);
     }
 
@@ -55,24 +54,41 @@ class embree_pixels {
         rtcCommitScene(scene_);
     }
 
-    /// One frame, on all processors, line after line.
+    /// One frame, on all processors, eight pixels of a row at a time: the columns are the lines of the probe.
     void trace(rays how, shade what, std::vector<float>& pixels) const {
         const std::uint32_t samples = frame.samples;
         pixels.resize(std::size_t{probe.lines} * samples);
         exec::for_each_block(exec::par, probe.lines, 8, [&](std::size_t begin, std::size_t) {
             auto found = std::make_unique<collector>();
+            vec3 points[8];
             for (std::uint32_t k = 0; k < samples; ++k) {
-                const float depth = (static_cast<float>(k) + 0.5F) * frame.depth / static_cast<float>(samples);
-                how == rays::single ? collect_single(begin, depth, *found) : collect_packet(begin, depth, *found);
+                how == rays::single ? find_points_single(begin, k, points) : find_points_packet(begin, k, points);
+                if (what != shade::none)
+                    how == rays::single ? collect_single(points, *found) : collect_packet(points, *found);
                 for (std::size_t i = 0; i < 8; ++i)
-                    pixels[(begin + i) * samples + k] = what == shade::intensities
-                                                            ? intensity(found->line[i], depth)
-                                                            : static_cast<float>(found->line[i].count);
+                    pixels[(begin + i) * samples + k] =
+                        what == shade::intensities ? intensity(found->line[i], points[i].z)
+                        : what == shade::crossings ? static_cast<float>(found->line[i].count)
+                                                   : points[i].z;
             }
         });
     }
 
   private:
+    RTCGeometry attach(RTCScene into, const mesh& one, RTCBuildQuality quality) const {
+        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+        rtcSetGeometryBuildQuality(geometry, quality);
+        void* const positions = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                        sizeof(vec3), one.positions.size());
+        void* const faces = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(uvec3),
+                                                    one.faces.size());
+        std::memcpy(positions, one.positions.data(), one.positions.size() * sizeof(vec3));
+        std::memcpy(faces, one.faces.data(), one.faces.size() * sizeof(uvec3));
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(into, geometry);
+        return geometry;
+    }
+
     struct crossings {
         float distance[130]; // back to the transducer
         unsigned object[130];
@@ -95,17 +111,47 @@ class embree_pixels {
         }
     }
 
-    static vec3 point_of(std::size_t line, float depth) {
-        return at.point(probe.beam(static_cast<float>(line)).origin + vec3{0, 0, depth});
+    ray r1_of(std::size_t line, std::uint32_t sample) const {
+        return camera_.through({static_cast<float>(line) + 0.5F, static_cast<float>(sample) + 0.5F});
     }
 
-    void collect_single(std::size_t begin, float depth, collector& found) const {
+    void find_points_single(std::size_t begin, std::uint32_t sample, vec3 (&points)[8]) const {
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
         for (unsigned i = 0; i < 8; ++i) {
-            const vec3 p = point_of(begin + i, depth);
+            const ray r = r1_of(begin + i, sample);
+            RTCRayHit r1{
+                {r.origin.x, r.origin.y, r.origin.z, 0, r.direction.x, r.direction.y, r.direction.z, 0, 1, ~0U, i, 0},
+                {0, 0, 0, 0, 0, RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID}}};
+            rtcIntersect1(slice_, &context, &r1);
+            points[i] = r.at(r1.ray.tfar);
+        }
+    }
+    void find_points_packet(std::size_t begin, std::uint32_t sample, vec3 (&points)[8]) const {
+        alignas(32) static constexpr int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        RTCRayHit8 r1{};
+        for (unsigned i = 0; i < 8; ++i) {
+            const ray r = r1_of(begin + i, sample);
+            r1.ray.org_x[i] = r.origin.x, r1.ray.org_y[i] = r.origin.y, r1.ray.org_z[i] = r.origin.z;
+            r1.ray.dir_x[i] = r.direction.x, r1.ray.dir_y[i] = r.direction.y, r1.ray.dir_z[i] = r.direction.z;
+            r1.ray.tfar[i] = 1;
+            r1.ray.mask[i] = ~0U;
+            r1.hit.geomID[i] = r1.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        rtcIntersect8(valid, slice_, &context, &r1);
+        for (unsigned i = 0; i < 8; ++i) points[i] = r1_of(begin + i, sample).at(r1.ray.tfar[i]);
+    }
+
+    void collect_single(const vec3 (&points)[8], collector& found) const {
+        for (unsigned i = 0; i < 8; ++i) {
+            const vec3 p = points[i];
             found.line[i].count = 0;
             rtcInitIntersectContext(&found.context);
             found.context.filter = take;
-            RTCRay r2{p.x, p.y, p.z, 0, 0, 0, -1, 0, depth, ~0U, i, 0};
+            RTCRay r2{p.x, p.y, p.z, 0, 0, 0, -1, 0, p.z, ~0U, i, 0};
             rtcOccluded1(scene_, &found.context, &r2);
             rtcInitIntersectContext(&found.context);
             RTCRay r3{p.x, p.y, p.z, 0, 0, 0, 1, 0, model.reflection_length, ~0U, i, 0};
@@ -113,16 +159,14 @@ class embree_pixels {
             found.line[i].ahead = r3.tfar < 0;
         }
     }
-
-    void collect_packet(std::size_t begin, float depth, collector& found) const {
+    void collect_packet(const vec3 (&points)[8], collector& found) const {
         alignas(32) static constexpr int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
         RTCRay8 r2{};
         for (unsigned i = 0; i < 8; ++i) {
-            const vec3 p = point_of(begin + i, depth);
             found.line[i].count = 0;
-            r2.org_x[i] = p.x, r2.org_y[i] = p.y, r2.org_z[i] = p.z;
+            r2.org_x[i] = points[i].x, r2.org_y[i] = points[i].y, r2.org_z[i] = points[i].z;
             r2.dir_z[i] = -1;
-            r2.tfar[i] = depth;
+            r2.tfar[i] = points[i].z;
             r2.mask[i] = ~0U;
             r2.id[i] = i;
         }
@@ -155,7 +199,8 @@ class embree_pixels {
     }
 
     RTCDevice device_ = nullptr;
-    RTCScene scene_ = nullptr;
+    RTCScene scene_ = nullptr, slice_ = nullptr;
+    orthographic_camera camera_ = over_the_slice();
     std::vector<RTCGeometry> geometries_{};
 };
 

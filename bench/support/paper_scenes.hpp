@@ -7,6 +7,8 @@
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/tracing/camera.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <vector>
 
 /// The scenes of the paper's performance tests: cubes of bone in muscle, seen in a frame of 512 x 384 pixels of 0.1 mm.
@@ -20,9 +22,16 @@ inline constexpr law2011 model{};
 /// A little out of the middle of the cubes, so that no frame runs along a row of their vertices.
 inline const pose at{.translation = {0.013_mm, 0.017_mm, 0}};
 
+/// The paper's camera: over the slice, a pixel for each sample of each line.
+inline orthographic_camera over_the_slice() {
+    return {.at = look_at(at.point({0, 100_mm, frame.depth / 2}), at.point({0, 0, frame.depth / 2}), {1, 0, 0}),
+            .extent = {probe.width, frame.depth},
+            .size = {probe.lines, frame.samples}};
+}
+
 /// Tests 1 and 2: one cube of 12 * 4^subdivisions triangles in the middle of the picture.
 inline std::vector<mesh> one_cube(std::uint32_t subdivisions) {
-    return {make_box({-10_mm, -10_mm, 9.2_mm}, {10_mm, 10_mm, 29.2_mm}, subdivisions)};
+    return {make_box({-10_mm, -10_mm, 9.2137_mm}, {10_mm, 10_mm, 29.2137_mm}, subdivisions)};
 }
 
 /// Test 3: cubes behind one another, as one object.
@@ -30,7 +39,7 @@ inline std::vector<mesh> behind_one_another(std::uint32_t count) {
     mesh all;
     const float pitch = 36_mm / static_cast<float>(count);
     for (std::uint32_t i = 0; i < count; ++i) {
-        const float begin = 1.2_mm + static_cast<float>(i) * pitch;
+        const float begin = 1.2137_mm + static_cast<float>(i) * pitch; // between two rows of pixels
         const mesh one = make_box({-20_mm, -20_mm, begin}, {20_mm, 20_mm, begin + 0.5F * pitch});
         const auto first = static_cast<std::uint32_t>(all.positions.size());
         all.positions.insert(all.positions.end(), one.positions.begin(), one.positions.end());
@@ -45,7 +54,7 @@ inline std::vector<mesh> beside_one_another(std::uint32_t count) {
     const float pitch = 50_mm / static_cast<float>(count);
     for (std::uint32_t i = 0; i < count; ++i) {
         const float begin = -25_mm + static_cast<float>(i) * pitch;
-        all.push_back(make_box({begin, -10_mm, 9.2_mm}, {begin + 0.7F * pitch, 10_mm, 29.2_mm}));
+        all.push_back(make_box({begin, -10_mm, 9.2137_mm}, {begin + 0.7F * pitch, 10_mm, 29.2137_mm}));
     }
     return all;
 }
@@ -56,6 +65,17 @@ inline scene scene_of(const std::vector<mesh>& objects, trees upkeep = trees::fo
     body.build(exec::par, upkeep);
     return body;
 }
+
+/// Frames one after the other, each in the memory of the one before.
+template <class Model = law2011>
+struct frames {
+    trace_workspace<linear_array, Model> own{};
+    scan_lines lines{};
+
+    void operator()(search by, const scene& body) {
+        lines = trace_lines(exec::par_unseq, by, body, probe, at, Model{}, frame, own, std::move(lines));
+    }
+};
 
 /// Every vertex somewhere else than in the frame before, and still a cube.
 inline void deform(std::span<vec3> positions, const std::vector<vec3>& rest, std::uint32_t frame_number) {

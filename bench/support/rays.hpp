@@ -33,8 +33,7 @@ inline std::vector<ray> fan_rays(std::uint32_t fans = 64, std::uint32_t lines = 
         for (std::uint32_t i = 0; i < lines; ++i) {
             const float turn = 70_deg * ((static_cast<float>(i) + 0.5F) / static_cast<float>(lines) - 0.5F);
             const vec3 along{std::sin(turn), 0, std::cos(turn)};
-            rays.push_back(
-                {.origin = at.point(60_mm * along - vec3{0, 0, 60_mm}), .direction = at.direction(along)});
+            rays.push_back({.origin = at.point(60_mm * along - vec3{0, 0, 60_mm}), .direction = at.direction(along)});
         }
     }
     return rays;

@@ -14,15 +14,15 @@ namespace bench {
 
 /// A line of the table of ratios: a work, how fast we do it, how fast the best peer does.
 struct row {
-    std::string work{};    ///< "closest, fan"
-    std::string data{};    ///< "organ 82k, 1 thread"
-    std::string unit{};    ///< of the two figures: "million rays/s" or "ms"
+    std::string work{}; ///< "closest, fan"
+    std::string data{}; ///< "organ 82k, 1 thread"
+    std::string unit{}; ///< of the two figures: "million rays/s" or "ms"
     double ours = 0;
     double peers = 0;
-    std::string peer{};    ///< whose figure that is
-    double ratio = 0;      ///< above 1: we are faster
-    double must = 0;       ///< the ratio aimed at; 0: none
-    double different = 0;  ///< share of results that differ beyond rounding, compared before time is
+    std::string peer{};   ///< whose figure that is
+    double ratio = 0;     ///< above 1: we are faster
+    double must = 0;      ///< the ratio aimed at; 0: none
+    double different = 0; ///< share of results that differ beyond rounding, compared before time is
 };
 
 /// Collects the rows, prints each as it comes, and writes all as JSON.
@@ -35,9 +35,10 @@ class table {
 
     void add(const row& r) {
         if (rows_.empty())
-            std::puts("| work | data | ours | best peer | | unit | ratio | must | differ |\n|---|---|---|---|---|---|---|---|---|");
-        std::printf("| %s | %s | %.3g | %.3g | %s | %s | **%.2f** | %s | %.1e |\n", r.work.c_str(), r.data.c_str(), r.ours,
-                    r.peers, r.peer.c_str(), r.unit.c_str(), r.ratio, r.must > 0 ? text(r.must).c_str() : "",
+            std::puts("| work | data | ours | best peer | | unit | ratio | must | differ "
+                      "|\n|---|---|---|---|---|---|---|---|---|");
+        std::printf("| %s | %s | %.3g | %.3g | %s | %s | **%.2f** | %s | %.1e |\n", r.work.c_str(), r.data.c_str(),
+                    r.ours, r.peers, r.peer.c_str(), r.unit.c_str(), r.ratio, r.must > 0 ? text(r.must).c_str() : "",
                     r.different);
         std::fflush(stdout);
         rows_.push_back(r);

@@ -31,33 +31,61 @@ std::uint32_t rays_per_line(const Probe& probe, float depth) {
     return static_cast<std::uint32_t>(clamped(rays, 1, 4));
 }
 
+/// What `b_mode` keeps from frame to frame: tables, and the memory of every stage.
+template <transducer Probe, acoustic_model Model = physical<>>
+struct b_mode_workspace {
+    trace_workspace<refined<Probe>, Model> tracing{};
+    convolve_workspace convolution{};
+    kept_scan_map<refined<Probe>> map{};
+    iq_lines echoes{};
+    scan_lines lines{};
+    image picture{};
+};
+
 /// The whole chain in one call: a B-mode picture.
 ///
 ///     trace (physical) -> convolve (the probe's pulse and beam) -> envelope -> tgc -> log_compress -> scan_convert
 ///
-/// The levels are fixed: a clip does not flicker.
+/// The levels are fixed: a clip does not flicker. For a clip:
+///
+///     b_mode_workspace<linear_array> own;
+///     for (;;) show(b_mode(exec::par_unseq, body, probe, at, settings, physical{}, own));
+///
 /// @param model  what happens at interfaces and between them
+/// @param own    kept from frame to frame: then nothing is allocated after the first, and tables are made once
+/// @return the picture, which is good until `own` is used again
 /// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, class Model = physical<>>
-image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-             const b_mode_settings& settings = {}, const Model& model = {}) {
+template <exec::policy Policy, transducer Probe, class Model>
+const image& b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                    const b_mode_settings& settings, const Model& model, b_mode_workspace<Probe, Model>& own) {
     probe.check();
     const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
     const pulse sent = nominal_pulse(probe);
     const std::uint32_t samples =
         settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
-    iq_lines iq =
-        trace(policy, body, fine, at, model, {.depth = settings.depth, .samples = samples, .planes = settings.planes});
-    iq = convolve(policy, std::move(iq), sent, fine);
-    scan_lines lines = envelope(policy, iq);
-    lines = tgc(policy, std::move(lines), probe.frequency,
-                {.attenuation = settings.tgc > 0 ? settings.tgc : clamped(body.background().attenuation, 50, 100)});
-    lines = log_compress(policy, std::move(lines),
-                         {.dynamic_range_db = settings.dynamic_range_db,
-                          .reference_db = settings.reference_db,
-                          .gain_db = settings.gain_db});
-    return scan_convert(policy, lines, fine, {.size = settings.size, .background = settings.background});
+    own.echoes =
+        trace(policy, body, fine, at, model, {.depth = settings.depth, .samples = samples, .planes = settings.planes},
+              own.tracing, std::move(own.echoes));
+    own.echoes = convolve(policy, std::move(own.echoes), sent, fine, {}, own.convolution);
+    own.lines = envelope(policy, own.echoes, std::move(own.lines));
+    own.lines = tgc(policy, std::move(own.lines), probe.frequency,
+                    {.attenuation = settings.tgc > 0 ? settings.tgc : clamped(body.background().attenuation, 50, 100)});
+    own.lines = log_compress(policy, std::move(own.lines),
+                             {.dynamic_range_db = settings.dynamic_range_db,
+                              .reference_db = settings.reference_db,
+                              .gain_db = settings.gain_db});
+    const scan_map& map = own.map(policy, fine, {.depth = settings.depth, .samples = samples},
+                                  {.size = settings.size, .background = settings.background});
+    own.picture = scan_convert(policy, own.lines, map, std::move(own.picture));
+    return own.picture;
+}
+template <exec::policy Policy, transducer Probe, class Model = physical<>>
+image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+             const b_mode_settings& settings = {}, const Model& model = {}) {
+    b_mode_workspace<Probe, Model> own;
+    b_mode(policy, body, probe, at, settings, model, own);
+    return std::move(own.picture);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

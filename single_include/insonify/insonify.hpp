@@ -31,6 +31,9 @@
 /// INSONIFY_FN marks what runs on a CUDA device as well as on the host.
 /// INSONIFY_INLINE keeps helpers that take SIMD values inline, so that the values stay in registers.
 /// INSONIFY_VISITS stands before such a template that calls what the user brings, which may be for the host alone.
+/// INSONIFY_LAZY stands before a function that need not be a template, and makes it one: so it, and all of the standard
+/// library that it instantiates, is compiled only in files that call it, though every user's file includes it.
+#define INSONIFY_LAZY template <class = void> inline
 #if defined(__CUDACC__)
 #define INSONIFY_FN __host__ __device__
 #define INSONIFY_INLINE __forceinline__
@@ -539,7 +542,18 @@ inline constexpr bool is_unsequenced_v<standard::parallel_unsequenced_policy> = 
 #ifndef INSONIFY_EXECUTION_THREAD_POOL_HPP
 #define INSONIFY_EXECUTION_THREAD_POOL_HPP
 
+#ifndef INSONIFY_CORE_ALGORITHM_HPP
+#define INSONIFY_CORE_ALGORITHM_HPP
+
+/// std::sort and the like. libstdc++ has them in a header of their own; in its <algorithm> the ranges cost ten times more
+/// time to compile.
+#if __has_include(<bits/stl_algo.h>)
+#include <bits/stl_algo.h>
+#else
 #include <algorithm>
+#endif
+
+#endif
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
@@ -751,6 +765,10 @@ namespace insonify::inline INSONIFY_ABI {
 /// that lie so many metres apart and differ in direction by so many radians, 1 to 0:
 ///
 ///     float covariance(float apart, float turned) const;
+///
+/// One that takes all incidence as normal may say so; then the angles of its layers (`cosine`, `tilt`) are not looked up:
+///
+///     static constexpr bool normal_incidence = true;
 template <class Model>
 concept acoustic_model = requires(const Model& model, const traced_line& line, view<typename Model::sample_type> out) {
     { model.samples(0.1F, 5e6F) } -> std::convertible_to<std::uint32_t>;
@@ -766,6 +784,15 @@ float reach_of(const Model& model, float depth, view<const medium> media) {
         return depth;
 }
 
+/// Whether a model says that it takes all incidence as normal.
+template <acoustic_model Model>
+constexpr bool takes_normal_incidence() {
+    if constexpr (requires { Model::normal_incidence; })
+        return Model::normal_incidence;
+    else
+        return false;
+}
+
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 #ifndef INSONIFY_ACOUSTICS_LAW2011_HPP
@@ -773,6 +800,9 @@ float reach_of(const Model& model, float depth, view<const medium> media) {
 
 #ifndef INSONIFY_EXECUTION_SIMD_MATH_HPP
 #define INSONIFY_EXECUTION_SIMD_MATH_HPP
+
+#ifndef INSONIFY_EXECUTION_SIMD_BITS_HPP
+#define INSONIFY_EXECUTION_SIMD_BITS_HPP
 
 #ifndef INSONIFY_EXECUTION_SIMD_HPP
 #define INSONIFY_EXECUTION_SIMD_HPP
@@ -937,7 +967,147 @@ INSONIFY_FN std::uint32_t bits_of(const lane_mask<N>& mask) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <initializer_list>
+
+/// Several 32-bit numbers at once, beside the floats of `lanes`, with the operators of one: for hashes and exponents.
+namespace insonify::inline INSONIFY_ABI {
+
+#if !defined(INSONIFY_NO_SIMD)
+
+// The compiler's own vectors: not all operations of std::experimental::simd on integers are inlined.
+template <int N>
+struct bit_vector {
+    typedef std::uint32_t type __attribute__((vector_size(sizeof(std::uint32_t) * N)));
+    typedef std::int32_t whole __attribute__((vector_size(sizeof(std::int32_t) * N)));
+    typedef float floats __attribute__((vector_size(sizeof(float) * N)));
+};
+template <int N>
+using bit_lanes = typename bit_vector<N>::type;
+
+/// The numbers as floats, those above 2^31 - 1 as negative ones.
+template <int N>
+INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
+    return __builtin_bit_cast(
+        lanes<N>, __builtin_convertvector((typename bit_vector<N>::whole)bits, typename bit_vector<N>::floats));
+}
+
+/// Floats within +-2^31 as numbers, cut off towards zero, negative ones in two's complement.
+template <int N>
+INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
+    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(typename bit_vector<N>::floats, x),
+                                                 typename bit_vector<N>::whole);
+}
+
+template <int N>
+INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
+    __builtin_memcpy(to, &bits, sizeof bits);
+}
+
+/// Each lane of `value` where the mask is set, and 0 elsewhere.
+template <int N>
+INSONIFY_INLINE lanes<N> kept_where(const lane_mask<N>& mask, const lanes<N>& value) {
+    lanes<N> kept(0.0F);
+    where(mask, kept) = value;
+    return kept;
+}
+
+#else
+
+template <int N>
+struct bit_lanes {
+    std::uint32_t lane[N] = {};
+
+    bit_lanes() = default;
+    INSONIFY_FN bit_lanes(std::uint32_t value) {
+        for (std::uint32_t& l : lane) l = value;
+    }
+    INSONIFY_FN std::uint32_t& operator[](int i) { return lane[i]; }
+
+    template <class Operation>
+    INSONIFY_FN static bit_lanes each(Operation operation) {
+        bit_lanes result;
+        for (int i = 0; i < N; ++i) result.lane[i] = operation(i);
+        return result;
+    }
+    INSONIFY_FN friend bit_lanes operator+(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] + b.lane[i]; });
+    }
+    INSONIFY_FN friend bit_lanes operator-(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] - b.lane[i]; });
+    }
+    INSONIFY_FN friend bit_lanes operator*(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] * b.lane[i]; });
+    }
+    INSONIFY_FN friend bit_lanes operator^(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] ^ b.lane[i]; });
+    }
+    INSONIFY_FN friend bit_lanes operator&(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] & b.lane[i]; });
+    }
+    INSONIFY_FN friend bit_lanes operator<<(const bit_lanes& a, int by) {
+        return each([&](int i) { return a.lane[i] << static_cast<unsigned>(by); });
+    }
+    INSONIFY_FN friend bit_lanes operator>>(const bit_lanes& a, int by) {
+        return each([&](int i) { return a.lane[i] >> static_cast<unsigned>(by); });
+    }
+};
+
+template <int N>
+INSONIFY_FN lanes<N> floats_of(const bit_lanes<N>& bits) {
+    return lanes<N>::template each<lanes<N>>(
+        [&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits.lane[i])); });
+}
+template <int N>
+INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& x) {
+    return bit_lanes<N>::each([&](int i) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(x.lane[i])); });
+}
+template <int N>
+INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
+    for (int i = 0; i < N; ++i) to[i] = bits.lane[i];
+}
+template <int N>
+INSONIFY_FN lanes<N> kept_where(const lane_mask<N>& mask, const lanes<N>& value) {
+    return lanes<N>::template each<lanes<N>>([&](int i) { return mask.lane[i] ? value.lane[i] : 0.0F; });
+}
+
+#endif
+
+/// first, first + step, first + 2 step, ...
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> steps_of_bits(std::uint32_t first, std::uint32_t step) {
+    bit_lanes<N> numbers{};
+    for (int i = 0; i < N; ++i) numbers[i] = static_cast<std::uint32_t>(i);
+    return numbers * step + first;
+}
+
+/// The 32 bits of each float, and back.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> raw_bits(const lanes<N>& floats) {
+    return __builtin_bit_cast(bit_lanes<N>, floats);
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
+    return __builtin_bit_cast(lanes<N>, bits);
+}
+
+/// `mix_bits` of many numbers: 32 well-mixed bits of each.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> mix_lanes(bit_lanes<N> h) {
+    h = (h ^ (h >> 16)) * 0x7FEB352DU;
+    h = (h ^ (h >> 15)) * 0x846CA68BU;
+    return h ^ (h >> 16);
+}
+
+/// The largest whole numbers not above, within +-2^31, as numbers.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> floor_bits(const lanes<N>& x) {
+    const bit_lanes<N> cut = bits_of_whole<N>(x);
+    const lanes<N> left = x - floats_of<N>(cut) + lanes<N>(0.0F); // -0 becomes 0
+    return cut - (raw_bits<N>(left) >> 31);                       // one less where that lies above x
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <cfloat>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -946,21 +1116,36 @@ namespace insonify::inline INSONIFY_ABI {
 /// Splits x into an integer, which becomes the exponent's bits, and a rest in [-1/2, 1/2], whose power is a polynomial
 /// (Taylor's of exp(r ln 2), degree 7: its remainder there is below 1e-8).
 template <int N>
-INSONIFY_INLINE lanes<N> power_of_two(const lanes<N>& x) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> power_of_two(const lanes<N>& x) {
     using floats = lanes<N>;
     const floats limited = lesser(greater(x, floats(-126.0F)), floats(126.0F));
-    const floats shift(12582912.0F); // 1.5 * 2^23: adding it rounds to an integer, kept in the low bits
-    const floats shifted = limited + shift;
-    const floats rest = limited - (shifted - shift);
+    const bit_lanes<N> whole = floor_bits<N>(limited + floats(0.5F));
+    const floats rest = limited - floats_of<N>(whole);
     floats power(1.5252734e-5F);
     for (const float coefficient :
          {1.5403530e-4F, 1.3333558e-3F, 9.6181291e-3F, 5.5504109e-2F, 2.4022651e-1F, 6.9314718e-1F, 1.0F})
         power = multiply_add(power, rest, floats(coefficient));
-    alignas(sizeof(float) * N) float integers[N], scale[N];
-    store(shifted, integers);
-    for (int i = 0; i < N; ++i)
-        scale[i] = __builtin_bit_cast(float, (__builtin_bit_cast(std::uint32_t, integers[i]) + 127U) << 23U);
-    return power * load<N>(scale);
+    return power * raw_floats<N>((whole + 127U) << 23);
+}
+
+/// log2(x) of many x at once, within 3e-7 of it absolutely and relatively, whichever is more; x below FLT_MIN is taken
+/// for that, infinity is 128.
+///
+/// Splits x into a power of two and a rest m in [sqrt(1/2), sqrt(2)], of which
+/// ln m = 2 artanh(s) = 2 (s + s^3/3 + s^5/5 + ...) with s = (m - 1) / (m + 1): what follows s^9 is below 2e-9.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
+    using floats = lanes<N>;
+    constexpr std::uint32_t root_half = 0x3F3504F3U, one = 0x3F800000U;
+    const bit_lanes<N> moved = raw_bits<N>(greater(x, floats(FLT_MIN))) + (one - root_half);
+    const floats exponent = floats_of<N>(moved >> 23) - floats(127.0F);
+    const floats m = raw_floats<N>((moved & 0x7FFFFFU) + root_half);
+    const floats s = (m - floats(1.0F)) / (m + floats(1.0F));
+    const floats square = s * s;
+    floats sum(2.8853901F / 9); // 2 / ln 2
+    for (const float coefficient : {2.8853901F / 7, 2.8853901F / 5, 2.8853901F / 3, 2.8853901F})
+        sum = multiply_add(sum, square, floats(coefficient));
+    return multiply_add(s, sum, exponent);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -998,6 +1183,7 @@ enum class incident { field, backscattered };
 /// Source: "Ultrasound image simulation with GPU-based ray tracing", 2011; impedances in rayl.
 struct law2011 {
     using sample_type = float;
+    static constexpr bool normal_incidence = true;
 
     float reflection_length = 1e-3F; ///< metres
     insonify::travel travel = insonify::travel::one_way;
@@ -1145,13 +1331,15 @@ struct law2011 {
         if constexpr (exec::is_unsequenced_v<Policy>) {
             constexpr int width = simd_width;
             const lanes<width> ramp([](auto lane) { return static_cast<float>(lane) + 0.5F; });
-            for (; next + width <= last; next += width) {
+            // The last ones may run over the end of the stretch: the next one writes there.
+            for (; next < last && next + width <= out.size(); next += width) {
                 const lanes<width> place = ramp + lanes<width>(static_cast<float>(next));
                 store(multiply_add(lanes<width>(scale),
                                    power_of_two<width>(place * lanes<width>(step) + lanes<width>(first)),
                                    lanes<width>(bare)),
                       out.data() + next);
             }
+            next = next < last ? next : last;
         }
 #endif
         for (; next < last; ++next)
@@ -1254,119 +1442,6 @@ INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_EXECUTION_SIMD_BITS_HPP
-#define INSONIFY_EXECUTION_SIMD_BITS_HPP
-
-
-/// Several 32-bit numbers at once, beside the floats of `lanes`: for hashes.
-namespace insonify::inline INSONIFY_ABI {
-
-#if !defined(INSONIFY_NO_SIMD)
-
-template <int N>
-using bit_lanes = stdx::simd<std::uint32_t, stdx::simd_abi::deduce_t<std::uint32_t, N>>;
-
-/// first, first + step, first + 2 step, ...
-template <int N>
-INSONIFY_INLINE bit_lanes<N> steps_of_bits(std::uint32_t first, std::uint32_t step) {
-    return bit_lanes<N>{[=](auto i) { return first + static_cast<std::uint32_t>(i) * step; }};
-}
-
-/// The numbers as floats, those above 2^31 - 1 as negative ones.
-template <int N>
-INSONIFY_INLINE lanes<N> floats_of(const bit_lanes<N>& bits) {
-    using integers = stdx::simd<std::int32_t, stdx::simd_abi::deduce_t<std::int32_t, N>>;
-    return stdx::static_simd_cast<lanes<N>>(stdx::static_simd_cast<integers>(bits));
-}
-
-/// Whole floats within +-2^31 as numbers, negative ones in two's complement.
-template <int N>
-INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& whole) {
-    using integers = stdx::simd<std::int32_t, stdx::simd_abi::deduce_t<std::int32_t, N>>;
-    return stdx::static_simd_cast<bit_lanes<N>>(stdx::static_simd_cast<integers>(whole));
-}
-
-template <int N>
-INSONIFY_INLINE void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
-    bits.copy_to(to, stdx::element_aligned);
-}
-
-#else
-
-template <int N>
-struct bit_lanes {
-    std::uint32_t lane[N] = {};
-
-    bit_lanes() = default;
-    INSONIFY_FN bit_lanes(std::uint32_t value) {
-        for (std::uint32_t& l : lane) l = value;
-    }
-    template <class Operation>
-    INSONIFY_FN static bit_lanes each(Operation operation) {
-        bit_lanes result;
-        for (int i = 0; i < N; ++i) result.lane[i] = operation(i);
-        return result;
-    }
-    INSONIFY_FN friend bit_lanes operator+(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] + b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator*(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] * b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator^(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] ^ b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator&(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] & b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator>>(const bit_lanes& a, int by) {
-        return each([&](int i) { return a.lane[i] >> static_cast<unsigned>(by); });
-    }
-};
-
-template <int N>
-INSONIFY_FN bit_lanes<N> steps_of_bits(std::uint32_t first, std::uint32_t step) {
-    return bit_lanes<N>::each([=](int i) { return first + static_cast<std::uint32_t>(i) * step; });
-}
-template <int N>
-INSONIFY_FN lanes<N> floats_of(const bit_lanes<N>& bits) {
-    return lanes<N>::template each<lanes<N>>(
-        [&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits.lane[i])); });
-}
-template <int N>
-INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& whole) {
-    return bit_lanes<N>::each(
-        [&](int i) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(whole.lane[i])); });
-}
-template <int N>
-INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
-    for (int i = 0; i < N; ++i) to[i] = bits.lane[i];
-}
-
-#endif
-
-/// `mix_bits` of many numbers: 32 well-mixed bits of each.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE bit_lanes<N> mix_lanes(bit_lanes<N> h) {
-    h = (h ^ (h >> 16)) * bit_lanes<N>(0x7FEB352DU);
-    h = (h ^ (h >> 15)) * bit_lanes<N>(0x846CA68BU);
-    return h ^ (h >> 16);
-}
-
-/// The largest whole numbers not above, within +-2^31. By conversions, for not every machine rounds in one instruction.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE lanes<N> floor_lanes(const lanes<N>& x) {
-#if !defined(INSONIFY_NO_SIMD)
-    lanes<N> whole = floats_of<N>(bits_of_whole<N>(x));
-    where(x < whole, whole) -= lanes<N>(1.0F);
-    return whole;
-#else
-    return lanes<N>::template each<lanes<N>>([&](int i) { return std::floor(x.lane[i]); });
-#endif
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 
 /// What the cells of a `cell_field` hold: complex numbers of mean power 1, found from an index alone.
 namespace insonify::inline INSONIFY_ABI {
@@ -1383,18 +1458,19 @@ struct gaussian_numbers {
     /// @param index  of the cells
     template <int N>
     INSONIFY_FN INSONIFY_INLINE complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
+        // Each part the sum of two uniform numbers of 8 bits, mean 0, variance 1/2: the Gauss curve comes of the sums
+        // that follow. Both sums at once, in the halves of a word.
+        constexpr float scale = 0.0067658736F; // sqrt(1/2) over the deviation of the sum, sqrt(2 (256^2 - 1) / 12)
+        constexpr std::uint32_t bytes = 0x00FF00FFU;
         const bit_lanes<N> bits = mix_lanes<N>(index);
-        return {bell<N>(bits), bell<N>(bits >> 16)};
+        const bit_lanes<N> sums = (bits & bytes) + ((bits >> 8) & bytes);
+        const auto part = [&](const bit_lanes<N>& sum) {
+            return multiply_add(floats_of<N>(sum), lanes<N>(scale), lanes<N>(-255 * scale));
+        };
+        return {part(sums & 0xFFFFU), part(sums >> 16)};
     }
 
-  private:
-    // The sum of two uniform numbers of 8 bits, mean 0, variance 1/2: the Gauss curve comes of the sums that follow.
-    template <int N>
-    INSONIFY_FN INSONIFY_INLINE static lanes<N> bell(const bit_lanes<N>& bits) {
-        constexpr float scale = 0.0067658736F; // sqrt(1/2) over the deviation of the sum, sqrt(2 (256^2 - 1) / 12)
-        const bit_lanes<N> byte(0xFFU);
-        return (floats_of<N>((bits & byte) + ((bits >> 8) & byte)) - lanes<N>(255.0F)) * lanes<N>(scale);
-    }
+    friend bool operator==(const gaussian_numbers&, const gaussian_numbers&) = default;
 };
 
 /// Countable scatterers of normally distributed strength and random phase, as many to a volume as Poisson's distribution
@@ -1417,6 +1493,8 @@ struct poisson_numbers {
         }
         return {load<N>(real), load<N>(imaginary)};
     }
+
+    friend bool operator==(const poisson_numbers&, const poisson_numbers&) = default;
 
   private:
     INSONIFY_FN static vec2 of_cell(std::uint32_t index, float mean) {
@@ -1491,11 +1569,15 @@ struct no_scatterers {
     template <class Emit>
     INSONIFY_FN void scatter(const material_line&, float, float, float, Emit&&) const {}
     INSONIFY_FN float covariance(float, float) const { return 0; }
+
+    friend bool operator==(const no_scatterers&, const no_scatterers&) = default;
 };
 
 /// Points of an object stay where they are: the map of tissue that moves rigidly, or not at all.
 struct undeformed {
     INSONIFY_FN vec3 operator()(std::uint32_t, vec3 point) const { return point; }
+
+    friend bool operator==(const undeformed&, const undeformed&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -1608,6 +1690,8 @@ struct cell_field {
         return sum / std::sqrt((1 - share) * (1 - share) + share * share);
     }
 
+    friend bool operator==(const cell_field&, const cell_field&) = default;
+
   private:
     // A straight piece of a line at rest: where it begins, and metres there for a metre of the line.
     struct rest_line {
@@ -1633,32 +1717,42 @@ struct cell_field {
             using floats = lanes<N>;
             using bits = bit_lanes<N>;
             constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
-            const bits own = bits(key) + steps_of_bits<N>(first_slot * 0x9E3779B9U, 0x9E3779B9U);
+            const bits own = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
             const bits chance = mix_lanes<N>(own);
             const floats one(1.0F), to_share(0x1p-16F);
             const floats x =
-                floats(across.x) + past * floats(across_per_slot.x) + floats_of<N>(chance & bits(0xFFFFU)) * to_share;
+                floats(across.x) + past * floats(across_per_slot.x) + floats_of<N>(chance & 0xFFFFU) * to_share;
             const floats y =
                 floats(across.y) + past * floats(across_per_slot.y) + floats_of<N>(chance >> 16) * to_share;
-            const floats column = floor_lanes<N>(x), row = floor_lanes<N>(y);
-            const floats right = x - column, upper = y - row, left = one - right, lower = one - upper;
-            const bits cell_of =
-                own + bits_of_whole<N>(column) * bits(next_column) + bits_of_whole<N>(row) * bits(next_row);
+            const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
+            const floats right = x - floats_of<N>(column), upper = y - floats_of<N>(row);
+            const floats left = one - right, lower = one - upper;
+            const bits cell_of = own + column * next_column + row * next_row;
             const complex_lanes<N> a = number.template operator()<N>(cell_of, volume, density),
-                                   b = number.template operator()<N>(cell_of + bits(next_column), volume, density),
-                                   c = number.template operator()<N>(cell_of + bits(next_row), volume, density),
-                                   d = number.template operator()<N>(cell_of + bits(next_column + next_row), volume,
+                                   b = number.template operator()<N>(cell_of + next_column, volume, density),
+                                   c = number.template operator()<N>(cell_of + next_row, volume, density),
+                                   d = number.template operator()<N>(cell_of + (next_column + next_row), volume,
                                                                      density);
-            const floats power = (left * left + right * right) * (lower * lower + upper * upper);
-            const floats scale = one / square_root(power);
+            const floats scale = of_power_1<N>(right) * of_power_1<N>(upper);
             return {(lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
                     (lower * (left * a.imaginary + right * b.imaginary) +
                      upper * (left * c.imaginary + right * d.imaginary)) *
                         scale};
         }
+
+        // 1 / sqrt(share^2 + (1 - share)^2) within 1e-4, as a polynomial in u = (2 share - 1)^2: sqrt(2 / (1 + u)).
+        template <int N>
+        INSONIFY_FN INSONIFY_INLINE static lanes<N> of_power_1(const lanes<N>& share) {
+            using floats = lanes<N>;
+            const floats twice = share + share - floats(1.0F), u = twice * twice;
+            floats sum(0.070276911F);
+            for (const float coefficient : {-0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F})
+                sum = multiply_add(sum, u, floats(coefficient));
+            return sum;
+        }
     };
 
-    static constexpr std::uint32_t run_length = 64;
+    static constexpr std::uint32_t run_length = 128;
 
     INSONIFY_FN layout layout_for(const material_line& line, const rest_line& at_rest, double slab,
                                   float spacing) const {
@@ -1791,25 +1885,28 @@ class echo_line {
         vec2 turn_on{1, 0};
         for (int i = 0; i < width; ++i) turn_on = turned(turn_on, turn);
         floats carrier_x = load<width>(powers[0]), carrier_y = load<width>(powers[1]);
+        const auto inside = static_cast<std::uint32_t>(samples_.size()) - 1; // of a sample with a next one
         const floats turn_x(turn_on.x), turn_y(turn_on.y), one(1.0F);
         for (std::uint32_t first = 0; first < count; first += width) {
             const floats x = load<width>(real + first), y = load<width>(imaginary + first);
             const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
             const floats number = floats_of<width>(steps_of_bits<width>(first, 1));
             const floats place = (floats(depth) + number * floats(step)) * floats(per_spacing_) - floats(0.5F);
-            const floats below = floor_lanes<width>(
+            const bit_lanes<width> below = floor_bits<width>(
                 lesser(greater(place, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
-            const floats share = place - below;
-            float parts[4][width];
+            const floats share = place - floats_of<width>(below);
+            vec2 here[width], next[width];
+            store_pairs((one - share) * value_x, (one - share) * value_y, here);
+            store_pairs(share * value_x, share * value_y, next);
             std::uint32_t sample[width];
-            store((one - share) * value_x, parts[0]);
-            store((one - share) * value_y, parts[1]);
-            store(share * value_x, parts[2]);
-            store(share * value_y, parts[3]);
-            store_bits<width>(bits_of_whole<width>(below), sample);
-            const std::uint32_t left = count - first;
-            for (std::uint32_t i = 0; i < width && i < left; ++i)
-                put_parts(sample[i], {parts[0][i], parts[1][i]}, {parts[2][i], parts[3][i]});
+            store_bits<width>(below, sample);
+            if (count - first >= width && sample[0] < inside && sample[width - 1] < inside)
+                for (int i = 0; i < width; ++i) {
+                    samples_[sample[i]] += here[i];
+                    samples_[sample[i] + 1] += next[i];
+                }
+            else
+                for (std::uint32_t i = 0; i < width && i < count - first; ++i) put_parts(sample[i], here[i], next[i]);
             const floats turned_x = carrier_x * turn_x - carrier_y * turn_y;
             carrier_y = carrier_x * turn_y + carrier_y * turn_x;
             carrier_x = turned_x;
@@ -1830,6 +1927,14 @@ class echo_line {
         const float below = std::floor(place);
         const float share = place - below;
         put_parts(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - share) * value, share * value);
+    }
+
+    template <class Lanes>
+    INSONIFY_FN INSONIFY_INLINE static void store_pairs(const Lanes& x, const Lanes& y, vec2* to) {
+        float apart[2][simd_width];
+        store(x, apart[0]);
+        store(y, apart[1]);
+        for (int i = 0; i < simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
     }
 
     // To a sample, which may lie before the first by wrapping round, and to the next.
@@ -1968,6 +2073,8 @@ struct fresnel {
                 .transmitted = energy_transmission(at.before, at.after, at.cosine)};
     }
 
+    friend bool operator==(const fresnel&, const fresnel&) = default;
+
   private:
     // Z2 cos i and Z1 cos t, up to a factor that cancels; the second is 0 where sound is totally reflected.
     struct terms {
@@ -2092,6 +2199,8 @@ struct specular_return {
         const float scale = 2 * std::sqrt(wavelengths);
         return length(collected(scale * std::fabs(angle), scale * edge)) / length(collected(0, scale * edge));
     }
+
+    friend bool operator==(const specular_return&, const specular_return&) = default;
 
   private:
     // e(x); real and imaginary part
@@ -2235,13 +2344,15 @@ struct physical {
         return met;
     }
 
+    friend bool operator==(const physical&, const physical&) = default;
+
   private:
     // Displayed metres a metre of the medium.
     INSONIFY_FN float stretch(const medium& m) const {
         return timing == insonify::timing::sound_speed ? display_speed / m.sound_speed : 1.0F;
     }
 
-    INSONIFY_FN static float amplitude_of(float decibels) { return std::pow(10.0F, decibels / 20); }
+    INSONIFY_FN static float amplitude_of(float decibels) { return std::exp2(0.16609640F * decibels); } // log2(10) / 20
 
     // Of a pulse of 2.5 cycles, whose bandwidth is 1.61 / 2.5.
     INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
@@ -2283,7 +2394,7 @@ struct physical {
             const float length = run.step * static_cast<float>(run.count);
             const float first = at(run.first), last = at(run.first + length);
             const float ratio =
-                run.count > 1 && first > 0 ? std::pow(last / first, 1 / static_cast<float>(run.count)) : 1.0F;
+                first > 0 && last > 0 ? std::exp2(std::log2(last / first) / static_cast<float>(run.count)) : 1.0F;
             echoes.add(path.shown + (run.first - here.begin) * shrink, run.step * shrink, run.count, run.real,
                        run.imaginary, first, ratio);
         });
@@ -2548,7 +2659,7 @@ namespace insonify::inline INSONIFY_ABI {
 inline constexpr std::size_t most_pixels = std::size_t{1} << 28U;
 
 /// @throws usage_error  where a picture has no pixels, or more than `most_pixels`
-inline void check_size(uvec2 size) {
+INSONIFY_LAZY void check_size(uvec2 size) {
     const std::size_t pixels = static_cast<std::size_t>(size.x) * size.y;
     if (pixels == 0 || pixels > most_pixels)
         throw usage_error{"a picture of " + std::to_string(size.x) + " x " + std::to_string(size.y) +
@@ -2624,6 +2735,14 @@ struct line_grid {
     line_grid(std::uint32_t lines, std::uint32_t samples_per_line, float end_depth)
         : count{lines}, samples{samples_per_line}, depth{end_depth},
           values(static_cast<std::size_t>(lines) * samples_per_line) {}
+
+    /// Another shape in the same memory: values that were there are left where they are.
+    void reshape(std::uint32_t lines, std::uint32_t samples_per_line, float end_depth) {
+        count = lines;
+        samples = samples_per_line;
+        depth = end_depth;
+        values.resize(static_cast<std::size_t>(lines) * samples_per_line);
+    }
 
     Value& operator()(std::uint32_t line, std::uint32_t sample) {
         return values[static_cast<std::size_t>(line) * samples + sample];
@@ -2715,7 +2834,7 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
 }
 
 /// @throws usage_error  naming the setting, where its value is not a finite number above 0
-inline void check_positive(float value, const char* setting) {
+INSONIFY_LAZY void check_positive(float value, const char* setting) {
     if (!is_finite(value) || !(value > 0))
         throw usage_error{std::string{"probe: `"} + setting + "` must be a finite number above 0"};
 }
@@ -2738,8 +2857,10 @@ void check_array(const Array& array) {
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 #include <cfloat>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -2862,30 +2983,63 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     return map;
 }
 
+/// The map of the frame before, made anew where the probe, the lines or the settings have changed, or where probes cannot
+/// be compared.
+template <transducer Probe>
+class kept_scan_map {
+  public:
+    template <exec::policy Policy>
+    const scan_map& operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
+                               const scan_convert_settings& settings) {
+        if constexpr (std::equality_comparable<Probe>) {
+            if (made_for_ && made_for_->probe == probe && made_for_->settings.size == settings.size &&
+                made_for_->settings.background == settings.background && map_.depth == scan.depth &&
+                map_.samples == scan.samples)
+                return map_;
+        }
+        map_ = make_scan_map(policy, probe, scan, settings);
+        made_for_.emplace(cause{probe, settings});
+        return map_;
+    }
+
+  private:
+    struct cause {
+        Probe probe;
+        scan_convert_settings settings;
+    };
+    std::optional<cause> made_for_{};
+    scan_map map_{};
+};
+
 /// The picture of one frame: bilinear between lines and between samples, on the values as they are.
 ///
 /// Allocates nothing but the picture.
+/// @param recycled  a picture whose memory is used again
 /// @throws usage_error  where the lines are not those that the map was made for
 template <exec::policy Policy>
-image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map& map) {
+image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map& map, image recycled = {}) {
     if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
         lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
         throw usage_error{"scan_convert: lines, samples or depth differ from those that the map was made for; make one "
                           "anew with make_scan_map"};
     const std::size_t next_sample = map.samples > 1 ? 1 : 0;
-    image picture{map.size, map.background};
+    recycled.size = map.size;
+    recycled.pixels.resize(map.first.size());
     for_each_index(policy, map.size.y, [&](std::size_t y) {
         const float* values = lines.values.data();
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) continue;
+            if (map.first[i] == scan_map::outside) {
+                recycled.pixels[i] = map.background;
+                continue;
+            }
             const auto between = [along = map.along[i], next_sample](const float* sample) {
                 return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
             };
             const float here = between(values + map.first[i]);
-            picture.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
+            recycled.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
         }
     });
-    return picture;
+    return recycled;
 }
 
 /// The picture of one frame, for those who draw only one: makes the map and forgets it.
@@ -2919,6 +3073,8 @@ struct refined : Probe {
         const vec2 place = Probe::locate(point);
         return {(place.x + 0.5F) * static_cast<float>(rays) - 0.5F, place.y};
     }
+
+    friend bool operator==(const refined&, const refined&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -2936,6 +3092,7 @@ struct refined : Probe {
 #define INSONIFY_SIGNAL_TAPS_HPP
 
 #include <cstddef>
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -2948,42 +3105,39 @@ struct tap {
     std::ptrdiff_t offset = 0; ///< in complex samples, from the sample that has the number of the result
 };
 
-/// So many results of a filter are worked on at a time.
-inline constexpr std::size_t tap_block = 32;
+/// A filter may read so many samples further than its results need.
+inline constexpr std::size_t tap_room = 4 * simd_width;
 
-/// Adds four taps to the sums of a block, all as plain floats.
-///
-/// A function of its own: merged into the loop over the taps, GCC would vectorise that one instead, with gathers.
-template <int Width>
-[[gnu::noinline]] void add_four_taps(const tap (&taps)[4], const float* from, float* sums) {
-    using floats = lanes<Width>;
-    const floats w0(taps[0].weight), w1(taps[1].weight), w2(taps[2].weight), w3(taps[3].weight);
-    const float *from0 = from + 2 * taps[0].offset, *from1 = from + 2 * taps[1].offset;
-    const float *from2 = from + 2 * taps[2].offset, *from3 = from + 2 * taps[3].offset;
-    for (std::size_t i = 0; i < 2 * tap_block; i += Width)
-        store(load<Width>(sums + i) + w0 * load<Width>(from0 + i) + w1 * load<Width>(from1 + i) +
-                  w2 * load<Width>(from2 + i) + w3 * load<Width>(from3 + i),
-              sums + i);
+/// As many results as eight registers hold, which the sums never leave.
+template <int Width, std::size_t... I>
+INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, float* to, std::index_sequence<I...>) {
+    lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
+    for (const tap& one : taps) {
+        const lanes<Width> weight(one.weight);
+        const float* at = from + 2 * one.offset;
+        ((sums[I] = multiply_add(load<Width>(at + I * Width), weight, sums[I])), ...);
+    }
+    (store(sums[I], to + I * Width), ...);
 }
 
 /// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
 ///
 /// @tparam Width  floats that are worked on at once
-/// @param from  is read as far as if `count` were rounded up to whole blocks
+/// @param from  is read up to `tap_room` samples beyond what `count` results need
 /// @param to    must not overlap what is read
 template <int Width>
 void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
-    for (std::size_t begin = 0; begin < count; begin += tap_block) {
-        vec2 sums[tap_block] = {};
-        for (std::size_t first = 0; first < taps.size(); first += 4) {
-            tap four[4];
-            for (std::size_t i = 0; i < 4; ++i)
-                four[i] = first + i < taps.size() ? taps[first + i] : tap{.offset = taps[first].offset};
-            add_four_taps<Width>(four, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(sums));
-        }
-        const std::size_t results = count - begin < tap_block ? count - begin : tap_block;
-        for (std::size_t i = 0; i < results; ++i) to[begin + i] = sums[i];
-    }
+    constexpr std::size_t block = 4 * Width;
+    constexpr auto registers = std::make_index_sequence<8>{};
+    std::size_t begin = 0;
+    for (; begin + block <= count; begin += block)
+        sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin),
+                                 reinterpret_cast<float*>(to + begin), registers);
+    if (begin == count) return;
+    vec2 last[block];
+    sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(last),
+                             registers);
+    for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -3073,12 +3227,19 @@ namespace insonify::inline INSONIFY_ABI {
 /// consecutive samples for consecutive results.
 class axial_kernel {
   public:
-    /// @param envelope  in samples
-    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation)
-        : decimation_{decimation}, results_{samples / decimation} {
+    axial_kernel() = default;
+    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+        set(samples, envelope, decimation);
+    }
+
+    /// Another kernel in the same memory. @param envelope  in samples
+    void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+        decimation_ = decimation;
+        results_ = samples / decimation;
         const auto reach = static_cast<std::size_t>(lesser(envelope.reach(), static_cast<float>(samples)));
         zeros_ = reach / decimation + 1;
-        stride_ = results_ + 2 * zeros_ + tap_block;
+        stride_ = results_ + 2 * zeros_ + tap_room;
+        taps_.clear();
         const std::size_t begin = zeros_ * decimation; // of the line, in samples, were it not laid out by remainder
         for (std::size_t at = begin - reach; at < begin + reach + decimation; ++at) {
             const float middle = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
@@ -3115,6 +3276,9 @@ class axial_kernel {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_SIGNAL_LATERAL_SLAB_HPP
+#define INSONIFY_SIGNAL_LATERAL_SLAB_HPP
+
 #ifndef INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
 #define INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
 
@@ -3200,6 +3364,7 @@ INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
 #endif
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -3279,21 +3444,20 @@ struct lateral_kernel {
     /// In the middle of the step that a sample belongs to.
     lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
 
-    /// At a sample itself, as `convolve` takes them.
-    /// @param half  is overwritten, and must outlive the answer
-    lateral_weights between(std::uint32_t sample, std::vector<float>& half) const {
+    /// At a sample itself, as `convolve` takes them: (1 - share) of one step's weights and `share` of another's.
+    struct blend {
+        view<const float> above{};
+        view<const float> below{};
+        float share = 0;
+    };
+    blend blend_at(std::uint32_t sample) const {
         const auto last = static_cast<float>(entries.size() - 1);
         const float place = clamped((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
         const auto first = static_cast<std::size_t>(place);
-        const lateral_weights above = of(entries[first]), below = of(entries[first + (place < last ? 1 : 0)]);
-        const float share = place - static_cast<float>(first);
-        half.assign(above.half.size() > below.half.size() ? above.half.size() : below.half.size(), 0.0F);
-        for (std::size_t i = 0; i < above.half.size(); ++i) half[i] += (1 - share) * above.half[i];
-        for (std::size_t i = 0; i < below.half.size(); ++i) half[i] += share * below.half[i];
-        return {.half = {half.data(), half.size()},
-                .lines = lines,
-                .full_circle = full_circle,
-                .spacing = above.spacing + share * (below.spacing - above.spacing)};
+        const entry &above = entries[first], &below = entries[first + (place < last ? 1 : 0)];
+        return {.above = {weights.data() + above.begin, above.count},
+                .below = {weights.data() + below.begin, below.count},
+                .share = place - static_cast<float>(first)};
     }
 
     /// The furthest of all depths, in lines.
@@ -3312,14 +3476,19 @@ struct lateral_kernel {
     }
 };
 
-/// @param scan  depth and samples of the lines; `samples` must be stated
+/// @param scan      depth and samples of the lines; `samples` must be stated
+/// @param recycled  a kernel whose memory is used again
 /// @throws usage_error  where the probe or the acquisition makes no sense
 template <transducer Probe>
-lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan) {
+lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, lateral_kernel recycled = {}) {
     const beam_model beam = beam_of(probe, scan.depth);
     if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` must be stated"};
     constexpr std::uint32_t step = lateral_kernel::depth_step;
-    lateral_kernel kernel{.lines = probe.lines, .full_circle = is_full_circle(probe)};
+    lateral_kernel kernel = std::move(recycled);
+    kernel.lines = probe.lines;
+    kernel.full_circle = is_full_circle(probe);
+    kernel.entries.clear();
+    kernel.weights.clear();
     const std::uint32_t most = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
     for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
         const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
@@ -3343,7 +3512,100 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan) 
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A few consecutive samples of every line, copied out to be weighted with their neighbours on other lines.
+///
+///     line  -reach ... -1 | 0 ... lines - 1 | lines ... lines - 1 + reach
+///           zeros, or for a full circle the lines from the other end
+///
+/// All samples of a line lie together, each with weights of its own, so that whole registers are worked on.
+class lateral_slab {
+  public:
+    static constexpr std::size_t samples = 32;
+
+    /// @param memory  what is worked in; it grows where it must
+    lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
+        : kernel_{kernel}, lines_{kernel.lines}, reach_{kernel.reach()} {
+        const std::size_t rows = 2 * (reach_ + 1) + lines_ + 2 * reach_;
+        memory.resize(rows * samples);
+        weights_ = memory.data();
+        tails_ = weights_ + (reach_ + 1) * samples;
+        values_ = tails_ + (reach_ + 1) * samples;
+        std::fill(values_, values_ + reach_ * samples, vec2{0, 0});
+        std::fill(row(lines_), row(lines_) + reach_ * samples, vec2{0, 0});
+    }
+
+    /// Takes the weights of `count` samples from number `first` on.
+    void weigh(std::size_t first, std::size_t count) {
+        std::fill(weights_, values_, vec2{0, 0});
+        for (std::size_t k = 0; k < count; ++k) {
+            const lateral_kernel::blend at = kernel_.blend_at(static_cast<std::uint32_t>(first + k));
+            for (std::size_t i = 0; i < at.above.size(); ++i) weights_[i * samples + k] += (1 - at.share) * at.above[i];
+            for (std::size_t i = 0; i < at.below.size(); ++i) weights_[i * samples + k] += at.share * at.below[i];
+        }
+        for (std::size_t i = reach_; i-- > 0;) // what the neighbours beyond the i-th weigh
+            for (std::size_t k = 0; k < samples; ++k)
+                tails_[i * samples + k] = tails_[(i + 1) * samples + k] + weights_[(i + 1) * samples + k];
+    }
+
+    /// @param stride  from line to line
+    void copy(const vec2* from, std::size_t stride, std::size_t count) {
+        for (std::size_t line = 0; line < lines_; ++line) std::copy_n(from + line * stride, count, row(line));
+        if (!kernel_.full_circle) return;
+        std::copy_n(row(lines_ - reach_), reach_ * samples, values_);
+        std::copy_n(row(0), reach_ * samples, row(lines_));
+    }
+
+    /// Each line with its neighbours, divided by the weight of those that exist.
+    /// @tparam Width  floats that are worked on at once
+    template <int Width>
+    void apply(vec2* to, std::size_t stride, std::size_t count) const {
+        vec2 sums[samples];
+        for (std::size_t line = 0; line < lines_; ++line) {
+            const std::size_t after = lines_ - 1 - line;
+            const bool whole = kernel_.full_circle || (line >= reach_ && after >= reach_);
+            vec2* out = whole && count == samples ? to + line * stride : sums;
+            for (std::size_t part = 0; part < samples; part += 4 * Width)
+                sum_neighbours<Width>(row(line) + part, weights_ + part, out + part, std::make_index_sequence<8>{});
+            if (!whole)
+                for (std::size_t k = 0; k < count; ++k)
+                    sums[k] /= 1 - (line < reach_ ? tails_[line * samples + k].x : 0) -
+                               (after < reach_ ? tails_[after * samples + k].x : 0);
+            if (out == sums) std::copy_n(sums, count, to + line * stride);
+        }
+    }
+
+  private:
+    vec2* row(std::size_t line) const { return values_ + (reach_ + line) * samples; }
+
+    // As many samples as eight registers hold, which the sums never leave.
+    template <int Width, std::size_t... I>
+    INSONIFY_INLINE void sum_neighbours(const vec2* here, const vec2* weights, vec2* to,
+                                        std::index_sequence<I...>) const {
+        const auto floats = [](const vec2* at) { return reinterpret_cast<const float*>(at); };
+        lanes<Width> sums[] = {load<Width>(floats(here) + I * Width) * load<Width>(floats(weights) + I * Width)...};
+        for (std::size_t apart = samples; apart <= reach_ * samples; apart += samples) {
+            const float *left = floats(here - apart), *right = floats(here + apart), *weight = floats(weights + apart);
+            ((sums[I] = multiply_add(load<Width>(left + I * Width) + load<Width>(right + I * Width),
+                                     load<Width>(weight + I * Width), sums[I])),
+             ...);
+        }
+        (store(sums[I], reinterpret_cast<float*>(to) + I * Width), ...);
+    }
+
+    const lateral_kernel& kernel_;
+    std::size_t lines_ = 0;
+    std::size_t reach_ = 0;
+    vec2* weights_ = nullptr; // by distance in lines: that of each sample, twice
+    vec2* tails_ = nullptr;
+    vec2* values_ = nullptr;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -3356,63 +3618,56 @@ struct convolve_settings {
     std::uint32_t decimation = 1; ///< so many samples become one, in the middle of them; it must divide their number
 };
 
+/// What `convolve` keeps from frame to frame: handed back each time, nothing is allocated after the first.
+struct convolve_workspace {
+    lateral_kernel lateral{};
+    axial_kernel axial{};
+    std::vector<std::vector<vec2>> blocks{}; ///< what a block of lines, or of samples, is worked on in
+    iq_lines decimated{};
+};
+
 /// The axial half of `convolve`: in place where nothing is decimated.
 /// @param sent  in samples
 template <exec::policy Policy>
-iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
+iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation,
+                        convolve_workspace& own) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    const axial_kernel kernel{echoes.samples, sent, decimation};
-    iq_lines decimated;
-    if (decimation > 1) decimated = {echoes.count, echoes.samples / decimation, echoes.depth};
-    iq_lines& results = decimation > 1 ? decimated : echoes;
-    exec::for_each_block(policy, echoes.count, 8, [&](std::size_t begin, std::size_t end) {
-        std::vector<vec2> layout(kernel.layout_size());
+    constexpr std::size_t together = 8; // lines
+    own.axial.set(echoes.samples, sent, decimation);
+    if (decimation > 1) own.decimated.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
+    iq_lines& results = decimation > 1 ? own.decimated : echoes;
+    const std::size_t blocks = (echoes.count + together - 1) / together;
+    if (own.blocks.size() < blocks) own.blocks.resize(blocks);
+    exec::for_each_block(policy, echoes.count, together, [&](std::size_t begin, std::size_t end) {
+        std::vector<vec2>& layout = own.blocks[begin / together];
+        layout.assign(own.axial.layout_size(), vec2{0, 0});
         for (std::size_t line = begin; line < end; ++line) {
-            kernel.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-            kernel.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+            own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+            own.axial.template apply<width>(layout.data(), results.values.data() + line * results.samples);
         }
     });
-    return std::move(results);
+    if (decimation > 1) std::swap(own.decimated, echoes);
+    return echoes;
 }
 
 /// The lateral half of `convolve`, in place.
+///
+/// A slab of a few samples on all lines is copied out, with room for neighbours beyond the outermost: zeros or, for a
+/// full circle, the lines from the other end. The weights change from sample to sample.
 template <exec::policy Policy>
-iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_kernel& kernel) {
+iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspace& own) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    constexpr std::size_t together = 8; // samples whose lines are turned into rows at a time: whole cache lines
-    const std::size_t margin = kernel.reach();
-    const std::size_t stride = margin + lines.count + margin + tap_block;
-    exec::for_each_block(policy, lines.samples, 16 * together, [&](std::size_t begin, std::size_t end) {
-        // A row is a sample on all lines, so that the taps read consecutive values here too; around it zeros or, for a
-        // full circle, the lines from the other end.
-        std::vector<vec2> rows(together * stride), sums(together * lines.count);
-        std::vector<tap> taps;
-        std::vector<float> half;
-        for (std::size_t first = begin; first < end; first += together) {
-            const std::size_t count = std::min(together, end - first);
-            vec2* values = lines.values.data() + first;
-            for (std::size_t line = 0; line < lines.count; ++line)
-                for (std::size_t i = 0; i < count; ++i)
-                    rows[i * stride + margin + line] = values[line * lines.samples + i];
-            for (std::size_t i = 0; i < count; ++i) {
-                vec2* row = rows.data() + i * stride + margin;
-                if (kernel.full_circle) {
-                    std::copy_n(row + lines.count - margin, margin, row - margin);
-                    std::copy_n(row, margin, row + lines.count);
-                }
-                const lateral_weights weights = kernel.between(static_cast<std::uint32_t>(first + i), half);
-                taps.clear();
-                for (int offset = -weights.reach(); offset <= weights.reach(); ++offset)
-                    taps.push_back(
-                        {.weight = half[static_cast<std::size_t>(offset < 0 ? -offset : offset)], .offset = offset});
-                vec2* sum = sums.data() + i * lines.count;
-                sum_taps<width>({taps.data(), taps.size()}, row, sum, lines.count);
-                const auto reach = static_cast<std::uint32_t>(weights.reach());
-                for (std::uint32_t line = 0; line < lines.count; ++line)
-                    if (line < reach || line + reach >= lines.count) sum[line] /= weights.existing(line);
-            }
-            for (std::size_t line = 0; line < lines.count; ++line)
-                for (std::size_t i = 0; i < count; ++i) values[line * lines.samples + i] = sums[i * lines.count + line];
+    constexpr std::size_t thickness = lateral_slab::samples;
+    const std::size_t slabs = (lines.samples + thickness - 1) / thickness, together = 8;
+    const std::size_t blocks = (slabs + together - 1) / together;
+    if (own.blocks.size() < blocks) own.blocks.resize(blocks);
+    exec::for_each_block(policy, slabs, together, [&](std::size_t begin, std::size_t end) {
+        lateral_slab slab{own.lateral, own.blocks[begin / together]};
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
+            slab.weigh(first, count);
+            slab.copy(lines.values.data() + first, lines.samples, count);
+            slab.template apply<width>(lines.values.data() + first, lines.samples, count);
         }
     });
     return lines;
@@ -3426,9 +3681,10 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_ker
 /// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
 /// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse;
 ///                      where the pulse is not at the probe's frequency, or a setting makes no sense
+/// @param own     kept from frame to frame it spares allocations
 template <exec::policy Policy, transducer Probe>
 iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
-                  const convolve_settings& settings = {}) {
+                  const convolve_settings& settings, convolve_workspace& own) {
     probe.check();
     sent.check(probe.frequency);
     if (echoes.count != probe.lines || echoes.samples == 0 ||
@@ -3450,9 +3706,15 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
                           (settings.decimation > 1 ? ", or a smaller `decimation`" : "")};
     }
 
-    iq_lines lines = convolve_along(policy, std::move(echoes), envelope, settings.decimation);
-    return convolve_across(policy, std::move(lines),
-                           make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}));
+    iq_lines lines = convolve_along(policy, std::move(echoes), envelope, settings.decimation, own);
+    own.lateral = make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(own.lateral));
+    return convolve_across(policy, std::move(lines), own);
+}
+template <exec::policy Policy, transducer Probe>
+iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
+                  const convolve_settings& settings = {}) {
+    convolve_workspace own;
+    return convolve(policy, std::move(echoes), sent, probe, settings, own);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -3556,7 +3818,6 @@ class hilbert_transform {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -3571,16 +3832,17 @@ void square_roots(float* values, std::size_t count) {
 }
 
 /// The amplitude of each sample: |IQ| = sqrt(I^2 + Q^2).
+/// @param recycled  lines whose memory is used again
 template <exec::policy Policy>
-scan_lines envelope(const Policy& policy, const iq_lines& iq) {
+scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycled = {}) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    scan_lines lines{iq.count, iq.samples, iq.depth};
+    recycled.reshape(iq.count, iq.samples, iq.depth);
     exec::for_each_block(policy, iq.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            lines.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
-        square_roots<width>(lines.values.data() + begin, end - begin);
+            recycled.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
+        square_roots<width>(recycled.values.data() + begin, end - begin);
     });
-    return lines;
+    return recycled;
 }
 
 /// The amplitude of an oscillating signal: sqrt(RF^2 + H(RF)^2), where H is the Hilbert transform.
@@ -3619,7 +3881,6 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
 #ifndef INSONIFY_SIGNAL_GAIN_HPP
 #define INSONIFY_SIGNAL_GAIN_HPP
 
-#include <algorithm>
 #include <array>
 #include <cfloat>
 #include <concepts>
@@ -3635,12 +3896,20 @@ struct log_compress_settings {
     float gain_db = 0;           ///< added to every level
     float reject_db = -FLT_MAX;  ///< levels below this, after the gain, are black; by default none is rejected
 
-    /// Grey of an amplitude A, 0 to 1: 1 + (20 log10(A) + gain - reference) / dynamic range. No amplitude (0, negative
-    /// or NaN) is black.
+    /// Greys of N amplitudes A, 0 to 1: 1 + (20 log10(A) + gain - reference) / dynamic range, within 2e-6 dB a dB. No
+    /// amplitude (0, negative or NaN) is black.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE lanes<N> grey(const lanes<N>& amplitude) const {
+        using floats = lanes<N>;
+        const floats decibels = floats(6.0205999F) * logarithm_of_two<N>(amplitude) + floats(gain_db); // 20 log10(2)
+        const floats grey = floats(1.0F) + (decibels - floats(reference_db)) * floats(1 / dynamic_range_db);
+        return kept_where<N>(floats(0.0F) < amplitude && floats(reject_db) <= decibels,
+                             lesser(greater(grey, floats(0.0F)), floats(1.0F)));
+    }
     INSONIFY_FN float grey(float amplitude) const {
-        if (!(amplitude > 0)) return 0;
-        const float level = 20 * std::log10(amplitude) + gain_db;
-        return level < reject_db ? 0 : clamped(1 + (level - reference_db) / dynamic_range_db, 0, 1);
+        float one = 0;
+        store(grey<1>(lanes<1>(amplitude)), &one);
+        return one;
     }
 
     /// @throws usage_error  naming the setting that makes no sense
@@ -3657,8 +3926,12 @@ struct log_compress_settings {
 template <exec::policy Policy>
 scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compress_settings& settings = {}) {
     settings.check();
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     exec::for_each_block(policy, lines.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) lines.values[i] = settings.grey(lines.values[i]);
+        float* values = lines.values.data();
+        std::size_t i = begin;
+        for (; i + width <= end; i += width) store(settings.grey<width>(load<width>(values + i)), values + i);
+        for (; i < end; ++i) values[i] = settings.grey(values[i]);
     });
     return lines;
 }
@@ -3720,15 +3993,18 @@ template <exec::policy Policy, class Value>
         settings.check();
         if (!is_finite(frequency) || !(frequency >= 0))
             throw usage_error{"tgc: the frequency must be a finite number of hertz, 0 or more"};
-        std::vector<float> gain(lines.samples);
+        constexpr std::size_t together = 512; // samples, on all lines
         const float spacing = lines.depth / static_cast<float>(lines.samples);
-        for (std::uint32_t k = 0; k < lines.samples; ++k) {
-            const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-            gain[k] = std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
-        }
-        for_each_index(policy, lines.count, [&](std::size_t line) {
-            Value* values = lines.values.data() + line * lines.samples;
-            for (std::uint32_t k = 0; k < lines.samples; ++k) values[k] *= gain[k];
+        exec::for_each_block(policy, lines.samples, together, [&](std::size_t begin, std::size_t end) {
+            float gain[together];
+            for (std::size_t k = begin; k < end; ++k) {
+                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+                gain[k - begin] = std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
+            }
+            for (std::size_t line = 0; line < lines.count; ++line) {
+                Value* values = lines.values.data() + line * lines.samples + begin;
+                for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
+            }
         });
         return lines;
     }
@@ -3797,14 +4073,13 @@ class elevation_planes {
     }
 
     /// The same for every sample of a line: plane after plane, each with `samples` weights.
-    std::vector<float> weights_of_samples(std::uint32_t samples, float spacing) const {
-        std::vector<float> all(std::size_t{count_} * samples);
+    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
+        all.resize(std::size_t{count_} * samples);
         float weight[most];
         for (std::uint32_t k = 0; k < samples; ++k) {
             weights((static_cast<float>(k) + 0.5F) * spacing, weight);
             for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = weight[i];
         }
-        return all;
     }
 
   private:
@@ -3816,7 +4091,8 @@ class elevation_planes {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
+#include <concepts>
+#include <optional>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -3912,6 +4188,35 @@ beam_table make_beam_table(const Policy& policy, const Probe& probe, float depth
         return {};
 }
 
+/// The table of the frame before, made anew where the probe, the depth, the planes or the model has changed, or where
+/// probes or models cannot be compared.
+template <transducer Probe, class Model>
+class kept_beam_table {
+  public:
+    template <class Policy>
+    const beam_table& operator()(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+                                 const Model& model) {
+        if constexpr (std::equality_comparable<Probe> && std::equality_comparable<Model>) {
+            if (made_for_ && made_for_->probe == probe && made_for_->depth == depth &&
+                made_for_->planes == planes.count() && made_for_->model == model)
+                return table_;
+        }
+        table_ = make_beam_table(policy, probe, depth, planes, model);
+        made_for_.emplace(cause{probe, depth, planes.count(), model});
+        return table_;
+    }
+
+  private:
+    struct cause {
+        Probe probe;
+        float depth;
+        std::uint32_t planes;
+        Model model;
+    };
+    std::optional<cause> made_for_{};
+    beam_table table_{};
+};
+
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 #ifndef INSONIFY_TRACING_CHECK_HPP
@@ -3920,7 +4225,6 @@ beam_table make_beam_table(const Policy& policy, const Probe& probe, float depth
 #ifndef INSONIFY_SCENE_SCENE_HPP
 #define INSONIFY_SCENE_SCENE_HPP
 
-#include <algorithm>
 #ifndef INSONIFY_GEOMETRY_POINT_BOUNDS_HPP
 #define INSONIFY_GEOMETRY_POINT_BOUNDS_HPP
 
@@ -3989,33 +4293,25 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// The box around all points that are finite; empty for none.
 inline aabb bounds_of(view<const vec3> points) {
-  // Eight points at a time, coordinate by coordinate: the inner loops are SIMD
-  // wherever the compiler has any.
-  constexpr std::size_t step = 8;
-  float lower[3 * step], upper[3 * step];
-  for (std::size_t i = 0; i < 3 * step; ++i)
-    lower[i] = FLT_MAX, upper[i] = -FLT_MAX;
-  const std::size_t whole = points.size() / step * step;
-  for (std::size_t begin = 0; begin < whole; begin += step) {
-    const float *const p = &points[begin].x;
-    for (std::size_t i = 0; i < 3 * step; ++i)
-      lower[i] = p[i] < lower[i] ? p[i] : lower[i]; // never takes a NaN
-    for (std::size_t i = 0; i < 3 * step; ++i)
-      upper[i] = upper[i] < p[i] ? p[i] : upper[i];
-  }
-  aabb box;
-  for (std::size_t i = 0; i < 3 * step; i += 3)
-    box = merged(box, aabb{{lower[i], lower[i + 1], lower[i + 2]},
-                           {upper[i], upper[i + 1], upper[i + 2]}});
-  for (std::size_t i = whole; i < points.size(); ++i)
-    box = merged(box, points[i]);
-  if (is_finite(box) || points.empty())
+    // Eight points at a time, coordinate by coordinate: the inner loops are SIMD wherever the compiler has any.
+    constexpr std::size_t step = 8;
+    float lower[3 * step], upper[3 * step];
+    for (std::size_t i = 0; i < 3 * step; ++i) lower[i] = FLT_MAX, upper[i] = -FLT_MAX;
+    const std::size_t whole = points.size() / step * step;
+    for (std::size_t begin = 0; begin < whole; begin += step) {
+        const float* const p = &points[begin].x;
+        for (std::size_t i = 0; i < 3 * step; ++i) lower[i] = p[i] < lower[i] ? p[i] : lower[i]; // never takes a NaN
+        for (std::size_t i = 0; i < 3 * step; ++i) upper[i] = upper[i] < p[i] ? p[i] : upper[i];
+    }
+    aabb box;
+    for (std::size_t i = 0; i < 3 * step; i += 3)
+        box = merged(box, aabb{{lower[i], lower[i + 1], lower[i + 2]}, {upper[i], upper[i + 1], upper[i + 2]}});
+    for (std::size_t i = whole; i < points.size(); ++i) box = merged(box, points[i]);
+    if (is_finite(box) || points.empty()) return box;
+    box = {};
+    for (const vec3& p : points)
+        if (is_finite(p)) box = merged(box, p);
     return box;
-  box = {};
-  for (const vec3 &p : points)
-    if (is_finite(p))
-      box = merged(box, p);
-  return box;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -4023,7 +4319,6 @@ inline aabb bounds_of(view<const vec3> points) {
 #ifndef INSONIFY_SCENE_OBJECT_HPP
 #define INSONIFY_SCENE_OBJECT_HPP
 
-#include <cstdint>
 #ifndef INSONIFY_BVH_BVH_HPP
 #define INSONIFY_BVH_BVH_HPP
 
@@ -4098,7 +4393,6 @@ struct topology {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <numeric>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -4845,7 +5139,7 @@ struct mesh_view {
 
 /// @param named  what the sentence begins with: whose mesh it is
 /// @throws geometry_error  where a face names a vertex that is not there
-inline void check_faces(const mesh_view& m, const std::string& named) {
+INSONIFY_LAZY void check_faces(const mesh_view& m, const std::string& named) {
     for (const uvec3& face : m.faces)
         for (int corner = 0; corner < 3; ++corner)
             if (face[corner] >= m.positions.size())
@@ -5043,6 +5337,59 @@ bvh(const Policy&, const Container&)
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_SCENE_FACE_GROUPS_HPP
+#define INSONIFY_SCENE_FACE_GROUPS_HPP
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Which vertices every 64 consecutive faces share: to look at each once, where looking at the faces would be thrice to six
+/// times.
+///
+/// Faces that follow one another mostly lie side by side: then a group has some 45 vertices, and most groups lie on one
+/// side of a slice, so that their faces need not be looked at. Depends on the faces alone, not on where vertices are.
+class face_groups {
+  public:
+    static constexpr std::size_t size = 64; ///< faces in each but the last
+
+    face_groups() = default;
+    explicit face_groups(const mesh_view& surface) : end_((surface.faces.size() + size - 1) / size) {
+        std::vector<std::uint32_t> last_group(surface.positions.size(), ~0U);
+        vertices_.reserve(surface.faces.size());
+        for (std::size_t i = 0; i < surface.faces.size(); ++i) {
+            const auto group = static_cast<std::uint32_t>(i / size);
+            for (const std::uint32_t vertex : {surface.faces[i].x, surface.faces[i].y, surface.faces[i].z})
+                if (last_group[vertex] != group) {
+                    last_group[vertex] = group;
+                    vertices_.push_back(vertex);
+                }
+            end_[group] = vertices_.size();
+        }
+        vertices_.shrink_to_fit();
+    }
+
+    bool empty() const { return end_.empty(); }
+
+    /// How many groups there are.
+    std::size_t count() const { return end_.size(); }
+
+    /// The vertices of a group, each once.
+    view<const std::uint32_t> operator[](std::size_t group) const {
+        const std::size_t begin = group == 0 ? 0 : end_[group - 1];
+        return {vertices_.data() + begin, end_[group] - begin};
+    }
+
+  private:
+    std::vector<std::size_t> end_{};
+    std::vector<std::uint32_t> vertices_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <cstdint>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -5051,55 +5398,46 @@ namespace insonify::inline INSONIFY_ABI {
 enum class object_id : std::uint32_t {};
 
 struct object_settings {
-  int priority = 0; ///< where objects overlap, the highest one's medium counts
-  pose at{};        ///< object to world
-  std::string name{}; ///< for reports, files and error messages
+    int priority = 0;   ///< where objects overlap, the highest one's medium counts
+    pose at{};          ///< object to world
+    std::string name{}; ///< for reports, files and error messages
 };
 
 /// One closed surface and what is inside it.
 struct object {
-  object_id id{};
-  std::string name{};
-  mesh surface{};  ///< in the object's own coordinates
-  medium inside{}; ///< what fills it
-  pose at{};       ///< object to world
-  int priority = 0;
-  float volume = 0;               ///< m^3 enclosed, as built
-  std::uint32_t medium_index = 0; ///< into the scene's media, as built
-  std::uint32_t rank = 0; ///< among all objects, as built; where they overlap
-                          ///< the lowest rank's medium counts
-  bool moved = false; ///< its positions were handed out for writing since the
-                      ///< last update
-  bool has_tree = false; ///< of these faces, though perhaps of former positions
-  bool tree_follows =
-      false;        ///< the tree fits the positions: rays can be traced
-  aabb local_box{}; ///< in its own coordinates, as built or updated
-  aabb box{};       ///< in the world
-  bvh_storage<mesh_view> tree{};
+    object_id id{};
+    std::string name{};
+    mesh surface{};  ///< in the object's own coordinates
+    medium inside{}; ///< what fills it
+    pose at{};       ///< object to world
+    int priority = 0;
+    float volume = 0;               ///< m^3 enclosed, as built
+    std::uint32_t medium_index = 0; ///< into the scene's media, as built
+    std::uint32_t rank = 0;         ///< among all objects, as built; where they overlap the lowest rank's medium counts
+    bool moved = false;             ///< its positions were handed out for writing since the last update
+    bool has_tree = false;          ///< of these faces, though perhaps of former positions
+    bool tree_follows = false;      ///< the tree fits the positions: rays can be traced
+    aabb local_box{};               ///< in its own coordinates, as built or updated
+    aabb box{};                     ///< in the world
+    bvh_storage<mesh_view> tree{};
+    face_groups groups{}; ///< where the tree waits
 
-  bvh_view<mesh_view> tree_view() const {
-    return tree.view_of(mesh_view{surface});
-  }
+    bvh_view<mesh_view> tree_view() const { return tree.view_of(mesh_view{surface}); }
 
-  /// The ray in the object's own coordinates; distances along it stay.
-  ray local(const ray &r) const {
-    return {at.local_point(r.origin), at.local_direction(r.direction),
-            r.min_distance, r.max_distance};
-  }
+    /// The ray in the object's own coordinates; distances along it stay.
+    ray local(const ray& r) const {
+        return {at.local_point(r.origin), at.local_direction(r.direction), r.min_distance, r.max_distance};
+    }
 };
 
-/// A box in the world around a box of the object, with room for the rounding of
-/// rays that are taken there and back.
-inline aabb placed_box(const aabb &local, const pose &at) {
-  if (local.empty())
-    return {};
-  const vec3 centre = at.point(local.centre()), half = 0.5F * local.size();
-  const mat3 &r = at.rotation;
-  const vec3 reach = half.x * absolute(r[0]) + half.y * absolute(r[1]) +
-                     half.z * absolute(r[2]);
-  const vec3 room = 1e-6F * (absolute(centre) + absolute(at.translation) +
-                             reach + vec3{length(local.centre())});
-  return {centre - reach - room, centre + reach + room};
+/// A box in the world around a box of the object, with room for the rounding of rays that are taken there and back.
+inline aabb placed_box(const aabb& local, const pose& at) {
+    if (local.empty()) return {};
+    const vec3 centre = at.point(local.centre()), half = 0.5F * local.size();
+    const mat3& r = at.rotation;
+    const vec3 reach = half.x * absolute(r[0]) + half.y * absolute(r[1]) + half.z * absolute(r[2]);
+    const vec3 room = 1e-6F * (absolute(centre) + absolute(at.translation) + reach + vec3{length(local.centre())});
+    return {centre - reach - room, centre + reach + room};
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -5114,273 +5452,219 @@ inline aabb placed_box(const aabb &local, const pose &at) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What `build` and `update` do about the trees of objects that are new or
-/// moved.
+/// What `build` and `update` do about the trees of objects that are new or moved.
 enum class trees {
-  follow, ///< bring them up to date: every tracer works
-  wait,   ///< leave them: slices alone can be traced, until an update with
-          ///< `follow`
+    follow, ///< bring them up to date: every tracer works
+    wait,   ///< leave them: slices alone can be traced, until an update with `follow`
 };
 
-/// Closed surfaces with a medium inside each, in a background that fills the
-/// rest. A value: a copy is deep.
+/// Closed surfaces with a medium inside each, in a background that fills the rest. A value: a copy is deep.
 ///
-/// Objects may nest, overlap and touch. Of those that contain a point the one
-/// of highest priority gives the medium; among equals the one that encloses
-/// less volume, then the one added later.
+/// Objects may nest, overlap and touch. Of those that contain a point the one of highest priority gives the medium;
+/// among equals the one that encloses less volume, then the one added later.
 ///
 ///     scene body{tissue::muscle};
-///     const object_id bone = body.add(make_sphere({0, 0, 30_mm}, 10_mm, 5),
-///     tissue::bone); body.build(exec::par);                       // once all
-///     is added std::span<vec3> now = body.positions(bone);  // each frame:
-///     move vertices ... body.update(exec::par);                      // ...
-///     and tell the scene
+///     const object_id bone = body.add(make_sphere({0, 0, 30_mm}, 10_mm, 5), tissue::bone);
+///     body.build(exec::par);                       // once all is added
+///     std::span<vec3> now = body.positions(bone);  // each frame: move vertices ...
+///     body.update(exec::par);                      // ... and tell the scene
 ///
 /// Const functions are safe to call from many threads at once.
 class scene {
-public:
-  explicit scene(const medium &background = medium{})
-      : background_{background} {
-    if (!is_valid(background))
-      throw usage_error{
-          "scene: the background needs a density and a sound speed above 0"};
-  }
-
-  /// Takes over a closed surface. Call `build` before tracing.
-  /// @throws geometry_error  for faces that name no vertex, vertices that are
-  /// not finite, a pose that is not rigid
-  /// @throws usage_error     for a medium that is none
-  object_id add(mesh surface, const medium &inside,
-                object_settings settings = {}) {
-    const std::string named = "object '" + settings.name + "': ";
-    if (!is_valid(inside))
-      throw usage_error{named +
-                        "its medium needs a density and a sound speed above 0"};
-    if (!is_rigid(settings.at))
-      throw geometry_error{
-          named + "its pose is no rigid motion; scale the mesh instead"};
-    check_faces(surface, named);
-    for (std::size_t i = 0; i < surface.positions.size(); ++i)
-      if (!is_finite(surface.positions[i]))
-        throw geometry_error{
-            named + "vertex " + std::to_string(i) +
-            " is not finite; repair the mesh (`validate` tells more)"};
-    const object_id id{next_id_++};
-    objects_.push_back({.id = id,
-                        .name = std::move(settings.name),
-                        .surface = std::move(surface),
-                        .inside = inside,
-                        .at = settings.at,
-                        .priority = settings.priority});
-    built_ = false;
-    return id;
-  }
-
-  /// Takes an object out. Call `build` before tracing. @throws usage_error  for
-  /// an unknown id
-  void remove(object_id id) {
-    objects_.erase(objects_.begin() + (&object_of(id) - objects_.data()));
-    built_ = false;
-  }
-
-  /// The object's vertices in its own coordinates, to be moved; call `update`
-  /// afterwards, and ask again each frame.
-  ///
-  /// The span ends with `add`, `remove` or assignment. @throws usage_error  for
-  /// an unknown id
-  std::span<vec3> positions(object_id id) {
-    object &one = object_of(id);
-    one.moved = true;
-    return one.surface.positions;
-  }
-  std::span<const vec3> positions(object_id id) const {
-    return object_of(id).surface.positions;
-  }
-
-  /// Puts the object where `at` says (object to world), instead of where it
-  /// was. Counts at once.
-  /// @throws usage_error  for an unknown id  @throws geometry_error  for a pose
-  /// that is not rigid
-  void place(object_id id, const pose &at) {
-    object &one = object_of(id);
-    if (!is_rigid(at))
-      throw geometry_error{
-          "place: the pose is no rigid motion (rotation and translation)"};
-    one.at = at;
-    one.box = placed_box(one.local_box, at);
-    if (built_)
-      places_[1 + static_cast<std::size_t>(&one - objects_.data())] = at;
-  }
-
-  /// Makes the scene ready to trace: builds all trees (with `trees::wait`
-  /// none), orders the objects.
-  template <exec::policy Policy>
-  scene &build(const Policy &policy, trees upkeep = trees::follow) & {
-    media_ = {background_};
-    places_ = {pose{}};
-    for (object &one : objects_) {
-      one.has_tree = false;
-      take_positions(policy, one, upkeep);
-      one.volume = static_cast<float>(std::fabs(enclosed_volume(one.surface)));
-      places_.push_back(one.at);
-      const auto known = std::find(media_.begin(), media_.end(), one.inside);
-      one.medium_index = static_cast<std::uint32_t>(known - media_.begin());
-      if (known == media_.end())
-        media_.push_back(one.inside);
+  public:
+    explicit scene(const medium& background = medium{}) : background_{background} {
+        if (!is_valid(background)) throw usage_error{"scene: the background needs a density and a sound speed above 0"};
     }
-    by_rank_.resize(objects_.size());
-    std::iota(by_rank_.begin(), by_rank_.end(), 0U);
-    std::sort(by_rank_.begin(), by_rank_.end(),
-              [this](std::uint32_t a, std::uint32_t b) {
-                const object &one = objects_[a], &other = objects_[b];
-                if (one.priority != other.priority)
-                  return one.priority > other.priority;
-                if (one.volume != other.volume)
-                  return one.volume < other.volume;
-                return one.id > other.id;
-              });
-    for (std::uint32_t rank = 0; rank < by_rank_.size(); ++rank)
-      objects_[by_rank_[rank]].rank = rank;
-    built_ = true;
-    return *this;
-  }
-  template <exec::policy Policy>
-  scene build(const Policy &policy, trees upkeep = trees::follow) && {
-    build(policy, upkeep);
-    return std::move(*this);
-  }
 
-  /// Follows what moved since the last frame: refits trees, and rebuilds one
-  /// whose quality refitting has worn off.
-  ///
-  /// Cost: nothing for objects at rest; no allocation but where a tree is
-  /// rebuilt. With `trees::wait` one pass over the vertices that moved: what a
-  /// frame of a deforming body costs least with, if `trace` can cut it into
-  /// slices.
-  /// @throws usage_error  where `build` was not called since the last `add` or
-  /// `remove`
-  template <exec::policy Policy>
-  void update(const Policy &policy, trees upkeep = trees::follow) {
-    require_built();
-    for (object &one : objects_)
-      if (one.moved || (upkeep == trees::follow && !one.tree_follows))
-        take_positions(policy, one, upkeep);
-  }
-
-  /// Refitting may make a random ray this much dearer before `update` builds a
-  /// tree anew.
-  static constexpr double rebuild_beyond = 1.5;
-
-  const medium &background() const { return background_; }
-
-  /// All objects, in the order they were added.
-  const std::vector<object> &objects() const { return objects_; }
-
-  /// @throws usage_error  for an unknown id
-  const object &operator[](object_id id) const { return object_of(id); }
-
-  /// The first object of this name, if there is one.
-  std::optional<object_id> find(std::string_view name) const {
-    for (const object &one : objects_)
-      if (one.name == name)
-        return one.id;
-    return std::nullopt;
-  }
-
-  /// The different media, the background first; as built.
-  view<const medium> media() const { return media_; }
-
-  /// Where the background (the world itself) and then the objects are, in the
-  /// order of `objects`; as built or placed.
-  view<const pose> places() const { return places_; }
-
-  /// The object of this rank; as built.
-  const object &ranked(std::uint32_t rank) const {
-    return objects_[by_rank_[rank]];
-  }
-
-  /// The box around all objects, in the world; as built or updated.
-  aabb box() const {
-    aabb whole;
-    for (const object &one : objects_)
-      whole = merged(whole, one.box);
-    return whole;
-  }
-
-  /// @throws usage_error  where the scene is not ready to trace
-  void require_built() const {
-    if (!built_)
-      throw usage_error{"scene: call build(policy) after the last add or "
-                        "remove, before tracing or update"};
-  }
-
-  /// @throws usage_error  where an object's tree waits, so that no ray can be
-  /// traced
-  void require_trees() const {
-    require_built();
-    for (const object &one : objects_)
-      if (!one.tree_follows)
-        throw usage_error{"scene: the tree of object '" + one.name +
-                          "' waits; call update(policy) before tracing rays, "
-                          "or trace slices"};
-  }
-
-private:
-  // The positions of an object are new: moves its boxes and, unless it shall
-  // wait, its tree.
-  template <class Policy>
-  static void take_positions(const Policy &policy, object &one, trees upkeep) {
-    const mesh_view surface{one.surface};
-    one.moved = false;
-    one.tree_follows = upkeep == trees::follow;
-    if (one.tree_follows) {
-      if (one.has_tree)
-        one.tree.refit(policy, surface);
-      if (!one.has_tree || one.tree.degradation() > rebuild_beyond)
-        one.tree.build(policy, surface);
-      one.has_tree = true;
+    /// Takes over a closed surface. Call `build` before tracing.
+    /// @throws geometry_error  for faces that name no vertex, vertices that are not finite, a pose that is not rigid
+    /// @throws usage_error     for a medium that is none
+    object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
+        const std::string named = "object '" + settings.name + "': ";
+        if (!is_valid(inside)) throw usage_error{named + "its medium needs a density and a sound speed above 0"};
+        if (!is_rigid(settings.at)) throw geometry_error{named + "its pose is no rigid motion; scale the mesh instead"};
+        check_faces(surface, named);
+        for (std::size_t i = 0; i < surface.positions.size(); ++i)
+            if (!is_finite(surface.positions[i]))
+                throw geometry_error{named + "vertex " + std::to_string(i) +
+                                     " is not finite; repair the mesh (`validate` tells more)"};
+        const object_id id{next_id_++};
+        objects_.push_back({.id = id,
+                            .name = std::move(settings.name),
+                            .surface = std::move(surface),
+                            .inside = inside,
+                            .at = settings.at,
+                            .priority = settings.priority});
+        built_ = false;
+        return id;
     }
-    one.local_box = one.tree_follows ? one.tree.box()
-                                     : box_around(policy, surface.positions);
-    one.box = placed_box(one.local_box, one.at);
-  }
 
-  template <class Policy>
-  static aabb box_around(const Policy &policy, view<const vec3> points) {
-    constexpr std::size_t parts = 16;
-    aabb part[parts];
-    const std::size_t share =
-        std::max(points.size() / parts + 1, std::size_t{8192});
-    exec::for_each_block(
-        policy, points.size(), share, [&](std::size_t begin, std::size_t end) {
-          part[begin / share] =
-              bounds_of(view<const vec3>{points.data() + begin, end - begin});
+    /// Takes an object out. Call `build` before tracing. @throws usage_error  for an unknown id
+    void remove(object_id id) {
+        objects_.erase(objects_.begin() + (&object_of(id) - objects_.data()));
+        built_ = false;
+    }
+
+    /// The object's vertices in its own coordinates, to be moved; call `update` afterwards, and ask again each frame.
+    ///
+    /// The span ends with `add`, `remove` or assignment. @throws usage_error  for an unknown id
+    std::span<vec3> positions(object_id id) {
+        object& one = object_of(id);
+        one.moved = true;
+        return one.surface.positions;
+    }
+    std::span<const vec3> positions(object_id id) const { return object_of(id).surface.positions; }
+
+    /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
+    /// @throws usage_error  for an unknown id  @throws geometry_error  for a pose that is not rigid
+    void place(object_id id, const pose& at) {
+        object& one = object_of(id);
+        if (!is_rigid(at)) throw geometry_error{"place: the pose is no rigid motion (rotation and translation)"};
+        one.at = at;
+        one.box = placed_box(one.local_box, at);
+        if (built_) places_[1 + static_cast<std::size_t>(&one - objects_.data())] = at;
+    }
+
+    /// Makes the scene ready to trace: builds all trees (with `trees::wait` none), orders the objects.
+    template <exec::policy Policy>
+    scene& build(const Policy& policy, trees upkeep = trees::follow) & {
+        media_ = {background_};
+        places_ = {pose{}};
+        for (object& one : objects_) {
+            one.has_tree = false;
+            take_positions(policy, one, upkeep);
+            one.volume = static_cast<float>(std::fabs(enclosed_volume(one.surface)));
+            places_.push_back(one.at);
+            const auto known = std::find(media_.begin(), media_.end(), one.inside);
+            one.medium_index = static_cast<std::uint32_t>(known - media_.begin());
+            if (known == media_.end()) media_.push_back(one.inside);
+        }
+        by_rank_.resize(objects_.size());
+        std::iota(by_rank_.begin(), by_rank_.end(), 0U);
+        std::sort(by_rank_.begin(), by_rank_.end(), [this](std::uint32_t a, std::uint32_t b) {
+            const object &one = objects_[a], &other = objects_[b];
+            if (one.priority != other.priority) return one.priority > other.priority;
+            if (one.volume != other.volume) return one.volume < other.volume;
+            return one.id > other.id;
         });
-    aabb whole;
-    for (const aabb &box : part)
-      whole = merged(whole, box);
-    return whole;
-  }
+        for (std::uint32_t rank = 0; rank < by_rank_.size(); ++rank) objects_[by_rank_[rank]].rank = rank;
+        built_ = true;
+        return *this;
+    }
+    template <exec::policy Policy>
+    scene build(const Policy& policy, trees upkeep = trees::follow) && {
+        build(policy, upkeep);
+        return std::move(*this);
+    }
 
-  const object &object_of(object_id id) const {
-    for (const object &one : objects_)
-      if (one.id == id)
-        return one;
-    throw usage_error{"scene: no object has the id " +
-                      std::to_string(static_cast<std::uint32_t>(id))};
-  }
-  object &object_of(object_id id) {
-    return objects_[static_cast<std::size_t>(
-        &std::as_const(*this).object_of(id) - objects_.data())];
-  }
+    /// Follows what moved since the last frame: refits trees, and rebuilds one whose quality refitting has worn off.
+    ///
+    /// Cost: nothing for objects at rest; no allocation but where a tree is rebuilt. With `trees::wait` one pass over the
+    /// vertices that moved: the cheapest frame of a deforming body, if `trace` can cut it into slices.
+    /// @throws usage_error  where `build` was not called since the last `add` or `remove`
+    template <exec::policy Policy>
+    void update(const Policy& policy, trees upkeep = trees::follow) {
+        require_built();
+        for (object& one : objects_)
+            if (one.moved || (upkeep == trees::follow && !one.tree_follows)) take_positions(policy, one, upkeep);
+    }
 
-  medium background_;
-  std::vector<object> objects_{};
-  std::vector<medium> media_{};
-  std::vector<pose> places_{};
-  std::vector<std::uint32_t> by_rank_{};
-  std::uint32_t next_id_ = 0;
-  bool built_ = false;
+    /// Refitting may make a random ray this much dearer before `update` builds a tree anew.
+    static constexpr double rebuild_beyond = 1.5;
+
+    const medium& background() const { return background_; }
+
+    /// All objects, in the order they were added.
+    const std::vector<object>& objects() const { return objects_; }
+
+    /// @throws usage_error  for an unknown id
+    const object& operator[](object_id id) const { return object_of(id); }
+
+    /// The first object of this name, if there is one.
+    std::optional<object_id> find(std::string_view name) const {
+        for (const object& one : objects_)
+            if (one.name == name) return one.id;
+        return std::nullopt;
+    }
+
+    /// The different media, the background first; as built.
+    view<const medium> media() const { return media_; }
+
+    /// Where the background (the world itself) and then the objects are, in the order of `objects`; as built or placed.
+    view<const pose> places() const { return places_; }
+
+    /// The object of this rank; as built.
+    const object& ranked(std::uint32_t rank) const { return objects_[by_rank_[rank]]; }
+
+    /// The box around all objects, in the world; as built or updated.
+    aabb box() const {
+        aabb whole;
+        for (const object& one : objects_) whole = merged(whole, one.box);
+        return whole;
+    }
+
+    /// @throws usage_error  where the scene is not ready to trace
+    void require_built() const {
+        if (!built_)
+            throw usage_error{"scene: call build(policy) after the last add or remove, before tracing or update"};
+    }
+
+    /// @throws usage_error  where an object's tree waits, so that no ray can be traced
+    void require_trees() const {
+        require_built();
+        for (const object& one : objects_)
+            if (!one.tree_follows)
+                throw usage_error{"scene: the tree of object '" + one.name +
+                                  "' waits; call update(policy) before tracing rays, or trace slices"};
+    }
+
+  private:
+    // The positions of an object are new: moves its boxes and, unless it shall wait, its tree.
+    template <class Policy>
+    static void take_positions(const Policy& policy, object& one, trees upkeep) {
+        const mesh_view surface{one.surface};
+        one.moved = false;
+        one.tree_follows = upkeep == trees::follow;
+        if (one.tree_follows) {
+            if (one.has_tree) one.tree.refit(policy, surface);
+            if (!one.has_tree || one.tree.degradation() > rebuild_beyond) one.tree.build(policy, surface);
+            one.has_tree = true;
+        } else if (one.groups.empty()) {
+            one.groups = face_groups{surface};
+        }
+        one.local_box = one.tree_follows ? one.tree.box() : box_around(policy, surface.positions);
+        one.box = placed_box(one.local_box, one.at);
+    }
+
+    template <class Policy>
+    static aabb box_around(const Policy& policy, view<const vec3> points) {
+        constexpr std::size_t parts = 16;
+        aabb part[parts];
+        const std::size_t share = std::max(points.size() / parts + 1, std::size_t{8192});
+        exec::for_each_block(policy, points.size(), share, [&](std::size_t begin, std::size_t end) {
+            part[begin / share] = bounds_of(view<const vec3>{points.data() + begin, end - begin});
+        });
+        aabb whole;
+        for (const aabb& box : part) whole = merged(whole, box);
+        return whole;
+    }
+
+    const object& object_of(object_id id) const {
+        for (const object& one : objects_)
+            if (one.id == id) return one;
+        throw usage_error{"scene: no object has the id " + std::to_string(static_cast<std::uint32_t>(id))};
+    }
+    object& object_of(object_id id) {
+        return objects_[static_cast<std::size_t>(&std::as_const(*this).object_of(id) - objects_.data())];
+    }
+
+    medium background_;
+    std::vector<object> objects_{};
+    std::vector<medium> media_{};
+    std::vector<pose> places_{};
+    std::vector<std::uint32_t> by_rank_{};
+    std::uint32_t next_id_ = 0;
+    bool built_ = false;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -5499,9 +5783,9 @@ inline bool may_touch(const aabb& box, const ray& r, float reach) {
 
 /// Finds every crossing of a line from its origin to `depth` metres, and the objects that its origin lies in.
 ///
-/// An object is around the origin if the half line crosses its surface an odd number of times. The same crossings
-/// serve for both, so the two never contradict each other, also where the probe touches a surface.
-inline void find_crossings(const scene& body, const ray& line, float depth, line_crossings& found) {
+/// An object is around the origin if the half line crosses its surface an odd number of times. The same crossings serve
+/// for both, so the two never contradict each other, also where the probe touches a surface.
+INSONIFY_LAZY void find_crossings(const scene& body, const ray& line, float depth, line_crossings& found) {
     found.crossings.clear();
     found.inside.clear(body.objects().size());
     for (const object& one : body.objects()) {
@@ -5523,7 +5807,7 @@ struct surface_incidence {
     float cosine = 1;
     vec2 tilt{0, 0};
 };
-inline surface_incidence incidence_on(const object& one, std::uint32_t face, const line_frame& line) {
+INSONIFY_LAZY surface_incidence incidence_on(const object& one, std::uint32_t face, const line_frame& line) {
     const vec3 normal = area_vector(mesh_view{one.surface}[face]);
     const float size = length(normal);
     if (!(size > 0)) return {};
@@ -5534,12 +5818,15 @@ inline surface_incidence incidence_on(const object& one, std::uint32_t face, con
         .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)}};
 }
 
+/// Whether the angles at which a line meets surfaces are looked up.
+enum class angles { find, skip };
+
 /// Turns crossings into layers: which object's medium fills which stretch of the line. Replaces what `layers` held.
 ///
 /// All crossings within `touching_distance` of one another are applied before the media are compared. Those at the face
 /// of the probe belong to the face.
-inline void stack_layers(const scene& body, const line_frame& line, float depth, line_crossings& found,
-                         std::vector<layer>& layers) {
+INSONIFY_LAZY void stack_layers(const scene& body, const line_frame& line, float depth, line_crossings& found,
+                         std::vector<layer>& layers, angles wanted = angles::find) {
     media_stack& inside = found.inside;
     const std::vector<crossing>& crossings = found.crossings;
     const auto layer_of = [&](std::uint32_t rank, float begin, const surface_incidence& met) {
@@ -5565,11 +5852,16 @@ inline void stack_layers(const scene& body, const line_frame& line, float depth,
             inside.toggle(crossings[next].rank);
         const std::uint32_t after = inside.top();
         if (after == current) continue;
-        std::size_t surface = first; // of the group, a surface that the change of medium is due to
-        while (surface + 1 < next && crossings[surface].rank != after && crossings[surface].rank != current) ++surface;
-        const crossing& at = crossings[surface];
+        surface_incidence met;
+        if (wanted == angles::find) {
+            std::size_t surface = first; // of the group, a surface that the change of medium is due to
+            while (surface + 1 < next && crossings[surface].rank != after && crossings[surface].rank != current)
+                ++surface;
+            const crossing& at = crossings[surface];
+            met = incidence_on(body.ranked(at.rank), at.primitive, line);
+        }
         layers.back().end = place;
-        layers.push_back(layer_of(after, place, incidence_on(body.ranked(at.rank), at.primitive, line)));
+        layers.push_back(layer_of(after, place, met));
         current = after;
     }
 }
@@ -5579,643 +5871,635 @@ inline void stack_layers(const scene& body, const line_frame& line, float depth,
 #ifndef INSONIFY_SCENE_SLICE_CUT_HPP
 #define INSONIFY_SCENE_SLICE_CUT_HPP
 
+#ifndef INSONIFY_SCENE_CUT_FACE_HPP
+#define INSONIFY_SCENE_CUT_FACE_HPP
+
+#ifndef INSONIFY_SCENE_SLICE_FRAME_HPP
+#define INSONIFY_SCENE_SLICE_FRAME_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Parallel slices, in the coordinates of whatever they cut: `across` and `along` span them, `elevation` is their
+/// normal.
+///
+/// A point has the level n where n slices lie below it. One in a slice lies below it, as if every slice stood an
+/// infinitesimal step higher.
+struct slice_frame {
+    static constexpr std::uint32_t most = 8;
+
+    vec3 origin{0, 0, 0};
+    vec3 across{1, 0, 0};
+    vec3 elevation{0, 1, 0};
+    vec3 along{0, 0, 1};
+    std::uint32_t count = 0;
+    float height[most] = {};         ///< of the slices over the origin, ascending, metres
+    std::uint32_t number[most] = {}; ///< what the caller calls them
+
+    slice_frame() = default;
+
+    /// @param offsets  heights of the slices in the caller's order, `most` at most
+    slice_frame(const pose& at, view<const float> offsets)
+        : origin{at.translation}, across{at.rotation[0]}, elevation{at.rotation[1]}, along{at.rotation[2]},
+          count{static_cast<std::uint32_t>(offsets.size())} {
+        for (std::uint32_t i = 0; i < count; ++i) number[i] = i;
+        std::sort(number, number + count, [&](std::uint32_t a, std::uint32_t b) { return offsets[a] < offsets[b]; });
+        for (std::uint32_t i = 0; i < count; ++i) height[i] = offsets[number[i]];
+    }
+
+    /// The same slices as an object sees them that stands in the world as `at` says.
+    slice_frame local(const pose& at) const {
+        slice_frame l = *this;
+        l.origin = at.local_point(origin);
+        l.across = at.local_direction(across);
+        l.elevation = at.local_direction(elevation);
+        l.along = at.local_direction(along);
+        return l;
+    }
+
+    /// Every copy of a point gets the very same result, also among others in SIMD.
+    float height_of(vec3 p) const { return height_of(p.x, p.y, p.z); }
+    template <class Float>
+    INSONIFY_INLINE Float height_of(const Float& x, const Float& y, const Float& z) const {
+        return component(elevation, x, y, z);
+    }
+    vec2 place_of(vec3 p) const { return {component(across, p.x, p.y, p.z), component(along, p.x, p.y, p.z)}; }
+
+    std::uint32_t level_of(float point_height) const {
+        std::uint32_t level = 0;
+        for (std::uint32_t i = 0; i < count; ++i) level += point_height > height[i];
+        return level;
+    }
+
+  private:
+    template <class Float>
+    INSONIFY_INLINE Float component(vec3 axis, const Float& px, const Float& py, const Float& pz) const {
+        const Float x = px - Float(origin.x), y = py - Float(origin.y), z = pz - Float(origin.z);
+        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Where a slice at this height goes through the edge between two corners, one below it or in it and one above.
+///
+/// Faces that share the edge get the very same point, whichever way they walk it, because it is always walked upwards.
+struct cut_corner {
+    float height = 0;
+    vec2 place{0, 0};
+};
+inline vec2 cut_edge(const cut_corner& below, const cut_corner& above, float height) {
+    const float rise = above.height - below.height;
+    const float share = rise > 0 ? clamped((height - below.height) / rise, 0, 1) : 0.0F;
+    return {multiply_add(share, above.place.x - below.place.x, below.place.x),
+            multiply_add(share, above.place.y - below.place.y, below.place.y)};
+}
+
+/// Cuts one face by all slices that it reaches through: emit(slice number, from, to).
+template <class Emit>
+void cut_face(const slice_frame& frame, const triangle& face, Emit&& emit) {
+    const vec3 points[3] = {face.a, face.b, face.c};
+    cut_corner corner[3];
+    std::uint32_t level[3];
+    for (int i = 0; i < 3; ++i) {
+        corner[i].height = frame.height_of(points[i]);
+        level[i] = frame.level_of(corner[i].height);
+    }
+    if (level[0] == level[1] && level[1] == level[2]) return;
+    for (int i = 0; i < 3; ++i) corner[i].place = frame.place_of(points[i]);
+    const std::uint32_t lowest = std::min({level[0], level[1], level[2]});
+    const std::uint32_t highest = std::max({level[0], level[1], level[2]});
+    for (std::uint32_t slice = lowest; slice < highest; ++slice) {
+        const bool above[3] = {level[0] > slice, level[1] > slice, level[2] > slice};
+        const int alone = above[1] == above[2] ? 0 : above[0] == above[2] ? 1 : 2; // the corner on a side of its own
+        const auto on_edge_to = [&](int other) {
+            return above[alone] ? cut_edge(corner[other], corner[alone], frame.height[slice])
+                                : cut_edge(corner[alone], corner[other], frame.height[slice]);
+        };
+        const vec2 from = on_edge_to((alone + 1) % 3), to = on_edge_to((alone + 2) % 3);
+        if (is_finite(from.x) && is_finite(from.y) && is_finite(to.x) && is_finite(to.y))
+            emit(frame.number[slice], from, to);
+    }
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SCENE_MIXED_FACES_HPP
+#define INSONIFY_SCENE_MIXED_FACES_HPP
+
+#ifndef INSONIFY_SCENE_SLICE_REGION_HPP
+#define INSONIFY_SCENE_SLICE_REGION_HPP
+
 #ifndef INSONIFY_PROBE_LINE_FAN_HPP
 #define INSONIFY_PROBE_LINE_FAN_HPP
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The lines of a probe as one family within its slice plane: parallel, or all
-/// from one point, the apex.
+/// The lines of a probe as one family within its slice plane: parallel, or all from one point, the apex.
 ///
-///            across ->            Between two neighbouring lines lies a gap,
-///            numbered from the left: a point in gap g
-///     along    0 | 1 | 2 | 3      has g lines on its left. What leads from gap
-///     1 to gap 3 crosses lines 1 and 2.
-///       |        |   |   |
+///            across ->
+///     along    0 | 1 | 2 | 3      Between two neighbouring lines lies a gap, numbered from the left: a point in gap g
+///       |        |   |   |        has g lines on its left. What leads from gap 1 to gap 3 crosses lines 1 and 2.
 ///       v      line 0   line 2
 ///
-/// Coordinates of a fan: x across, y along its middle line, from the apex; of
-/// parallel lines, from the middle line's origin. Points on a line count as
-/// left of it, as if every line stood an infinitesimal step to the right.
+/// Coordinates of a fan: x across, y along its middle line, from the apex; of parallel lines, from the middle line's
+/// origin. Points on a line count as left of it, as if every line stood an infinitesimal step to the right.
 class line_fan {
-public:
-  struct line {
-    vec2 origin{0, 0};
-    vec2 along{0, 1};
+  public:
+    struct line {
+        vec2 origin{0, 0};
+        vec2 along{0, 1};
 
-    /// How far to the right of the line a point lies, and how far down it,
-    /// metres.
-    float right(vec2 p) const {
-      return (p.x - origin.x) * along.y - (p.y - origin.y) * along.x;
+        /// How far to the right of the line a point lies, and how far down it, metres.
+        float right(vec2 p) const { return (p.x - origin.x) * along.y - (p.y - origin.y) * along.x; }
+        float down(vec2 p) const { return (p.x - origin.x) * along.x + (p.y - origin.y) * along.y; }
+
+        /// How far down the line the way from p to q crosses it, given that it does.
+        float meet(vec2 p, vec2 q) const {
+            const float before = right(p), beyond = before - right(q);
+            const float share = beyond != 0 ? clamped(before / beyond, 0, 1) : 0.5F;
+            const float at_p = down(p);
+            return at_p + share * (down(q) - at_p);
+        }
+    };
+
+    /// Takes the lines of a probe over, if they are such a family: straight, in the plane y = 0, numbered from left to
+    /// right, at most once around, leaving the apex (none runs towards it). False where they are not: then no member
+    /// may be called.
+    template <transducer Probe>
+    bool assign(const Probe& probe) {
+        lines_.resize(probe.lines);
+        for (std::uint32_t i = 0; i < probe.lines; ++i) {
+            const ray beam = probe.beam(static_cast<float>(i));
+            if (std::fabs(beam.origin.y) > 1e-7F || std::fabs(beam.direction.y) > 1e-6F) return false;
+            lines_[i] = {{beam.origin.x, beam.origin.z}, {beam.direction.x, beam.direction.z}};
+        }
+        return find_apex() && turn_upright() && number_gaps();
     }
-    float down(vec2 p) const {
-      return (p.x - origin.x) * along.x + (p.y - origin.y) * along.y;
+
+    std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
+    const line& operator[](std::size_t i) const { return lines_[i]; }
+
+    bool parallel() const { return parallel_; }
+
+    /// Where the coordinates stand in the frame of the probe: x across and z along there are x and y here.
+    pose upright() const {
+        return {mat3{{axis_.y, 0, -axis_.x}, {0, 1, 0}, {axis_.x, 0, axis_.y}}, {apex_.x, 0, apex_.y}};
     }
 
-    /// How far down the line the way from p to q crosses it, given that it
-    /// does.
-    float meet(vec2 p, vec2 q) const {
-      const float before = right(p), beyond = before - right(q);
-      const float share = beyond != 0 ? clamped(before / beyond, 0, 1) : 0.5F;
-      const float at_p = down(p);
-      return at_p + share * (down(q) - at_p);
+    /// True where the fan spans less than half a circle: then no point to the left of its first line or to the right of
+    /// its last is on any of its lines.
+    bool is_wedge() const { return parallel_ || (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F); }
+
+    /// How many lines have the point on their right.
+    std::uint32_t gap(vec2 p) const {
+        const float key = key_of(p);
+        std::uint32_t i = first_in_bin_[bin_of(key)];
+        while (i < keys_.size() && keys_[i] < key) ++i;
+        return i;
     }
-  };
 
-  /// Takes the lines of a probe over, if they are such a family: straight, in
-  /// the plane y = 0, numbered from left to right, at most once around, leaving
-  /// the apex (none runs towards it). False where they are not: then no member
-  /// may be called.
-  template <transducer Probe> bool assign(const Probe &probe) {
-    lines_.resize(probe.lines);
-    for (std::uint32_t i = 0; i < probe.lines; ++i) {
-      const ray beam = probe.beam(static_cast<float>(i));
-      if (std::fabs(beam.origin.y) > 1e-7F ||
-          std::fabs(beam.direction.y) > 1e-6F)
-        return false;
-      lines_[i] = {{beam.origin.x, beam.origin.z},
-                   {beam.direction.x, beam.direction.z}};
+    /// Calls visit(first, last) for the lines [first, last) that the straight way from p to q crosses; at most twice.
+    ///
+    /// The gap of a point depends on nothing else: what is closed crosses each line an even number of times, or around
+    /// the apex each an odd number, however coordinates were rounded.
+    template <class Visit>
+    void for_each_crossed(vec2 p, vec2 q, Visit&& visit) const {
+        const std::uint32_t a = gap(p), b = gap(q);
+        const std::uint32_t left = std::min(a, b), right = std::max(a, b);
+        if (passes_behind(p, q)) {
+            if (left > 0) visit(std::uint32_t{0}, left);
+            if (right < size()) visit(right, size());
+        } else if (left < right) {
+            visit(left, right);
+        }
     }
-    return find_apex() && turn_upright() && number_gaps();
-  }
 
-  std::uint32_t size() const {
-    return static_cast<std::uint32_t>(lines_.size());
-  }
-  const line &operator[](std::size_t i) const { return lines_[i]; }
-
-  bool parallel() const { return parallel_; }
-
-  /// Where the coordinates begin, and their y axis: x and z in the frame of the
-  /// probe.
-  vec2 apex() const { return apex_; }
-  vec2 axis() const { return axis_; }
-
-  /// True where the fan spans less than half a circle: then no point to the
-  /// left of its first line or to the right of its last is on any of its lines.
-  bool is_wedge() const {
-    return parallel_ ||
-           (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F);
-  }
-
-  /// How many lines have the point on their right.
-  std::uint32_t gap(vec2 p) const {
-    const float key = key_of(p);
-    std::uint32_t i = first_in_bin_[bin_of(key)];
-    while (i < keys_.size() && keys_[i] < key)
-      ++i;
-    return i;
-  }
-
-  /// Calls visit(first, last) for the lines [first, last) that the straight way
-  /// from p to q crosses; at most twice.
-  ///
-  /// The gap of a point depends on nothing else: what is closed crosses each
-  /// line an even number of times, or around the apex each an odd number,
-  /// however coordinates were rounded.
-  template <class Visit>
-  void for_each_crossed(vec2 p, vec2 q, Visit &&visit) const {
-    const std::uint32_t a = gap(p), b = gap(q);
-    const std::uint32_t left = std::min(a, b), right = std::max(a, b);
-    if (passes_behind(p, q)) {
-      if (left > 0)
-        visit(std::uint32_t{0}, left);
-      if (right < size())
-        visit(right, size());
-    } else if (left < right) {
-      visit(left, right);
+  private:
+    static double cross_of(vec2 a, vec2 b) {
+        return static_cast<double>(a.x) * static_cast<double>(b.y) -
+               static_cast<double>(a.y) * static_cast<double>(b.x);
     }
-  }
 
-private:
-  static double cross_of(vec2 a, vec2 b) {
-    return static_cast<double>(a.x) * static_cast<double>(b.y) -
-           static_cast<double>(a.y) * static_cast<double>(b.x);
-  }
-
-  // Sets `parallel_` and `apex_`.
-  bool find_apex() {
-    const line first = lines_.front();
-    std::size_t other = 0;
-    double widest = 0;
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      const double turn = std::fabs(cross_of(first.along, lines_[i].along));
-      if (turn > widest)
-        widest = turn, other = i;
+    // Sets `parallel_` and `apex_`.
+    bool find_apex() {
+        const line first = lines_.front();
+        std::size_t other = 0;
+        double widest = 0;
+        for (std::size_t i = 0; i < lines_.size(); ++i) {
+            const double turn = std::fabs(cross_of(first.along, lines_[i].along));
+            if (turn > widest) widest = turn, other = i;
+        }
+        parallel_ = widest < 1e-6;
+        if (parallel_) {
+            apex_ = lines_[lines_.size() / 2].origin;
+            return std::all_of(lines_.begin(), lines_.end(),
+                               [&](const line& l) { return dot(l.along, first.along) > 0; });
+        }
+        const line second = lines_[other];
+        const double down = cross_of(second.origin - first.origin, second.along) / cross_of(first.along, second.along);
+        apex_ = first.origin + static_cast<float>(down) * first.along;
+        return std::all_of(lines_.begin(), lines_.end(), [&](const line& l) {
+            const vec2 from_apex = l.origin - apex_;
+            const float rounding = 3e-6F * length(from_apex) + 1e-9F;
+            return std::fabs(cross_of(from_apex, l.along)) <= static_cast<double>(rounding) &&
+                   dot(from_apex, l.along) >= -rounding;
+        });
     }
-    parallel_ = widest < 1e-6;
-    if (parallel_) {
-      apex_ = lines_[lines_.size() / 2].origin;
-      return std::all_of(lines_.begin(), lines_.end(), [&](const line &l) {
-        return dot(l.along, first.along) > 0;
-      });
+
+    // Turns all coordinates so that the middle line, or the middle between two lines, runs along y: so no line runs straight
+    // back, where keys jump.
+    bool turn_upright() {
+        const vec2 left = lines_[(lines_.size() - 1) / 2].along, right = lines_[lines_.size() / 2].along;
+        const vec2 sum = left + right; // 0 for two lines that part in opposite directions
+        axis_ = dot(sum, sum) > 1e-6F ? normalize(sum) : vec2{left.y, -left.x};
+        for (line& l : lines_) l = {turned(l.origin - apex_), turned(l.along)};
+        return true;
     }
-    const line second = lines_[other];
-    const double down = cross_of(second.origin - first.origin, second.along) /
-                        cross_of(first.along, second.along);
-    apex_ = first.origin + static_cast<float>(down) * first.along;
-    return std::all_of(lines_.begin(), lines_.end(), [&](const line &l) {
-      const vec2 from_apex = l.origin - apex_;
-      const float rounding = 3e-6F * length(from_apex) + 1e-9F;
-      return std::fabs(cross_of(from_apex, l.along)) <=
-                 static_cast<double>(rounding) &&
-             dot(from_apex, l.along) >= -rounding;
-    });
-  }
+    vec2 turned(vec2 v) const { return {v.x * axis_.y - v.y * axis_.x, v.x * axis_.x + v.y * axis_.y}; }
 
-  // Turns all coordinates so that the middle line runs along y.
-  bool turn_upright() {
-    axis_ = lines_[lines_.size() / 2].along;
-    for (line &l : lines_)
-      l = {turned(l.origin - apex_), turned(l.along)};
-    return true;
-  }
-  vec2 turned(vec2 v) const {
-    return {v.x * axis_.y - v.y * axis_.x, v.x * axis_.x + v.y * axis_.y};
-  }
-
-  bool number_gaps() {
-    keys_.resize(lines_.size());
-    for (std::size_t i = 0; i < keys_.size(); ++i)
-      keys_[i] = key_of(parallel_ ? lines_[i].origin : lines_[i].along);
-    if (!std::is_sorted(keys_.begin(), keys_.end()))
-      return false;
-    const std::size_t bins = 2 * keys_.size() + 1;
-    const float extent = keys_.back() - keys_.front();
-    bins_per_key_ = extent > 0 ? static_cast<float>(bins - 1) / extent : 0.0F;
-    first_in_bin_.assign(bins, 0);
-    for (std::size_t bin = 0, i = 0; bin < bins; ++bin) {
-      while (i < keys_.size() && bin_of(keys_[i]) < bin)
-        ++i;
-      first_in_bin_[bin] = static_cast<std::uint32_t>(i);
+    bool number_gaps() {
+        keys_.resize(lines_.size());
+        for (std::size_t i = 0; i < keys_.size(); ++i)
+            keys_[i] = key_of(parallel_ ? lines_[i].origin : lines_[i].along);
+        if (!std::is_sorted(keys_.begin(), keys_.end())) return false;
+        const std::size_t bins = 2 * keys_.size() + 1;
+        const float extent = keys_.back() - keys_.front();
+        bins_per_key_ = extent > 0 ? static_cast<float>(bins - 1) / extent : 0.0F;
+        first_in_bin_.assign(bins, 0);
+        for (std::size_t bin = 0, i = 0; bin < bins; ++bin) {
+            while (i < keys_.size() && bin_of(keys_[i]) < bin) ++i;
+            first_in_bin_[bin] = static_cast<std::uint32_t>(i);
+        }
+        return true;
     }
-    return true;
-  }
-  std::size_t bin_of(float key) const { // rises with the key, however it rounds
-    return static_cast<std::size_t>(
-        clamped((key - keys_.front()) * bins_per_key_, 0,
-                static_cast<float>(first_in_bin_.size() - 1)));
-  }
+    std::size_t bin_of(float key) const { // rises with the key, however it rounds
+        return static_cast<std::size_t>(
+            clamped((key - keys_.front()) * bins_per_key_, 0, static_cast<float>(first_in_bin_.size() - 1)));
+    }
 
-  // Rises from line to line: the place across, or something like the angle: -2
-  // to 2 for -180 to 180 degrees.
-  float key_of(vec2 p) const {
-    if (parallel_)
-      return p.x;
-    const float size = std::fabs(p.x) + std::fabs(p.y);
-    const float share = size > 0 ? p.x / size : 0.0F;
-    return p.y >= 0 ? share : p.x >= 0 ? 2 - share : -2 - share;
-  }
+    // Rises from line to line: the place across, or something like the angle: -2 to 2 for -180 to 180 degrees.
+    float key_of(vec2 p) const {
+        if (parallel_) return p.x;
+        const float size = std::fabs(p.x) + std::fabs(p.y);
+        const float share = size > 0 ? p.x / size : 0.0F;
+        return p.y >= 0 ? share : p.x >= 0 ? 2 - share : -2 - share;
+    }
 
-  // Whether the way from p to q crosses the half line from the apex straight
-  // back, where keys jump.
-  bool passes_behind(vec2 p, vec2 q) const {
-    if (parallel_ || (p.x < 0) == (q.x < 0) || (p.y >= 0 && q.y >= 0))
-      return false;
-    return (cross_of(p, q) > 0) == (p.x < 0);
-  }
+    // Whether the way from p to q crosses the half line from the apex straight back, where keys jump.
+    bool passes_behind(vec2 p, vec2 q) const {
+        if (parallel_ || (p.x < 0) == (q.x < 0) || (p.y >= 0 && q.y >= 0)) return false;
+        return (cross_of(p, q) > 0) == (p.x < 0);
+    }
 
-  bool parallel_ = true;
-  vec2 apex_{0, 0}, axis_{0, 1};
-  std::vector<line> lines_{};
-  std::vector<float> keys_{};
-  std::vector<std::uint32_t> first_in_bin_{};
-  float bins_per_key_ = 0;
+    bool parallel_ = true;
+    vec2 apex_{0, 0}, axis_{0, 1};
+    std::vector<line> lines_{};
+    std::vector<float> keys_{};
+    std::vector<std::uint32_t> first_in_bin_{};
+    float bins_per_key_ = 0;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_SCENE_SLICE_FRAME_HPP
-#define INSONIFY_SCENE_SLICE_FRAME_HPP
-
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Parallel slices, in the coordinates of whatever they cut: `across` and
-/// `along` span them, `elevation` is their normal.
-///
-/// A point has the level n where n slices lie below it. One in a slice lies
-/// below it, as if every slice stood an infinitesimal step higher.
-struct slice_frame {
-  static constexpr std::uint32_t most = 8;
-
-  vec3 origin{0, 0, 0};
-  vec3 across{1, 0, 0};
-  vec3 elevation{0, 1, 0};
-  vec3 along{0, 0, 1};
-  std::uint32_t count = 0;
-  float height[most] = {}; ///< of the slices over the origin, ascending, metres
-  std::uint32_t number[most] = {}; ///< what the caller calls them
-
-  slice_frame() = default;
-
-  /// @param offsets  heights of the slices in the caller's order, `most` at
-  /// most
-  slice_frame(const pose &at, view<const float> offsets)
-      : origin{at.translation}, across{at.rotation[0]},
-        elevation{at.rotation[1]}, along{at.rotation[2]},
-        count{static_cast<std::uint32_t>(offsets.size())} {
-    for (std::uint32_t i = 0; i < count; ++i)
-      number[i] = i;
-    std::sort(number, number + count, [&](std::uint32_t a, std::uint32_t b) {
-      return offsets[a] < offsets[b];
-    });
-    for (std::uint32_t i = 0; i < count; ++i)
-      height[i] = offsets[number[i]];
-  }
-
-  /// The same slices as an object sees them that stands in the world as `at`
-  /// says.
-  slice_frame local(const pose &at) const {
-    slice_frame l = *this;
-    l.origin = at.local_point(origin);
-    l.across = at.local_direction(across);
-    l.elevation = at.local_direction(elevation);
-    l.along = at.local_direction(along);
-    return l;
-  }
-
-  /// Every copy of a point gets the very same result.
-  float height_of(vec3 p) const { return component(elevation, p); }
-  vec2 place_of(vec3 p) const {
-    return {component(across, p), component(along, p)};
-  }
-
-  std::uint32_t level_of(float point_height) const {
-    std::uint32_t level = 0;
-    for (std::uint32_t i = 0; i < count; ++i)
-      level += point_height > height[i];
-    return level;
-  }
-
-private:
-  float component(vec3 axis, vec3 p) const {
-    const float x = p.x - origin.x, y = p.y - origin.y, z = p.z - origin.z;
-    return multiply_add(axis.x, x, multiply_add(axis.y, y, axis.z * z));
-  }
-};
-
-/// The part of the slices that lines run through: what lies beyond one of its
-/// sides matters to none.
+/// The part of the slices that lines run through: what lies beyond one of its sides matters to none.
 struct region_side {
-  vec3 outwards{0, 0, 0};
-  float limit =
-      0; ///< dot(outwards, p - origin) of points within is at most this
+    vec3 outwards{0, 0, 0};
+    float limit = 0; ///< dot(outwards, p - origin) of points within is at most this
 };
 struct slice_region {
-  slice_frame frame{};
-  region_side sides[4] = {};
-  std::uint32_t side_count = 0;
+    slice_frame frame{};
+    region_side sides[4] = {};
+    std::uint32_t side_count = 0;
 
-  void add_side(vec2 outwards, float limit) {
-    sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along,
-                           limit};
-  }
+    slice_region() = default;
 
-  /// The same region as an object sees it that stands in the world as `at`
-  /// says.
-  slice_region local(const pose &at) const {
-    slice_region l = *this;
-    l.frame = frame.local(at);
-    for (region_side &s : l.sides)
-      s.outwards = at.local_direction(s.outwards);
-    return l;
-  }
+    /// What lies between the first and the last line and before none of their origins, however far away.
+    slice_region(const slice_frame& slices, const line_fan& fan) : frame{slices} {
+        if (!fan.is_wedge()) return;
+        const auto &left = fan[0], &right = fan[fan.size() - 1];
+        add_side({-left.along.y, left.along.x}, left.right({0, 0}));
+        add_side({right.along.y, -right.along.x}, -right.right({0, 0}));
+        float nearest = FLT_MAX;
+        for (std::uint32_t i = 0; i < fan.size(); ++i) nearest = lesser(nearest, fan[i].origin.y);
+        add_side({0, -1}, -nearest);
+    }
+
+    /// The same, as far as lines of this length reach.
+    slice_region within(float reach, const line_fan& fan) const {
+        float furthest = -FLT_MAX;
+        for (std::uint32_t i = 0; i < fan.size(); ++i)
+            furthest = greater(furthest, fan[i].origin.y + reach * fan[i].along.y);
+        slice_region near_part = *this;
+        near_part.add_side({0, 1}, furthest);
+        return near_part;
+    }
+
+    void add_side(vec2 outwards, float limit) {
+        sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along, limit};
+    }
+
+    /// The same region as an object sees it that stands in the world as `at` says.
+    slice_region local(const pose& at) const {
+        slice_region l = *this;
+        l.frame = frame.local(at);
+        for (region_side& s : l.sides) s.outwards = at.local_direction(s.outwards);
+        return l;
+    }
 };
 
-/// A bit for each box of a node that may reach into one of the slices within
-/// the region; never 0 for one that does.
-template <int Width>
-INSONIFY_INLINE std::uint32_t overlaps(const slice_region &region,
-                                       const node_bounds<Width> &bounds) {
-  using floats = lanes<Width>;
-  floats centre[3], half[3], room(0.0F);
-  for (int axis = 0; axis < 3; ++axis) {
-    const floats lower = load<Width>(bounds.side[0][axis]),
-                 upper = load<Width>(bounds.side[1][axis]);
-    const floats origin(region.frame.origin[axis]);
-    centre[axis] = floats(0.5F) * lower + floats(0.5F) * upper - origin;
-    half[axis] = floats(0.5F) * upper - floats(0.5F) * lower;
-    room = room + absolute(origin) + absolute(centre[axis]) + half[axis];
-  }
-  room = floats(1e-6F) * room; // for the rounding of all that follows
-  const auto distance = [&](vec3 n) {
-    return floats(n.x) * centre[0] + floats(n.y) * centre[1] +
-           floats(n.z) * centre[2];
-  };
-  const auto reach = [&](vec3 n) {
-    const vec3 size = absolute(n);
-    return floats(size.x) * half[0] + floats(size.y) * half[1] +
-           floats(size.z) * half[2] + room;
-  };
-  const floats height = distance(region.frame.elevation),
-               thickness = reach(region.frame.elevation);
-  std::uint32_t met = 0;
-  for (std::uint32_t i = 0; i < region.frame.count; ++i)
-    met |=
-        bits_of(absolute(height - floats(region.frame.height[i])) <= thickness);
-  for (std::uint32_t i = 0; i < region.side_count && met != 0; ++i) {
-    const region_side &s = region.sides[i];
-    met &= bits_of(distance(s.outwards) - reach(s.outwards) <= floats(s.limit));
-  }
-  return met;
+/// A bit for each box that may reach into one of the slices within the region; never 0 for one that does.
+template <class Lanes>
+INSONIFY_INLINE std::uint32_t overlaps(const slice_region& region, const Lanes (&lower)[3], const Lanes (&upper)[3]) {
+    const float origin[3] = {region.frame.origin.x, region.frame.origin.y, region.frame.origin.z};
+    Lanes centre[3], half[3], room(0.0F);
+    for (int axis = 0; axis < 3; ++axis) {
+        half[axis] = Lanes(0.5F) * upper[axis] - Lanes(0.5F) * lower[axis];
+        centre[axis] = Lanes(0.5F) * upper[axis] + Lanes(0.5F) * lower[axis] - Lanes(origin[axis]);
+        room = room + absolute(centre[axis]) + half[axis] + Lanes(std::fabs(origin[axis]));
+    }
+    room = Lanes(1e-6F) * room; // for the rounding of all that follows
+    const auto distance = [&](vec3 n) {
+        return Lanes(n.x) * centre[0] + Lanes(n.y) * centre[1] + Lanes(n.z) * centre[2];
+    };
+    const auto reach = [&](vec3 n) {
+        return Lanes(std::fabs(n.x)) * half[0] + Lanes(std::fabs(n.y)) * half[1] + Lanes(std::fabs(n.z)) * half[2] +
+               room;
+    };
+    const Lanes height = distance(region.frame.elevation), thickness = reach(region.frame.elevation);
+    std::uint32_t met = 0;
+    for (std::uint32_t i = 0; i < region.frame.count; ++i)
+        met |= bits_of(absolute(height - Lanes(region.frame.height[i])) <= thickness);
+    for (std::uint32_t i = 0; i < region.side_count && met != 0; ++i) {
+        const region_side& s = region.sides[i];
+        met &= bits_of(distance(s.outwards) - reach(s.outwards) <= Lanes(s.limit));
+    }
+    return met;
 }
 
 /// The same for one box.
-inline bool overlaps(const slice_region &region, const aabb &box) {
-  node_bounds<simd_width> one{};
-  one.set_box(0, box);
-  return !box.empty() && (overlaps(region, one) & 1U) != 0;
+inline bool overlaps(const slice_region& region, const aabb& box) {
+    using floats = lanes<simd_width>;
+    const floats lower[3] = {floats(box.lower.x), floats(box.lower.y), floats(box.lower.z)};
+    const floats upper[3] = {floats(box.upper.x), floats(box.upper.y), floats(box.upper.z)};
+    return !box.empty() && overlaps(region, lower, upper) != 0;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 
+/// Which faces go through slices: those whose corners differ in level (see `slice_frame`).
 namespace insonify::inline INSONIFY_ABI {
 
-/// Where a slice goes through a face: the straight way from one of its edges to
-/// another, as far as lines cross it.
-struct cut_segment {
-  vec2 from{0, 0}, to{0, 0}; ///< in the coordinates of the fan
-  std::uint32_t first = 0;   ///< the lines that cross it are [first, last)
-  std::uint32_t last = 0;
-  std::uint32_t slice = 0;     ///< its number
-  std::uint32_t object = 0;    ///< index into `scene::objects`
-  std::uint32_t primitive = 0; ///< face of the object's mesh
-};
-
-/// Where a slice at this height goes through the edge between two corners, one
-/// below it or in it and one above.
-///
-/// Faces that share the edge get the very same point, whichever way they walk
-/// it, because it is always walked upwards.
-struct cut_corner {
-  float height = 0;
-  vec2 place{0, 0};
-};
-inline vec2 cut_edge(const cut_corner &below, const cut_corner &above,
-                     float height) {
-  const float rise = above.height - below.height;
-  const float share =
-      rise > 0 ? clamped((height - below.height) / rise, 0, 1) : 0.0F;
-  return {multiply_add(share, above.place.x - below.place.x, below.place.x),
-          multiply_add(share, above.place.y - below.place.y, below.place.y)};
-}
-
-/// Cuts one face by all slices that it reaches through: emit(slice number,
-/// from, to).
-template <class Emit>
-void cut_face(const slice_frame &frame, const triangle &face, Emit &&emit) {
-  const vec3 points[3] = {face.a, face.b, face.c};
-  cut_corner corner[3];
-  std::uint32_t level[3];
-  for (int i = 0; i < 3; ++i) {
-    corner[i].height = frame.height_of(points[i]);
-    level[i] = frame.level_of(corner[i].height);
-  }
-  if (level[0] == level[1] && level[1] == level[2])
-    return;
-  for (int i = 0; i < 3; ++i)
-    corner[i].place = frame.place_of(points[i]);
-  const std::uint32_t lowest = std::min({level[0], level[1], level[2]});
-  const std::uint32_t highest = std::max({level[0], level[1], level[2]});
-  for (std::uint32_t slice = lowest; slice < highest; ++slice) {
-    const bool above[3] = {level[0] > slice, level[1] > slice,
-                           level[2] > slice};
-    const int alone = above[1] == above[2] ? 0
-                      : above[0] == above[2]
-                          ? 1
-                          : 2; // the corner on a side of its own
-    const auto on_edge_to = [&](int other) {
-      return above[alone]
-                 ? cut_edge(corner[other], corner[alone], frame.height[slice])
-                 : cut_edge(corner[alone], corner[other], frame.height[slice]);
-    };
-    const vec2 from = on_edge_to((alone + 1) % 3),
-               to = on_edge_to((alone + 2) % 3);
-    if (is_finite(from.x) && is_finite(from.y) && is_finite(to.x) &&
-        is_finite(to.y))
-      emit(frame.number[slice], from, to);
-  }
-}
-
-/// All segments that the slices of a frame cut out of a scene. Keeps its memory
-/// from frame to frame.
-///
-/// Objects whose trees are up to date are searched with the region that the
-/// lines run through. Of the others every vertex is asked for its level and
-/// every face whether those of its corners differ: two linear passes, whatever
-/// the number of slices.
-class slice_cut {
-public:
-  /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
-  /// @param offsets   heights of the slices over that plane, metres
-  /// @param reach     how far lines are followed, metres
-  template <exec::policy Policy>
-  void cut(const Policy &policy, const scene &body, const line_fan &fan,
-           const pose &probe_at, view<const float> offsets, float reach) {
-    plan(body, fan, probe_at, offsets, reach);
-    for_each_index(policy, vertex_parts_.size(), [&](std::size_t i) {
-      find_levels(body, vertex_parts_[i]);
-    });
-    const std::size_t grain =
-        work_ < pays_for_threads ? face_parts_.size() + 1 : 1;
-    exec::for_each_block(policy, face_parts_.size(), grain,
-                         [&](std::size_t begin, std::size_t end) {
-                           for (std::size_t i = begin; i < end; ++i)
-                             cut_part(body, fan, face_parts_[i], found_[i]);
-                         });
-  }
-
-  /// Calls visit(segment) for each, in an order that depends on nothing but the
-  /// arguments of `cut`.
-  template <class Visit> void for_each_segment(Visit &&visit) const {
-    for (std::size_t i = 0; i < face_parts_.size(); ++i)
-      for (const cut_segment &segment : found_[i])
-        visit(segment);
-  }
-
-private:
-  static constexpr std::uint32_t block =
-      8192; // vertices or faces that one thread takes at a time
-  static constexpr std::size_t pays_for_threads =
-      16384; // faces looked at: below that one thread is faster
-
-  // Work that one thread does: an object's whole tree, or a stretch of its
-  // vertices or faces.
-  struct part {
-    std::uint32_t object = 0;
-    std::uint32_t begin = 0, end = 0;
-    std::size_t levels = 0; // where those of the object's vertices begin
-  };
-
-  void plan(const scene &body, const line_fan &fan, const pose &probe_at,
-            view<const float> offsets, float reach) {
-    const vec2 apex = fan.apex(), axis = fan.axis();
-    const pose upright{
-        mat3{{axis.y, 0, -axis.x}, {0, 1, 0}, {axis.x, 0, axis.y}},
-        {apex.x, 0, apex.y}};
-    region_ = slice_region{.frame = slice_frame{probe_at * upright, offsets}};
-    aabb face;
-    float nearest = FLT_MAX, furthest = -FLT_MAX;
-    for (std::uint32_t i = 0; i < fan.size(); ++i) {
-      const auto &line = fan[i];
-      nearest = lesser(nearest, line.origin.y);
-      furthest = greater(furthest, line.origin.y + reach * line.along.y);
-      for (const float offset : offsets)
-        face = merged(
-            face,
-            (probe_at * upright).point({line.origin.x, offset, line.origin.y}));
-    }
-    const vec3 rounding = 1e-6F * (absolute(face.lower) + absolute(face.upper));
-    face = {face.lower - rounding, face.upper + rounding};
-    if (fan.is_wedge()) {
-      const auto &left = fan[0], &right = fan[fan.size() - 1];
-      region_.add_side({-left.along.y, left.along.x}, left.right({0, 0}));
-      region_.add_side({right.along.y, -right.along.x}, -right.right({0, 0}));
-      region_.add_side({0, -1}, -nearest);
-    }
-    slice_region above_reach = region_;
-    above_reach.add_side({0, 1}, furthest);
-
-    vertex_parts_.clear();
-    face_parts_.clear();
-    work_ = 0;
-    std::size_t levels = 0;
-    for (std::uint32_t i = 0; i < body.objects().size(); ++i) {
-      const object &one = body.objects()[i];
-      // Lines that begin in an object are followed to where they leave it.
-      if (!overlaps(overlaps(face, one.box) ? region_ : above_reach, one.box))
-        continue;
-      const auto vertices =
-          static_cast<std::uint32_t>(one.surface.positions.size());
-      const auto faces = static_cast<std::uint32_t>(one.surface.faces.size());
-      if (one.tree_follows) {
-        face_parts_.push_back({.object = i, .end = faces});
-        work_ += 256 + 16 * static_cast<std::size_t>(
-                                std::sqrt(static_cast<float>(faces)));
-        continue;
-      }
-      for (std::uint32_t begin = 0; begin < vertices; begin += block)
-        vertex_parts_.push_back(
-            {i, begin, std::min(begin + block, vertices), levels});
-      for (std::uint32_t begin = 0; begin < faces; begin += block)
-        face_parts_.push_back(
-            {i, begin, std::min(begin + block, faces), levels});
-      levels += vertices;
-      work_ += faces;
-    }
-    levels_.resize(levels);
-    if (found_.size() < face_parts_.size())
-      found_.resize(face_parts_.size());
-  }
-
-  void find_levels(const scene &body, const part &own) {
-    const object &one = body.objects()[own.object];
-    const slice_frame frame = region_.frame.local(one.at);
-    for (std::size_t begin = own.begin; begin < own.end; begin += few) {
-      const std::size_t count = std::min<std::size_t>(few, own.end - begin);
-      float height[few];
-      heights_of(frame, one.surface.positions.data() + begin, count, height);
-      std::uint8_t *const levels = levels_.data() + own.levels + begin;
-      for (std::uint32_t slice = 0; slice < frame.count; ++slice)
-        add_levels(height, frame.height[slice], slice, count, levels);
-    }
-  }
-
-  // Plain loops over a few points at a time, which the compiler turns into
-  // SIMD.
-  static constexpr std::size_t few = 512;
-  static void heights_of(const slice_frame frame, const vec3 *points,
-                         std::size_t count, float *height) {
-    for (std::size_t i = 0; i < count; ++i)
-      height[i] = frame.height_of(points[i]);
-  }
-  static void add_levels(const float *height, float slice_height,
-                         std::uint32_t below, std::size_t count,
-                         std::uint8_t *levels) {
-    if (below == 0)
-      for (std::size_t i = 0; i < count; ++i)
-        levels[i] = height[i] > slice_height;
-    else
-      for (std::size_t i = 0; i < count; ++i)
-        levels[i] =
-            static_cast<std::uint8_t>(levels[i] + (height[i] > slice_height));
-  }
-
-  void cut_part(const scene &body, const line_fan &fan, const part &own,
-                std::vector<cut_segment> &found) const {
-    const object &one = body.objects()[own.object];
-    const slice_region region = region_.local(one.at);
-    const mesh_view surface{one.surface};
-    found.clear();
-    const auto cut = [&](std::uint32_t primitive) {
-      cut_face(region.frame, surface[primitive],
-               [&](std::uint32_t slice, vec2 from, vec2 to) {
-                 fan.for_each_crossed(
-                     from, to, [&](std::uint32_t first, std::uint32_t last) {
-                       found.push_back({from, to, first, last, slice,
-                                        own.object, primitive});
-                     });
-               });
-    };
-    if (one.tree_follows)
-      for_each_leaf(one.tree_view(), region, cut);
-    else
-      for_each_mixed(surface.faces, own, cut);
-  }
-
-  // Faces whose corners differ in level: few, so that the branch is foreseen.
-  template <class Visit>
-  void for_each_mixed(view<const uvec3> faces, const part &own,
-                      Visit &&visit) const {
-    const std::uint8_t *const levels = levels_.data() + own.levels;
-    for (std::size_t i = own.begin; i < own.end; ++i) {
-      const uvec3 corner = faces[i];
-      const unsigned a = levels[corner.x], b = levels[corner.y],
-                     c = levels[corner.z];
-      if (((a ^ b) | (a ^ c)) != 0)
-        visit(static_cast<std::uint32_t>(i));
-    }
-  }
-
-  template <class Tree, class Visit>
-  static void for_each_leaf(const Tree &tree, const slice_region &region,
-                            Visit &&visit) {
-    if (tree.nodes.empty())
-      return;
-    std::uint32_t stack[Tree::stack_size];
-    std::uint32_t waiting = 0;
-    stack[waiting++] = 0;
-    while (waiting > 0) {
-      const std::uint32_t node = stack[--waiting];
-      for (std::uint32_t left = overlaps(region, tree.bounds_of[node]);
-           left != 0; left &= left - 1) {
-        const std::uint32_t child = tree.nodes[node].child[lowest_bit(left)];
-        if (child == no_child)
-          continue;
-        if ((child & leaf_bit) == 0) {
-          stack[waiting++] = child;
-          continue;
+/// The level of every point, a few at a time, by plain loops that the compiler turns into SIMD.
+inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
+    constexpr std::size_t few = 512;
+    const slice_frame own = frame; // which nothing else writes into
+    float height[few];
+    for (std::size_t begin = 0; begin < points.size(); begin += few) {
+        const std::size_t count = std::min(few, points.size() - begin);
+        const vec3* const from = points.data() + begin;
+        std::uint8_t* const to = levels + begin;
+        for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(from[i]);
+        const float lowest = own.height[0];
+        for (std::size_t i = 0; i < count; ++i) to[i] = height[i] > lowest;
+        for (std::uint32_t slice = 1; slice < own.count; ++slice) {
+            const float here = own.height[slice];
+            for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(to[i] + (height[i] > here));
         }
-        const std::uint32_t *slot =
-            tree.slots.first + std::size_t{child ^ leaf_bit} * simd_width;
-        for (int k = 0; k < simd_width && slot[k] != no_primitive; ++k)
-          visit(slot[k]);
-      }
     }
-  }
+}
 
-  slice_region region_{};
-  std::vector<part> vertex_parts_{}, face_parts_{};
-  std::vector<std::uint8_t> levels_{};
-  std::vector<std::vector<cut_segment>> found_{};
-  std::size_t work_ = 0;
+/// Calls visit(i) for the faces of the groups [begin, end) whose corners differ in level: few, so that branches are
+/// foreseen.
+template <class Visit>
+void for_each_mixed(view<const uvec3> faces, const face_groups& groups, std::size_t begin, std::size_t end,
+                    const std::uint8_t* levels, Visit&& visit) {
+    for (std::size_t group = begin; group < end; ++group) {
+        const view<const std::uint32_t> vertices = groups[group];
+        const unsigned first = levels[vertices[0]];
+        unsigned different = 0;
+        for (const std::uint32_t vertex : vertices) different |= levels[vertex] ^ first;
+        if (different == 0) continue;
+        const std::size_t last = std::min((group + 1) * face_groups::size, faces.size());
+        for (std::size_t i = group * face_groups::size; i < last; ++i) {
+            const uvec3 corner = faces[i];
+            const unsigned a = levels[corner.x], b = levels[corner.y], c = levels[corner.z];
+            if (((a ^ b) | (a ^ c)) != 0) visit(static_cast<std::uint32_t>(i));
+        }
+    }
+}
+
+/// A bit for each triangle of a leaf whose corners differ in level.
+template <class Range, int Width>
+INSONIFY_INLINE std::uint32_t mixed_of(const slice_frame& frame, const leaf<Range, Width>& triangles) {
+    lanes<Width> height[3];
+    for (int c = 0; c < 3; ++c) {
+        const auto& corner = triangles.corner[c];
+        height[c] = frame.height_of(load<Width>(corner[0]), load<Width>(corner[1]), load<Width>(corner[2]));
+    }
+    std::uint32_t mixed = 0;
+    for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
+        const lanes<Width> here(frame.height[slice]);
+        const std::uint32_t a = bits_of(here < height[0]), b = bits_of(here < height[1]);
+        mixed |= (a ^ b) | (a ^ bits_of(here < height[2]));
+    }
+    return mixed & triangles.usable;
+}
+
+/// The children of a node that may reach into the slices: visit(code), see node.hpp.
+template <class Range, int Width, class Visit>
+INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uint32_t node, const slice_region& region,
+                                    Visit&& visit) {
+    const auto& side = tree.bounds_of[node].side;
+    const lanes<Width> lower[3] = {load<Width>(side[0][0]), load<Width>(side[0][1]), load<Width>(side[0][2])};
+    const lanes<Width> upper[3] = {load<Width>(side[1][0]), load<Width>(side[1][1]), load<Width>(side[1][2])};
+    for (std::uint32_t left = overlaps(region, lower, upper); left != 0; left &= left - 1) {
+        const std::uint32_t child = tree.nodes[node].child[lowest_bit(left)];
+        if (child != no_child) visit(child);
+    }
+}
+
+/// The leaves below `code` that may reach into the slices: visit(leaf, slots).
+template <class Range, int Width, class Visit>
+void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
+    std::uint32_t stack[bvh_view<Range, Width>::stack_size];
+    std::uint32_t waiting = 0;
+    stack[waiting++] = code;
+    while (waiting > 0) {
+        const std::uint32_t next = stack[--waiting];
+        if ((next & leaf_bit) != 0)
+            visit(tree.leaves[next ^ leaf_bit], tree.slots.first + std::size_t{next ^ leaf_bit} * Width);
+        else
+            for_each_child(tree, next, region, [&](std::uint32_t child) { stack[waiting++] = child; });
+    }
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Where a slice goes through a face: the straight way from one of its edges to another, as far as lines cross it.
+struct cut_segment {
+    vec2 from{0, 0}, to{0, 0}; ///< in the coordinates of the fan
+    std::uint32_t first = 0;   ///< the lines that cross it are [first, last)
+    std::uint32_t last = 0;
+    std::uint32_t slice = 0;     ///< its number
+    std::uint32_t object = 0;    ///< index into `scene::objects`
+    std::uint32_t primitive = 0; ///< face of the object's mesh
+};
+
+/// All segments that the slices of a frame cut out of a scene. Keeps its memory from frame to frame.
+///
+/// Objects whose trees are up to date are searched with the region that the lines run through. Of the others every
+/// vertex is asked for its level and every group of faces whether those of its vertices differ: two linear passes,
+/// whatever the number of slices.
+class slice_cut {
+  public:
+    /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
+    /// @param offsets   heights of the slices over that plane, metres
+    /// @param reach     how far lines are followed, metres
+    template <exec::policy Policy>
+    void cut(const Policy& policy, const scene& body, const line_fan& fan, const pose& probe_at,
+             view<const float> offsets, float reach) {
+        plan(body, fan, probe_at, offsets, reach);
+        for_each_index(policy, vertex_parts_.size(), [&](std::size_t i) {
+            const part& own = vertex_parts_[i];
+            const object& one = body.objects()[own.object];
+            find_levels(own.region->frame.local(one.at),
+                        {one.surface.positions.data() + own.begin, own.end - own.begin},
+                        levels_.data() + own.levels + own.begin);
+        });
+        const std::size_t grain = work_ < pays_for_threads ? face_parts_.size() + 1 : 1;
+        exec::for_each_block(policy, face_parts_.size(), grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) cut_part(body, fan, face_parts_[i], found_[i]);
+        });
+    }
+
+    /// Calls visit(segment) for each, in an order that depends on nothing but the arguments of `cut`.
+    template <class Visit>
+    void for_each_segment(Visit&& visit) const {
+        for (std::size_t i = 0; i < face_parts_.size(); ++i)
+            for (const cut_segment& segment : found_[i]) visit(segment);
+    }
+
+  private:
+    static constexpr std::uint32_t block = 8192; // vertices or faces that one thread takes at a time
+    static constexpr std::uint32_t groups_of_block = block / face_groups::size;
+    static constexpr std::size_t pays_for_threads = 16384; // faces looked at: below that one thread is faster
+
+    static constexpr std::size_t most_subtrees = 32; // that one object's tree is divided into, about
+
+    // Work that one thread does: what lies below a child of an object's tree, or a stretch of its vertices or groups of faces.
+    struct part {
+        const slice_region* region = nullptr;
+        std::uint32_t object = 0;
+        std::uint32_t begin = 0, end = 0; // the code of the child; or a stretch
+        std::size_t levels = 0;           // where those of the object's vertices begin
+    };
+
+    // The work, in the order in which `for_each_segment` will give what it finds.
+    void plan(const scene& body, const line_fan& fan, const pose& probe_at, view<const float> offsets, float reach) {
+        const pose upright = probe_at * fan.upright();
+        aabb face;
+        for (std::uint32_t i = 0; i < fan.size(); ++i)
+            for (const float offset : offsets)
+                face = merged(face, upright.point({fan[i].origin.x, offset, fan[i].origin.y}));
+        const vec3 rounding = 1e-6F * (absolute(face.lower) + absolute(face.upper));
+        face = {face.lower - rounding, face.upper + rounding};
+        endless_ = {slice_frame{upright, offsets}, fan};
+        within_reach_ = endless_.within(reach, fan);
+
+        vertex_parts_.clear();
+        face_parts_.clear();
+        work_ = 0;
+        std::size_t levels = 0;
+        for (std::uint32_t i = 0; i < body.objects().size(); ++i) {
+            const object& one = body.objects()[i];
+            // Lines that begin in an object are followed to where they leave it.
+            const slice_region& region = overlaps(face, one.box) ? endless_ : within_reach_;
+            if (!overlaps(region, one.box)) continue;
+            const auto vertices = static_cast<std::uint32_t>(one.surface.positions.size());
+            const auto faces = static_cast<std::uint32_t>(one.surface.faces.size());
+            if (one.tree_follows) {
+                add_subtrees(one, i, region);
+                work_ += 16 * static_cast<std::size_t>(std::sqrt(static_cast<float>(faces)));
+                continue;
+            }
+            for (std::uint32_t begin = 0; begin < vertices; begin += block)
+                vertex_parts_.push_back({&region, i, begin, std::min(begin + block, vertices), levels});
+            const auto groups = static_cast<std::uint32_t>(one.groups.count());
+            for (std::uint32_t begin = 0; begin < groups; begin += groups_of_block)
+                face_parts_.push_back({&region, i, begin, std::min(begin + groups_of_block, groups), levels});
+            levels += vertices;
+            work_ += faces;
+        }
+        levels_.resize(levels);
+        if (found_.size() < face_parts_.size()) found_.resize(face_parts_.size());
+    }
+
+    // Divides the tree of an object, level by level, into parts of which several threads may each take some.
+    void add_subtrees(const object& one, std::uint32_t index, const slice_region& region) {
+        const bvh_view<mesh_view> tree = one.tree_view();
+        if (tree.nodes.empty()) return;
+        const slice_region local = region.local(one.at);
+        subtrees_.assign(1, 0);
+        bool divisible = one.surface.faces.size() >= block;
+        while (divisible && subtrees_.size() < most_subtrees / 2) {
+            divisible = false;
+            below_.clear();
+            for (const std::uint32_t code : subtrees_) {
+                if ((code & leaf_bit) != 0) {
+                    below_.push_back(code);
+                    continue;
+                }
+                divisible = true;
+                for_each_child(tree, code, local, [&](std::uint32_t child) { below_.push_back(child); });
+            }
+            subtrees_.swap(below_);
+        }
+        for (const std::uint32_t code : subtrees_) face_parts_.push_back({&region, index, code});
+    }
+
+    void cut_part(const scene& body, const line_fan& fan, const part& own, std::vector<cut_segment>& found) const {
+        const object& one = body.objects()[own.object];
+        const slice_region region = own.region->local(one.at);
+        found.clear();
+        const auto cut = [&](std::uint32_t primitive, const triangle& face) {
+            cut_face(region.frame, face, [&](std::uint32_t slice, vec2 from, vec2 to) {
+                fan.for_each_crossed(from, to, [&](std::uint32_t first, std::uint32_t last) {
+                    found.push_back({from, to, first, last, slice, own.object, primitive});
+                });
+            });
+        };
+        if (one.tree_follows) {
+            for_each_leaf(one.tree_view(), own.begin, region, [&](const auto& leaf, const std::uint32_t* slots) {
+                for (std::uint32_t left = mixed_of(region.frame, leaf); left != 0; left &= left - 1)
+                    cut(slots[lowest_bit(left)], leaf.corners(lowest_bit(left)));
+            });
+        } else {
+            const mesh_view surface{one.surface};
+            for_each_mixed(surface.faces, one.groups, own.begin, own.end, levels_.data() + own.levels,
+                           [&](std::uint32_t primitive) { cut(primitive, surface[primitive]); });
+        }
+    }
+
+    slice_region endless_{}, within_reach_{};
+    std::vector<part> vertex_parts_{}, face_parts_{};
+    std::vector<std::uint32_t> subtrees_{}, below_{};
+    std::vector<std::uint8_t> levels_{};
+    std::vector<std::vector<cut_segment>> found_{};
+    std::size_t work_ = 0;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6223,110 +6507,130 @@ private:
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Finds the crossings of all lines of a frame at once: cuts the scene by the
-/// slices that they lie in, and hands the segments out to the lines. Keeps its
-/// memory from frame to frame.
+/// Finds the crossings of all lines of a frame at once: cuts the scene by the slices that they lie in, and hands the
+/// segments out to the lines. Keeps its memory from frame to frame.
 class slice_lines {
-public:
-  /// Lines that are handed their segments together, by one thread.
-  static constexpr std::size_t block = 8;
+  public:
+    /// Lines that are handed their segments together, by one thread.
+    static constexpr std::size_t block = 8;
 
-  /// The segments of one block, by line and slice.
-  struct block_segments {
-    std::vector<std::uint32_t> end{}; ///< of each line and slice, in `segments`
-    std::vector<const cut_segment *> segments{};
-  };
-
-  /// @return false where the lines are no `line_fan`: then nothing is found
-  template <transducer Probe> bool take(const Probe &probe) {
-    return fan_.assign(probe);
-  }
-
-  /// Cuts the scene by the slices of the probe that was taken; see
-  /// `slice_cut::cut`.
-  template <exec::policy Policy>
-  void cut(const Policy &policy, const scene &body, const pose &at,
-           view<const float> offsets, float reach) {
-    body_ = &body;
-    slices_ = offsets.size();
-    reach_ = reach;
-    cut_.cut(policy, body, fan_, at, offsets, reach);
-    const std::size_t blocks = (fan_.size() + block - 1) / block;
-    block_end_.assign(blocks + 1, 0);
-    const auto each_block = [&](const auto &visit) {
-      cut_.for_each_segment([&](const cut_segment &segment) {
-        for (std::size_t b = segment.first / block; b * block < segment.last;
-             ++b)
-          visit(b, segment);
-      });
+    /// The segments of one block, by line and slice.
+    struct block_segments {
+        std::vector<std::uint32_t> end{}; ///< of each line and slice, in `segments`
+        std::vector<const cut_segment*> segments{};
     };
-    each_block(
-        [&](std::size_t b, const cut_segment &) { ++block_end_[b + 1]; });
-    for (std::size_t b = 0; b < blocks; ++b)
-      block_end_[b + 1] += block_end_[b];
-    of_blocks_.resize(block_end_[blocks]);
-    each_block([&](std::size_t b, const cut_segment &segment) {
-      of_blocks_[block_end_[b]++] = &segment;
-    });
-  }
 
-  /// Sorts the segments of lines `begin` to `begin + block` by line and slice.
-  void start(std::size_t begin, block_segments &own) const {
-    const std::size_t b = begin / block;
-    const std::size_t first = b == 0 ? 0 : block_end_[b - 1],
-                      last = block_end_[b];
-    own.end.assign(block * slices_ + 1, 0);
-    const auto each_slot = [&](const auto &visit) {
-      for (std::size_t i = first; i < last; ++i) {
-        const cut_segment &segment = *of_blocks_[i];
-        const std::size_t end =
-            std::min<std::size_t>(segment.last, begin + block);
-        for (std::size_t line = std::max<std::size_t>(segment.first, begin);
-             line < end; ++line)
-          visit((line - begin) * slices_ + segment.slice, &segment);
-      }
-    };
-    each_slot(
-        [&](std::size_t slot, const cut_segment *) { ++own.end[slot + 1]; });
-    for (std::size_t slot = 0; slot < block * slices_; ++slot)
-      own.end[slot + 1] += own.end[slot];
-    own.segments.resize(own.end[block * slices_]);
-    each_slot([&](std::size_t slot, const cut_segment *segment) {
-      own.segments[own.end[slot]++] = segment;
-    });
-  }
-
-  /// The same as `find_crossings` for the ray that leaves `origin`, in the
-  /// world, as this line of this slice.
-  void find(std::size_t line, std::size_t slice, vec3 origin,
-            const block_segments &own, line_crossings &found) const {
-    found.crossings.clear();
-    found.inside.clear(body_->objects().size());
-    const std::size_t slot = line % block * slices_ + slice;
-    const line_fan::line &way = fan_[line];
-    for (std::size_t i = slot == 0 ? 0 : own.end[slot - 1]; i < own.end[slot];
-         ++i) {
-      const cut_segment &segment = *own.segments[i];
-      const float distance = way.meet(segment.from, segment.to);
-      if (!(distance >= 0))
-        continue;
-      const object &one = body_->objects()[segment.object];
-      if (one.box.contains(origin))
-        found.inside.toggle(one.rank);
-      if (distance <= reach_)
-        found.crossings.push_back({distance, one.rank, segment.primitive});
+    /// @return false where the lines are no `line_fan`: then nothing is found
+    template <transducer Probe>
+    bool take(const Probe& probe) {
+        return fan_.assign(probe);
     }
-    std::sort(found.crossings.begin(), found.crossings.end());
-  }
 
-private:
-  const scene *body_ = nullptr;
-  std::size_t slices_ = 0;
-  float reach_ = 0;
-  line_fan fan_{};
-  slice_cut cut_{};
-  std::vector<std::size_t> block_end_{};
-  std::vector<const cut_segment *> of_blocks_{};
+    /// Whether cutting the scene is faster than tracing rays; always where a tree waits.
+    ///
+    /// A ray costs about as much for each object that it comes near as three faces that are cut, and a slice goes through
+    /// about 2 sqrt(faces) of an object: so cutting pays for coarse meshes and many objects, rays for few lines and meshes
+    /// finer than their spacing. Both grow alike with the number of slices.
+    bool pays(const scene& body, const pose& at) const {
+        const float middle = 0;
+        const slice_frame frame{at * fan_.upright(), {&middle, 1}};
+        float rays = 0, cuts = 0;
+        for (const object& one : body.objects()) {
+            if (!one.tree_follows) return true;
+            const std::uint32_t lines = one.box.empty() ? 0 : lines_near(one.box, frame);
+            if (lines == 0) continue;
+            rays += static_cast<float>(lines);
+            cuts += 2 * std::sqrt(static_cast<float>(one.surface.faces.size()));
+        }
+        return cuts <= 3 * rays;
+    }
+
+    /// Cuts the scene by the slices of the probe that was taken; see `slice_cut::cut`.
+    template <exec::policy Policy>
+    void cut(const Policy& policy, const scene& body, const pose& at, view<const float> offsets, float reach) {
+        body_ = &body;
+        slices_ = offsets.size();
+        reach_ = reach;
+        cut_.cut(policy, body, fan_, at, offsets, reach);
+        const std::size_t blocks = (fan_.size() + block - 1) / block;
+        block_end_.assign(blocks + 1, 0);
+        const auto each_block = [&](const auto& visit) {
+            cut_.for_each_segment([&](const cut_segment& segment) {
+                for (std::size_t b = segment.first / block; b * block < segment.last; ++b) visit(b, segment);
+            });
+        };
+        each_block([&](std::size_t b, const cut_segment&) { ++block_end_[b + 1]; });
+        for (std::size_t b = 0; b < blocks; ++b) block_end_[b + 1] += block_end_[b];
+        of_blocks_.resize(block_end_[blocks]);
+        each_block([&](std::size_t b, const cut_segment& segment) { of_blocks_[block_end_[b]++] = &segment; });
+    }
+
+    /// Sorts the segments of lines `begin` to `begin + block` by line and slice.
+    void start(std::size_t begin, block_segments& own) {
+        const std::size_t b = begin / block;
+        const std::size_t first = b == 0 ? 0 : block_end_[b - 1], last = block_end_[b];
+        // By depth, once for the block: so that its lines get theirs nearly sorted.
+        const auto at = [&](std::size_t i) { return of_blocks_.begin() + static_cast<std::ptrdiff_t>(i); };
+        std::sort(at(first), at(last), [](const cut_segment* one, const cut_segment* other) {
+            return one->from.y + one->to.y < other->from.y + other->to.y;
+        });
+        own.end.assign(block * slices_ + 1, 0);
+        const auto each_slot = [&](const auto& visit) {
+            for (std::size_t i = first; i < last; ++i) {
+                const cut_segment& segment = *of_blocks_[i];
+                const std::size_t end = std::min<std::size_t>(segment.last, begin + block);
+                for (std::size_t line = std::max<std::size_t>(segment.first, begin); line < end; ++line)
+                    visit((line - begin) * slices_ + segment.slice, &segment);
+            }
+        };
+        each_slot([&](std::size_t slot, const cut_segment*) { ++own.end[slot + 1]; });
+        for (std::size_t slot = 0; slot < block * slices_; ++slot) own.end[slot + 1] += own.end[slot];
+        own.segments.resize(own.end[block * slices_]);
+        each_slot([&](std::size_t slot, const cut_segment* segment) { own.segments[own.end[slot]++] = segment; });
+    }
+
+    /// The same as `find_crossings` for the ray that leaves `origin`, in the world, as this line of this slice.
+    void find(std::size_t line, std::size_t slice, vec3 origin, const block_segments& own,
+              line_crossings& found) const {
+        found.crossings.clear();
+        found.inside.clear(body_->objects().size());
+        const std::size_t slot = line % block * slices_ + slice;
+        const line_fan::line& way = fan_[line];
+        for (std::size_t i = slot == 0 ? 0 : own.end[slot - 1]; i < own.end[slot]; ++i) {
+            const cut_segment& segment = *own.segments[i];
+            const float distance = way.meet(segment.from, segment.to);
+            if (!(distance >= 0)) continue;
+            const object& one = body_->objects()[segment.object];
+            if (one.box.contains(origin)) found.inside.toggle(one.rank);
+            if (distance <= reach_) found.crossings.push_back({distance, one.rank, segment.primitive});
+        }
+        if (!std::is_sorted(found.crossings.begin(), found.crossings.end()))
+            std::sort(found.crossings.begin(), found.crossings.end());
+    }
+
+  private:
+    // How many lines may meet a box.
+    std::uint32_t lines_near(const aabb& box, const slice_frame& frame) const {
+        if (!fan_.is_wedge()) return fan_.size();
+        std::uint32_t first = fan_.size(), last = 0;
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            const vec2 place = frame.place_of({(corner & 1U) != 0 ? box.upper.x : box.lower.x,
+                                               (corner & 2U) != 0 ? box.upper.y : box.lower.y,
+                                               (corner & 4U) != 0 ? box.upper.z : box.lower.z});
+            if (!fan_.parallel() && !(place.y > 0)) return fan_.size();
+            first = std::min(first, fan_.gap(place));
+            last = std::max(last, fan_.gap(place));
+        }
+        return last - first;
+    }
+
+    const scene* body_ = nullptr;
+    std::size_t slices_ = 0;
+    float reach_ = 0;
+    line_fan fan_{};
+    slice_cut cut_{};
+    std::vector<std::size_t> block_end_{};
+    std::vector<const cut_segment*> of_blocks_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6334,155 +6638,154 @@ private:
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How the crossings of lines are found: the same ones, but for lines within
-/// rounding of a vertex or an edge.
+/// How the crossings of lines are found: the same ones, but for lines within rounding of a vertex or an edge.
 enum class search {
-  best,   ///< as `slices_pay` says
-  rays,   ///< one ray for each line and slice, through the trees
-  slices, ///< the slices are cut once and shared out; rays where the lines are
-          ///< no `line_fan`
+    best,   ///< whichever is faster, as `slice_lines::pays` says
+    rays,   ///< one ray for each line and slice, through the trees
+    slices, ///< the slices are cut once and shared out; rays where the lines are no `line_fan`
 };
 
 /// What `for_each_line` keeps from frame to frame, so that it allocates once.
 struct line_workspace {
-  struct block {
-    line_crossings found{};
-    std::vector<layer> layers{};
-    slice_lines::block_segments segments{};
-  };
-  slice_lines slices{};
-  std::vector<block> blocks{};
+    struct block {
+        line_crossings found{};
+        std::vector<layer> layers{};
+        slice_lines::block_segments segments{};
+    };
+    slice_lines slices{};
+    std::vector<block> blocks{};
 };
+
+/// Lines that one thread takes at a time.
+inline constexpr std::size_t lines_per_block = slice_lines::block;
+constexpr std::size_t line_blocks(std::size_t lines) { return (lines + lines_per_block - 1) / lines_per_block; }
 
 /// Beam `line` of a probe that stands in the world as `at` says.
 template <transducer Probe>
-INSONIFY_FN ray world_beam(const Probe &probe, const pose &at, float line) {
-  const ray local = probe.beam(line);
-  return {.origin = at.point(local.origin),
-          .direction = at.direction(local.direction)};
+INSONIFY_FN ray world_beam(const Probe& probe, const pose& at, float line) {
+    const ray local = probe.beam(line);
+    return {.origin = at.point(local.origin), .direction = at.direction(local.direction)};
 }
 
-/// Whether cutting slices is faster than tracing so many rays: a ray costs
-/// about as much as cutting 40 faces, and a slice goes through about two faces
-/// for each of the sqrt(faces) that lie along it. Always where a tree waits.
-inline bool slices_pay(const scene &body, std::size_t lines) {
-  float faces = 0;
-  for (const object &one : body.objects()) {
-    if (!one.tree_follows)
-      return true;
-    faces += 2 * std::sqrt(static_cast<float>(one.surface.faces.size()));
-  }
-  return faces <= 40 * static_cast<float>(lines);
-}
-
-/// Finds what every line of a probe runs through, down to `reach` metres, in
-/// each of its slices: visit(line, plane, frame, layers), the planes of one
-/// line in order and by one thread.
+/// Finds what every line of a probe runs through, down to `reach` metres, in each of its slices: visit(line, plane,
+/// frame, layers), the planes of one line in order and by one thread.
 /// @throws usage_error  where rays are traced while a tree of the scene waits
 template <exec::policy Policy, transducer Probe, class Visit>
-void for_each_line(const Policy &policy, search by, const scene &body,
-                   const Probe &probe, const pose &at,
-                   const elevation_planes &planes, float reach,
-                   line_workspace &own, const Visit &visit) {
-  constexpr std::size_t block = slice_lines::block;
-  const bool sliced =
-      by != search::rays &&
-      (by == search::slices || slices_pay(body, probe.lines)) && //
-      own.slices.take(probe);
-  if (sliced) {
-    float offsets[elevation_planes::most];
-    for (std::uint32_t plane = 0; plane < planes.count(); ++plane)
-      offsets[plane] = planes.offset(plane);
-    own.slices.cut(policy, body, at, {offsets, planes.count()}, reach);
-  } else {
-    body.require_trees();
-  }
-  const std::size_t blocks = (probe.lines + block - 1) / block;
-  if (own.blocks.size() < blocks)
-    own.blocks.resize(blocks);
-  const vec3 elevation = at.direction({0, 1, 0});
-  exec::for_each_block(
-      policy, probe.lines, block, [&](std::size_t begin, std::size_t end) {
-        line_workspace::block &mine = own.blocks[begin / block];
-        if (sliced)
-          own.slices.start(begin, mine.segments);
+void for_each_line(const Policy& policy, search by, const scene& body, const Probe& probe, const pose& at,
+                   const elevation_planes& planes, float reach, angles wanted, line_workspace& own,
+                   const Visit& visit) {
+    const bool sliced =
+        by != search::rays && own.slices.take(probe) && (by == search::slices || own.slices.pays(body, at));
+    if (sliced) {
+        float offsets[elevation_planes::most];
+        for (std::uint32_t plane = 0; plane < planes.count(); ++plane) offsets[plane] = planes.offset(plane);
+        own.slices.cut(policy, body, at, {offsets, planes.count()}, reach);
+    } else {
+        body.require_trees();
+    }
+    if (own.blocks.size() < line_blocks(probe.lines)) own.blocks.resize(line_blocks(probe.lines));
+    const vec3 elevation = at.direction({0, 1, 0});
+    exec::for_each_block(policy, probe.lines, lines_per_block, [&](std::size_t begin, std::size_t end) {
+        line_workspace::block& mine = own.blocks[begin / lines_per_block];
+        if (sliced) own.slices.start(begin, mine.segments);
         for (std::size_t i = begin; i < end; ++i) {
-          ray beam = world_beam(probe, at, static_cast<float>(i));
-          const vec3 origin = beam.origin;
-          for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
-            beam.origin = origin + planes.offset(plane) * elevation;
-            if (sliced)
-              own.slices.find(i, plane, beam.origin, mine.segments, mine.found);
-            else
-              find_crossings(body, beam, reach, mine.found);
-            const line_frame frame{beam.origin, beam.direction, elevation};
-            stack_layers(body, frame, reach, mine.found, mine.layers);
-            visit(static_cast<std::uint32_t>(i), plane, frame,
-                  view<const layer>{mine.layers});
-          }
+            ray beam = world_beam(probe, at, static_cast<float>(i));
+            const vec3 origin = beam.origin;
+            for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
+                beam.origin = origin + planes.offset(plane) * elevation;
+                if (sliced)
+                    own.slices.find(i, plane, beam.origin, mine.segments, mine.found);
+                else
+                    find_crossings(body, beam, reach, mine.found);
+                const line_frame frame{beam.origin, beam.direction, elevation};
+                stack_layers(body, frame, reach, mine.found, mine.layers, wanted);
+                visit(static_cast<std::uint32_t>(i), plane, frame, view<const layer>{mine.layers});
+            }
         }
-      });
+    });
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <cstring>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Straight lines: all crossings of each in order, found as `by` says, then the
-/// model once along it.
+/// What `trace` keeps from frame to frame: handed back with the lines of the frame before, nothing is allocated.
+template <transducer Probe, acoustic_model Model>
+struct trace_workspace {
+    line_workspace lines{};
+    kept_beam_table<Probe, Model> beams{};
+    std::vector<std::vector<typename Model::sample_type>> slices{}; ///< a line of a slice, for each block of lines
+    std::vector<float> weights{};                                   ///< of the planes, by sample
+};
+
+/// Sets all samples to 0.
+template <class Sample>
+void clear(view<Sample> samples) {
+    if constexpr (std::same_as<Sample, float> || std::same_as<Sample, vec2>)
+        std::memset(samples.first, 0, samples.size() * sizeof(Sample));
+    else
+        std::fill(samples.begin(), samples.end(), Sample{});
+}
+
+/// Straight lines: all crossings of each in order, found as `by` says, then the model once along it.
 ///
-/// @return `probe.lines` lines of `settings.samples` samples, of the type that
-/// the model makes
+/// @param lines  memory that is used again, whatever it held
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type>
-trace_lines(const Policy &policy, search by, const scene &body,
-            const Probe &probe, const pose &at, const Model &model,
-            const acquisition &settings) {
-  using sample_type = typename Model::sample_type;
-  constexpr bool averages =
-      std::same_as<sample_type, float> || std::same_as<sample_type, vec2>;
-  const std::uint32_t samples =
-      check_acquisition(body, probe, at, model, settings);
-  if (settings.planes > 1 && !averages)
-    throw usage_error{"trace: samples of this model's type cannot be averaged "
-                      "over `planes`; use one plane"};
-  const elevation_planes planes{beam_of(probe, settings.depth),
-                                settings.planes};
-  const beam_table beams =
-      make_beam_table(policy, probe, settings.depth, planes, model);
-  line_grid<sample_type> lines{probe.lines, samples, settings.depth};
-  const float spacing = settings.depth / static_cast<float>(samples);
-  const std::vector<float> weights =
-      planes.weights_of_samples(samples, spacing);
-  const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-  const auto fill = [&](std::uint32_t i, std::uint32_t plane,
-                        const line_frame &frame, view<const layer> layers) {
-    const traced_line traced{.layers = layers,
-                             .media = body.media(),
-                             .frequency = probe.frequency,
-                             .places = body.places(),
-                             .frame = frame,
-                             .beam = beams.of_line(i),
-                             .pulse_sigma = pulse_sigma};
-    sample_type *line = lines.values.data() + std::size_t{i} * samples;
-    if (planes.count() == 1) {
-      model(policy, traced, spacing, view<sample_type>{line, samples});
-      return;
-    }
-    if constexpr (averages) {
-      std::vector<sample_type> slice(samples);
-      model(policy, traced, spacing, view<sample_type>{slice});
-      const float *weight = weights.data() + std::size_t{plane} * samples;
-      for (std::uint32_t k = 0; k < samples; ++k)
-        line[k] += weight[k] * slice[k];
-    }
-  };
-  line_workspace found;
-  for_each_line(policy, by, body, probe, at, planes,
-                reach_of(model, settings.depth, body.media()), found, fill);
-  return lines;
+line_grid<typename Model::sample_type> trace_lines(const Policy& policy, search by, const scene& body,
+                                                   const Probe& probe, const pose& at, const Model& model,
+                                                   const acquisition& settings, trace_workspace<Probe, Model>& own,
+                                                   line_grid<typename Model::sample_type> lines) {
+    using sample_type = typename Model::sample_type;
+    constexpr bool averages = std::same_as<sample_type, float> || std::same_as<sample_type, vec2>;
+    const std::uint32_t samples = check_acquisition(body, probe, at, model, settings);
+    if (settings.planes > 1 && !averages)
+        throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
+    const elevation_planes planes{beam_of(probe, settings.depth), settings.planes};
+    const beam_table& beams = own.beams(policy, probe, settings.depth, planes, model);
+    const float spacing = settings.depth / static_cast<float>(samples);
+    const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+    lines.reshape(probe.lines, samples, settings.depth);
+    if (planes.count() > 1) planes.weights_of_samples(samples, spacing, own.weights);
+    own.slices.resize(line_blocks(probe.lines));
+    const auto fill = [&](std::uint32_t i, std::uint32_t plane, const line_frame& frame, view<const layer> layers) {
+        const traced_line traced{.layers = layers,
+                                 .media = body.media(),
+                                 .frequency = probe.frequency,
+                                 .places = body.places(),
+                                 .frame = frame,
+                                 .beam = beams.of_line(i),
+                                 .pulse_sigma = pulse_sigma};
+        const view<sample_type> line{lines.values.data() + std::size_t{i} * samples, samples};
+        if (plane == 0) clear(line);
+        if (planes.count() == 1) {
+            model(policy, traced, spacing, line);
+            return;
+        }
+        if constexpr (averages) {
+            std::vector<sample_type>& slice = own.slices[i / lines_per_block];
+            slice.resize(samples);
+            clear(view<sample_type>{slice});
+            model(policy, traced, spacing, view<sample_type>{slice});
+            const float* weight = own.weights.data() + std::size_t{plane} * samples;
+            for (std::uint32_t k = 0; k < samples; ++k) line[k] += weight[k] * slice[k];
+        }
+    };
+    constexpr angles wanted = takes_normal_incidence<Model>() ? angles::skip : angles::find;
+    for_each_line(policy, by, body, probe, at, planes, reach_of(model, settings.depth, body.media()), wanted, own.lines,
+                  fill);
+    return lines;
+}
+
+/// The same, in memory of its own.
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
+line_grid<typename Model::sample_type> trace_lines(const Policy& policy, search by, const scene& body,
+                                                   const Probe& probe, const pose& at, const Model& model,
+                                                   const acquisition& settings) {
+    trace_workspace<Probe, Model> own;
+    return trace_lines(policy, by, body, probe, at, model, settings, own, {});
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6494,10 +6797,9 @@ namespace insonify::inline INSONIFY_ABI {
 /// @throws usage_error, geometry_error  as `trace`, and where a tree of the
 /// scene waits
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type>
-trace_beams(const Policy &policy, const scene &body, const Probe &probe,
-            const pose &at, const Model &model, const acquisition &settings) {
-  return trace_lines(policy, search::rays, body, probe, at, model, settings);
+line_grid<typename Model::sample_type> trace_beams(const Policy& policy, const scene& body, const Probe& probe,
+                                                   const pose& at, const Model& model, const acquisition& settings) {
+    return trace_lines(policy, search::rays, body, probe, at, model, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6508,20 +6810,17 @@ trace_beams(const Policy &policy, const scene &body, const Probe &probe,
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// `trace` by cutting the scene: all lines of a slice lie in one plane, so each
-/// object is cut by it once, and the segments are handed out to the lines.
+/// `trace` by cutting the scene: all lines of a slice lie in one plane, so each object is cut by it once, and the
+/// segments are handed out to the lines.
 ///
-/// Needs no tree: objects whose trees wait (`scene::update`) are cut by a
-/// linear pass. Several planes cost about what one does. Watertight: faces that
-/// share an edge are cut in the very same point of it, so each line crosses a
-/// closed surface in and out by turns. Lines that are neither parallel nor from
-/// one point are traced as `trace_beams` does.
+/// Needs no tree: objects whose trees wait (`scene::update`) are cut by a linear pass. Several planes cost about what
+/// one does. Watertight: faces that share an edge are cut in the very same point of it, so each line crosses a closed
+/// surface in and out by turns. Lines that are neither parallel nor from one point are traced as `trace_beams` does.
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type>
-trace_slice(const Policy &policy, const scene &body, const Probe &probe,
-            const pose &at, const Model &model, const acquisition &settings) {
-  return trace_lines(policy, search::slices, body, probe, at, model, settings);
+line_grid<typename Model::sample_type> trace_slice(const Policy& policy, const scene& body, const Probe& probe,
+                                                   const pose& at, const Model& model, const acquisition& settings) {
+    return trace_lines(policy, search::slices, body, probe, at, model, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6531,23 +6830,34 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What the probe receives along its lines.
 ///
-///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at,
-///     physical{}, {.depth = 40_mm}); scan_lines paper = trace(exec::par_unseq,
-///     body, linear_array{}, at, law2011{}, {.depth = 40_mm});
+///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm});
+///     scan_lines paper = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
 ///
 /// @param at     probe to world: x lateral, y elevation, z depth
-/// @param model  what happens at interfaces and between them: `physical`,
-/// `law2011`, or your own (`acoustic_model`)
-/// @return `probe.lines` lines of `settings.samples` samples, of the type that
-/// the model makes
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd
-/// sizes
+/// @param model  what happens at interfaces and between them: `physical`, `law2011`, or your own (`acoustic_model`)
+/// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type>
-trace(const Policy &policy, const scene &body, const Probe &probe,
-      const pose &at, const Model &model, const acquisition &settings) {
-  return trace_lines(policy, search::best, body, probe, at, model, settings);
+line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
+                                             const pose& at, const Model& model, const acquisition& settings) {
+    return trace_lines(policy, search::best, body, probe, at, model, settings);
+}
+
+/// The same frame after frame: allocates nothing after the first.
+///
+///     trace_workspace<linear_array, physical<>> own;
+///     iq_lines echoes;
+///     for (;;) echoes = trace(exec::par_unseq, body, probe, at, model, scan, own, std::move(echoes));
+///
+/// @param own       kept from frame to frame
+/// @param recycled  lines whose memory is used again
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
+line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
+                                             const pose& at, const Model& model, const acquisition& settings,
+                                             trace_workspace<Probe, Model>& own,
+                                             line_grid<typename Model::sample_type> recycled) {
+    return trace_lines(policy, search::best, body, probe, at, model, settings, own, std::move(recycled));
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6575,33 +6885,61 @@ std::uint32_t rays_per_line(const Probe& probe, float depth) {
     return static_cast<std::uint32_t>(clamped(rays, 1, 4));
 }
 
+/// What `b_mode` keeps from frame to frame: tables, and the memory of every stage.
+template <transducer Probe, acoustic_model Model = physical<>>
+struct b_mode_workspace {
+    trace_workspace<refined<Probe>, Model> tracing{};
+    convolve_workspace convolution{};
+    kept_scan_map<refined<Probe>> map{};
+    iq_lines echoes{};
+    scan_lines lines{};
+    image picture{};
+};
+
 /// The whole chain in one call: a B-mode picture.
 ///
 ///     trace (physical) -> convolve (the probe's pulse and beam) -> envelope -> tgc -> log_compress -> scan_convert
 ///
-/// The levels are fixed: a clip does not flicker.
+/// The levels are fixed: a clip does not flicker. For a clip:
+///
+///     b_mode_workspace<linear_array> own;
+///     for (;;) show(b_mode(exec::par_unseq, body, probe, at, settings, physical{}, own));
+///
 /// @param model  what happens at interfaces and between them
+/// @param own    kept from frame to frame: then nothing is allocated after the first, and tables are made once
+/// @return the picture, which is good until `own` is used again
 /// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, class Model = physical<>>
-image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-             const b_mode_settings& settings = {}, const Model& model = {}) {
+template <exec::policy Policy, transducer Probe, class Model>
+const image& b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                    const b_mode_settings& settings, const Model& model, b_mode_workspace<Probe, Model>& own) {
     probe.check();
     const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
     const pulse sent = nominal_pulse(probe);
     const std::uint32_t samples =
         settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
-    iq_lines iq =
-        trace(policy, body, fine, at, model, {.depth = settings.depth, .samples = samples, .planes = settings.planes});
-    iq = convolve(policy, std::move(iq), sent, fine);
-    scan_lines lines = envelope(policy, iq);
-    lines = tgc(policy, std::move(lines), probe.frequency,
-                {.attenuation = settings.tgc > 0 ? settings.tgc : clamped(body.background().attenuation, 50, 100)});
-    lines = log_compress(policy, std::move(lines),
-                         {.dynamic_range_db = settings.dynamic_range_db,
-                          .reference_db = settings.reference_db,
-                          .gain_db = settings.gain_db});
-    return scan_convert(policy, lines, fine, {.size = settings.size, .background = settings.background});
+    own.echoes =
+        trace(policy, body, fine, at, model, {.depth = settings.depth, .samples = samples, .planes = settings.planes},
+              own.tracing, std::move(own.echoes));
+    own.echoes = convolve(policy, std::move(own.echoes), sent, fine, {}, own.convolution);
+    own.lines = envelope(policy, own.echoes, std::move(own.lines));
+    own.lines = tgc(policy, std::move(own.lines), probe.frequency,
+                    {.attenuation = settings.tgc > 0 ? settings.tgc : clamped(body.background().attenuation, 50, 100)});
+    own.lines = log_compress(policy, std::move(own.lines),
+                             {.dynamic_range_db = settings.dynamic_range_db,
+                              .reference_db = settings.reference_db,
+                              .gain_db = settings.gain_db});
+    const scan_map& map = own.map(policy, fine, {.depth = settings.depth, .samples = samples},
+                                  {.size = settings.size, .background = settings.background});
+    own.picture = scan_convert(policy, own.lines, map, std::move(own.picture));
+    return own.picture;
+}
+template <exec::policy Policy, transducer Probe, class Model = physical<>>
+image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+             const b_mode_settings& settings = {}, const Model& model = {}) {
+    b_mode_workspace<Probe, Model> own;
+    b_mode(policy, body, probe, at, settings, model, own);
+    return std::move(own.picture);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6673,6 +7011,8 @@ struct convex_array {
         if (field_of_view > 2 * pi)
             throw usage_error{"convex_array: `field_of_view` is in radians and at most 360_deg; write it as 60_deg"};
     }
+
+    friend bool operator==(const convex_array&, const convex_array&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6707,6 +7047,8 @@ struct linear_array {
         check_array(*this);
         check_positive(width, "width");
     }
+
+    friend bool operator==(const linear_array&, const linear_array&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6745,6 +7087,8 @@ struct phased_array {
         if (field_of_view > pi)
             throw usage_error{"phased_array: `field_of_view` is in radians and at most 180_deg; write it as 90_deg"};
     }
+
+    friend bool operator==(const phased_array&, const phased_array&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6828,6 +7172,8 @@ struct radial_array {
         check_array(*this);
         check_positive(radius, "radius");
     }
+
+    friend bool operator==(const radial_array&, const radial_array&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6894,7 +7240,6 @@ class scene;
 #ifndef INSONIFY_GEOMETRY_SHAPES_HPP
 #define INSONIFY_GEOMETRY_SHAPES_HPP
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -6913,7 +7258,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// The old vertices come first and keep their indices; face i becomes faces 4 i to 4 i + 3.
 /// @throws geometry_error  where a face names a vertex that is not there
-inline mesh subdivide(const mesh& coarse) {
+INSONIFY_LAZY mesh subdivide(const mesh& coarse) {
     struct half_edge {
         std::uint64_t ends; // both vertices, the lower one first: equal for the two faces that share the edge
         std::uint32_t slot; // 3 * face + corner
@@ -6972,22 +7317,22 @@ namespace shape_check {
 
 inline constexpr float furthest = 1e6F;
 
-inline void point(const std::string& shape, vec3 p) {
+INSONIFY_LAZY void point(const std::string& shape, vec3 p) {
     if (!is_finite(p) || absolute(p).x > furthest || absolute(p).y > furthest || absolute(p).z > furthest)
         throw geometry_error{shape + ": every coordinate must be a number of metres within 1000 km of the origin"};
 }
 
-inline void length(const std::string& shape, const std::string& what, float value) {
+INSONIFY_LAZY void length(const std::string& shape, const std::string& what, float value) {
     if (!is_finite(value) || !(value > 0) || value > furthest)
         throw geometry_error{shape + ": the " + what + " must be above 0 and at most 1000 km"};
 }
 
-inline void subdivisions(const std::string& shape, std::uint32_t count) {
+INSONIFY_LAZY void subdivisions(const std::string& shape, std::uint32_t count) {
     if (count > 10) throw geometry_error{shape + ": at most 10 subdivisions, each makes four times as many triangles"};
 }
 
 /// Rounding must not have pulled the corners of a face together: that would open the surface.
-inline mesh result(const std::string& shape, mesh m) {
+INSONIFY_LAZY mesh result(const std::string& shape, mesh m) {
     for (const uvec3 f : m.faces)
         if (const vec3 a = m.positions[f.x], b = m.positions[f.y], c = m.positions[f.z]; a == b || b == c || c == a)
             throw geometry_error{shape + ": vertices round to the same point; make the shape larger or coarser, " +
@@ -6998,7 +7343,7 @@ inline mesh result(const std::string& shape, mesh m) {
 } // namespace shape_check
 
 /// An axis-aligned box of 12 * 4^subdivisions triangles.
-inline mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
+INSONIFY_LAZY mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
     shape_check::point("make_box", lower);
     shape_check::point("make_box", upper);
     shape_check::length("make_box", "extent from `lower` to `upper` along x", upper.x - lower.x);
@@ -7019,7 +7364,7 @@ inline mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
 /// An icosphere of 20 * 4^subdivisions triangles, every vertex on the sphere.
 ///
 /// From the first subdivision on, vertices lie exactly on the axes through the centre.
-inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
+INSONIFY_LAZY mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
     shape_check::point("make_sphere", centre);
     shape_check::length("make_sphere", "radius", radius);
     shape_check::subdivisions("make_sphere", subdivisions);
@@ -7045,7 +7390,7 @@ inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
 /// A cylinder between the middles of its two end caps: 4 * segments triangles, `segments` around (3 to 1,000,000).
 ///
 /// The vertices lie on the circle, so the flat sides lie within it.
-inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segments) {
+INSONIFY_LAZY mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segments) {
     shape_check::point("make_cylinder", from);
     shape_check::point("make_cylinder", to);
     shape_check::length("make_cylinder", "radius", radius);
@@ -7071,7 +7416,7 @@ inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segmen
 
 /// A square slab, 12 triangles: the middle of its front is at `centre`, the front faces along `normal` (of any length),
 /// and the thickness lies behind it.
-inline mesh make_plane(vec3 centre, vec3 normal, float width, float thickness) {
+INSONIFY_LAZY mesh make_plane(vec3 centre, vec3 normal, float width, float thickness) {
     shape_check::point("make_plane", centre);
     shape_check::length("make_plane", "width", width);
     shape_check::length("make_plane", "thickness", thickness);
@@ -7091,7 +7436,6 @@ inline mesh make_plane(vec3 centre, vec3 normal, float width, float thickness) {
 #ifndef INSONIFY_GEOMETRY_VALIDATE_HPP
 #define INSONIFY_GEOMETRY_VALIDATE_HPP
 
-#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -7130,7 +7474,7 @@ struct mesh_report {
 };
 
 /// For each vertex the number of its place: vertices at exactly the same position (-0 is 0) share one.
-inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
+INSONIFY_LAZY std::vector<std::uint32_t> weld(view<const vec3> positions) {
     struct place {
         std::uint32_t x, y, z, vertex; // the bits of the coordinates: they order NaN as well
         bool operator==(const place& o) const { return x == o.x && y == o.y && z == o.z; }
@@ -7159,7 +7503,7 @@ inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
 ///
 /// Faces out of range and faces with two corners at one point take no part in edges and components.
 /// Cost: sorting the vertices, edges and faces; below a second for a million faces.
-inline mesh_report validate(const mesh_view& m) {
+INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
     struct half_edge {
         std::uint64_t ends; // both vertices, the lower one first: equal for all faces at an edge
         std::uint32_t slot; // 3 * face + corner from which the face walks it
@@ -7276,7 +7620,7 @@ inline mesh_report validate(const mesh_view& m) {
 }
 
 /// In plain sentences, what is wrong and what to do about it; empty where nothing is.
-inline std::string explain(const mesh_report& report) {
+INSONIFY_LAZY std::string explain(const mesh_report& report) {
     std::string text;
     const auto tell = [&](std::uint32_t count, const char* before, const char* one, const char* many,
                           const char* after) {
@@ -7846,7 +8190,6 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
 #ifndef INSONIFY_TRACING_LABEL_HPP
 #define INSONIFY_TRACING_LABEL_HPP
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -7854,115 +8197,92 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What the depth of a sample means.
 enum class grid {
-  geometric, ///< metres along the line: where things are
-  displayed, ///< c0 t / 2, t being the travel time there and back: where a
-             ///< picture by `physical` shows them
+    geometric, ///< metres along the line: where things are
+    displayed, ///< c0 t / 2, t being the travel time there and back: where a picture by `physical` shows them
 };
 
 /// How deep to look, how finely, and along which depths.
 struct label_settings {
-  float depth = 0.08F; ///< metres, of the grid
-  std::uint32_t samples =
-      0; ///< along each line; 0: as many as a picture by `physical` has
-  insonify::grid grid = insonify::grid::geometric;
+    float depth = 0.08F;       ///< metres, of the grid
+    std::uint32_t samples = 0; ///< along each line; 0: as many as a picture by `physical` has
+    insonify::grid grid = insonify::grid::geometric;
 };
 
 /// The depths of a label grid, for the tracer: it makes no samples itself.
 struct label_axis {
-  insonify::grid grid = insonify::grid::geometric;
+    insonify::grid grid = insonify::grid::geometric;
 
-  /// Where the caller leaves it open: two for each deviation of the pulse, a
-  /// multiple of 64.
-  std::uint32_t samples(float depth, float frequency) const {
-    return samples_for(depth, pulse{}.sigma_z(frequency));
-  }
+    /// Where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
+    std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
 
-  /// How far lines are to be followed, metres: where sound is fast, things
-  /// below `depth` are displayed above it.
-  float reach(float depth, view<const medium> media) const {
-    float fastest = display_speed;
-    for (const medium &m : media)
-      fastest = greater(fastest, m.sound_speed);
-    return grid == grid::displayed ? depth * (fastest / display_speed) : depth;
-  }
+    /// How far lines are to be followed, metres: where sound is fast, things below `depth` are displayed above it.
+    float reach(float depth, view<const medium> media) const {
+        float fastest = display_speed;
+        for (const medium& m : media) fastest = greater(fastest, m.sound_speed);
+        return grid == grid::displayed ? depth * (fastest / display_speed) : depth;
+    }
 
-  /// Metres of the grid a metre of the medium: c0 / c where displayed.
-  float scale(const medium &m) const {
-    return grid == grid::displayed ? display_speed / m.sound_speed : 1.0F;
-  }
+    /// Metres of the grid a metre of the medium: c0 / c where displayed.
+    float scale(const medium& m) const { return grid == grid::displayed ? display_speed / m.sound_speed : 1.0F; }
 };
 
-/// Which samples of a line stand in one of its layers: `first` up to, but
-/// without, `last`.
+/// Which samples of a line stand in one of its layers: `first` up to, but without, `last`.
 struct label_stretch {
-  float begin = 0; ///< of the layer, in metres of the grid
-  float scale = 1; ///< metres of the grid a metre of the layer
-  std::size_t first = 0;
-  std::size_t last = 0;
+    float begin = 0; ///< of the layer, in metres of the grid
+    float scale = 1; ///< metres of the grid a metre of the layer
+    std::size_t first = 0;
+    std::size_t last = 0;
 };
 
-/// Lays the layers of one line on a grid: visit(i, stretch) for layer i, from
-/// the face down.
+/// Lays the layers of one line on a grid: visit(i, stretch) for layer i, from the face down.
 ///
-/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last
-/// layer takes all that are left.
+/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
 template <class Visit>
-void for_each_stretch(view<const layer> layers, view<const medium> media,
-                      const label_axis &axis, std::uint32_t samples,
-                      float spacing, const Visit &visit) {
-  std::size_t next = 0;
-  float begin = 0;
-  for (std::size_t i = 0; i < layers.size(); ++i) {
-    const float scale = axis.scale(media[layers[i].medium]);
-    const float end = begin + scale * (layers[i].end - layers[i].begin);
-    const float before_end = clamped(std::ceil(end / spacing - 0.5F), 0,
-                                     static_cast<float>(samples));
-    const std::size_t last =
-        i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
-    visit(i, label_stretch{begin, scale, next, last});
-    next = last;
-    begin = end;
-  }
+void for_each_stretch(view<const layer> layers, view<const medium> media, const label_axis& axis, std::uint32_t samples,
+                      float spacing, const Visit& visit) {
+    std::size_t next = 0;
+    float begin = 0;
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const float scale = axis.scale(media[layers[i].medium]);
+        const float end = begin + scale * (layers[i].end - layers[i].begin);
+        const float before_end = clamped(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
+        const std::size_t last = i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
+        visit(i, label_stretch{begin, scale, next, last});
+        next = last;
+        begin = end;
+    }
 }
 
-/// Which object each sample lies in: its id, and `background_label` outside
-/// all.
+/// Which object each sample lies in: its id, and `background_label` outside all.
 ///
-///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm,
-///     .samples = 400}); bool in_bone = truth(line, sample) ==
-///     static_cast<label_id>(bone);
+///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
+///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
 ///
-/// Of nested and overlapping objects the one that gives the medium, as `scene`
-/// says. What the middle slice meets: beams are straight lines here, without
-/// thickness.
+/// Of nested and overlapping objects the one that gives the medium, as `scene` says. What the middle slice meets: beams
+/// are straight lines here, without thickness.
 /// @param at  probe to world: x lateral, y elevation, z depth
 /// @return `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd
-/// sizes
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
-label_lines label(const Policy &policy, const scene &body, const Probe &probe,
-                  const pose &at, const label_settings &settings) {
-  const label_axis axis{settings.grid};
-  const std::uint32_t samples =
-      check_acquisition(body, probe, at, axis,
-                        {.depth = settings.depth, .samples = settings.samples});
-  const float spacing = settings.depth / static_cast<float>(samples);
-  label_lines labels{probe.lines, samples, settings.depth};
-  const auto fill_line = [&](std::uint32_t line, std::uint32_t,
-                             const line_frame &, view<const layer> layers) {
-    label_id *const values = labels.values.data() + std::size_t{line} * samples;
-    for_each_stretch(layers, body.media(), axis, samples, spacing,
-                     [&](std::size_t i, const label_stretch &part) {
-                       std::fill(values + part.first, values + part.last,
-                                 layers[i].object);
-                     });
-  };
-  const elevation_planes middle{beam_of(probe, settings.depth), 1};
-  line_workspace found;
-  for_each_line(policy, search::best, body, probe, at, middle,
-                axis.reach(settings.depth, body.media()), found, fill_line);
-  return labels;
+label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                  const label_settings& settings) {
+    const label_axis axis{settings.grid};
+    const std::uint32_t samples =
+        check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
+    const float spacing = settings.depth / static_cast<float>(samples);
+    label_lines labels{probe.lines, samples, settings.depth};
+    const auto fill_line = [&](std::uint32_t line, std::uint32_t, const line_frame&, view<const layer> layers) {
+        label_id* const values = labels.values.data() + std::size_t{line} * samples;
+        for_each_stretch(layers, body.media(), axis, samples, spacing, [&](std::size_t i, const label_stretch& part) {
+            std::fill(values + part.first, values + part.last, layers[i].object);
+        });
+    };
+    const elevation_planes middle{beam_of(probe, settings.depth), 1};
+    line_workspace found;
+    for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::skip,
+                  found, fill_line);
+    return labels;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -7972,102 +8292,76 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What is true of every sample: maps of one grid.
 struct ground_truth_lines {
-  label_lines label{};   ///< id of the object that it lies in, as `label` gives
-                         ///< it; `background_label` outside all
-  label_lines medium{};  ///< index into `scene::media()`
-  label_lines surface{}; ///< id of the object whose surface lies in it;
-                         ///< `background_label` where none does
-  scan_lines incidence{};   ///< radians between the beam and the normal of that
-                            ///< surface; 0 where there is none
-  scan_lines transmitted{}; ///< amplitude that arrives there and comes back, 0
-                            ///< to 1: the map of shadows
-  scan_lines depth{};       ///< metres along the line, whatever the grid
+    label_lines label{};      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
+    label_lines medium{};     ///< index into `scene::media()`
+    label_lines surface{};    ///< id of the object whose surface lies in it; `background_label` where none does
+    scan_lines incidence{};   ///< radians between the beam and the normal of that surface; 0 where there is none
+    scan_lines transmitted{}; ///< amplitude that arrives there and comes back, 0 to 1: the map of shadows
+    scan_lines depth{};       ///< metres along the line, whatever the grid
 
-  friend bool operator==(const ground_truth_lines &,
-                         const ground_truth_lines &) = default;
+    friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };
 
 /// All that a learning pipeline may want to know of a frame, from one trace.
 ///
-///     transmitted = product of T over the interfaces above * 10^(-sum of 2
-///     alpha0 f^b d over the media above / 20)
+///     transmitted = product of T over the interfaces above * 10^(-sum of 2 alpha0 f^b d over the media above / 20)
 ///
-/// T = 1 - r^2 of `fresnel`, what an echo keeps when it crosses twice; alpha0
-/// in dB/m at 1 MHz, f the probe's frequency in MHz, d in metres. It is the
-/// amplitude with which `physical` weighs every echo; 1 is what the probe
-/// sends.
+/// T = 1 - r^2 of `fresnel`, what an echo keeps when it crosses twice; alpha0 in dB/m at 1 MHz, f the probe's frequency
+/// in MHz, d in metres. It is the amplitude with which `physical` weighs every echo; 1 is what the probe sends.
 ///
-/// A surface counts where the medium changes: water in water has none. Where
-/// two objects meet it is that of the object that gives the medium where both
-/// are. Of several in one sample the one nearest to the probe is reported.
+/// A surface counts where the medium changes: water in water has none. Where two objects meet it is that of the object
+/// that gives the medium where both are. Of several in one sample the one nearest to the probe is reported.
 /// @param at  probe to world: x lateral, y elevation, z depth
 /// @return maps of `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd
-/// sizes
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
-ground_truth_lines ground_truth(const Policy &policy, const scene &body,
-                                const Probe &probe, const pose &at,
-                                const label_settings &settings) {
-  const label_axis axis{settings.grid};
-  const std::uint32_t samples =
-      check_acquisition(body, probe, at, axis,
-                        {.depth = settings.depth, .samples = settings.samples});
-  const float spacing = settings.depth / static_cast<float>(samples);
-  const label_lines ids{probe.lines, samples, settings.depth};
-  const scan_lines numbers{probe.lines, samples, settings.depth};
-  ground_truth_lines truth{ids, ids, ids, numbers, numbers, numbers};
-  std::fill(truth.surface.values.begin(), truth.surface.values.end(),
-            background_label);
+ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                const label_settings& settings) {
+    const label_axis axis{settings.grid};
+    const std::uint32_t samples =
+        check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
+    const float spacing = settings.depth / static_cast<float>(samples);
+    const label_lines ids{probe.lines, samples, settings.depth};
+    const scan_lines numbers{probe.lines, samples, settings.depth};
+    ground_truth_lines truth{ids, ids, ids, numbers, numbers, numbers};
+    std::fill(truth.surface.values.begin(), truth.surface.values.end(), background_label);
 
-  const auto rank_of = [&](const layer &one) {
-    return one.place == 0 ? media_stack::none
-                          : body.objects()[one.place - 1].rank;
-  };
-  const auto trace_line = [&](std::uint32_t line, std::uint32_t,
-                              const line_frame &, view<const layer> layers) {
-    float lost = 0;   // dB, to attenuation
-    float passed = 1; // through interfaces
-    for_each_stretch(
-        layers, body.media(), axis, samples, spacing,
-        [&](std::size_t i, const label_stretch &part) {
-          const layer &here = layers[i];
-          const medium &m = body.media()[here.medium];
-          if (i > 0 && layers[i - 1].medium != here.medium) {
-            const layer &above = layers[i - 1];
-            passed *= fresnel{}.energy_transmission(body.media()[above.medium],
-                                                    m, here.cosine);
-            const auto k = static_cast<std::uint32_t>(
-                lesser(part.begin / spacing, static_cast<float>(samples)));
-            if (k < samples && truth.surface(line, k) == background_label) {
-              truth.surface(line, k) =
-                  rank_of(above) < rank_of(here) ? above.object : here.object;
-              // The tilts, because near normal incidence a cosine has no digits
-              // left.
-              truth.incidence(line, k) = std::atan(
-                  length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
+    const auto rank_of = [&](const layer& one) {
+        return one.place == 0 ? media_stack::none : body.objects()[one.place - 1].rank;
+    };
+    const auto trace_line = [&](std::uint32_t line, std::uint32_t, const line_frame&, view<const layer> layers) {
+        float lost = 0;   // dB, to attenuation
+        float passed = 1; // through interfaces
+        for_each_stretch(layers, body.media(), axis, samples, spacing, [&](std::size_t i, const label_stretch& part) {
+            const layer& here = layers[i];
+            const medium& m = body.media()[here.medium];
+            if (i > 0 && layers[i - 1].medium != here.medium) {
+                const layer& above = layers[i - 1];
+                passed *= fresnel{}.energy_transmission(body.media()[above.medium], m, here.cosine);
+                const auto k = static_cast<std::uint32_t>(lesser(part.begin / spacing, static_cast<float>(samples)));
+                if (k < samples && truth.surface(line, k) == background_label) {
+                    truth.surface(line, k) = rank_of(above) < rank_of(here) ? above.object : here.object;
+                    // The tilts, because near normal incidence a cosine has no digits left.
+                    truth.incidence(line, k) = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
+                }
             }
-          }
-          const float loss = echo_loss(m, probe.frequency);
-          for (auto k = static_cast<std::uint32_t>(part.first); k < part.last;
-               ++k) {
-            const float into =
-                ((static_cast<float>(k) + 0.5F) * spacing - part.begin) /
-                part.scale;
-            truth.label(line, k) = here.object;
-            truth.medium(line, k) = here.medium;
-            truth.transmitted(line, k) =
-                passed * std::pow(10.0F, -(lost + loss * into) / 20);
-            truth.depth(line, k) = here.begin + into;
-          }
-          lost += loss * (here.end - here.begin);
+            const float loss = echo_loss(m, probe.frequency);
+            for (auto k = static_cast<std::uint32_t>(part.first); k < part.last; ++k) {
+                const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
+                truth.label(line, k) = here.object;
+                truth.medium(line, k) = here.medium;
+                truth.transmitted(line, k) = passed * std::pow(10.0F, -(lost + loss * into) / 20);
+                truth.depth(line, k) = here.begin + into;
+            }
+            lost += loss * (here.end - here.begin);
         });
-  };
-  const elevation_planes middle{beam_of(probe, settings.depth), 1};
-  line_workspace found;
-  for_each_line(policy, search::best, body, probe, at, middle,
-                axis.reach(settings.depth, body.media()), found, trace_line);
-  return truth;
+    };
+    const elevation_planes middle{beam_of(probe, settings.depth), 1};
+    line_workspace found;
+    for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::find,
+                  found, trace_line);
+    return truth;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -8133,302 +8427,244 @@ class path_estimate {
 namespace insonify::inline INSONIFY_ABI {
 
 struct path_settings {
-  std::uint32_t bounces =
-      4; ///< reflections that a path may undergo before its last echo
-  float least_amplitude =
-      1e-5F; ///< a path that would bring back less of the sound is given up
-  float face_reflection = 0; ///< of the probe's face, as pressure amplitude,
-                             ///< for echoes that come back to it
-  std::uint32_t samples = 0; ///< random paths a line (Monte-Carlo); 0: every
-                             ///< path, split at each surface
-  float rough_power = 40; ///< random paths: normals of rough surfaces scatter
-                          ///< as cos^rough_power
-  std::uint64_t seed =
-      1; ///< of random paths; another seed is another frame of the same picture
+    std::uint32_t bounces = 4;     ///< reflections that a path may undergo before its last echo
+    float least_amplitude = 1e-5F; ///< a path that would bring back less of the sound is given up
+    float face_reflection = 0;     ///< of the probe's face, as pressure amplitude, for echoes that come back to it
+    std::uint32_t samples = 0;     ///< random paths a line (Monte-Carlo); 0: every path, split at each surface
+    float rough_power = 40;        ///< random paths: normals of rough surfaces scatter as cos^rough_power
+    std::uint64_t seed = 1;        ///< of random paths; another seed is another frame of the same picture
 };
 
 /// Follows one line through refraction and reflection.
 ///
-/// Sound goes out along a path and comes back along the same one (the only
-/// paths that all return to where they began), so each surface met on the way
-/// adds its echo, weakened by all that the path has met twice. A slab thus
-/// gives the ladder of its reverberations, a mirror the image behind it, and a
-/// tilted layer shifts what lies below.
-template <class Boundary, class Scattering> class path_tracer {
-public:
-  using model_type = physical<Boundary, Scattering>;
+/// Sound goes out along a path and comes back along the same one (the only paths that all return to where they began),
+/// so each surface met on the way adds its echo, weakened by all that the path has met twice. A slab thus gives the
+/// ladder of its reverberations, a mirror the image behind it, and a tilted layer shifts what lies below.
+template <class Boundary, class Scattering>
+class path_tracer {
+  public:
+    using model_type = physical<Boundary, Scattering>;
 
-  path_tracer(const scene &body, const model_type &model,
-              const path_settings &settings, float frequency, float pulse_sigma)
-      : body_{body}, model_{model}, settings_{settings} {
-    line_.media = body.media();
-    line_.places = body.places();
-    line_.frequency = frequency;
-    line_.pulse_sigma = pulse_sigma;
-    for (const medium &m : body.media())
-      fastest_ = greater(fastest_, m.sound_speed);
-  }
-
-  /// Adds the echoes of one line. @param random  numbers the line's random
-  /// paths: a different stream for each
-  void operator()(const line_frame &frame, const line_beam &beam,
-                  std::uint64_t random, float spacing, view<vec2> out) {
-    line_.beam = beam;
-    random_ = random;
-    face_ = frame;
-    const echo_line echoes{out, spacing, line_.frequency};
-    find_crossings(body_, {.origin = frame.origin, .direction = frame.along},
-                   reach(echoes, 0), found_);
-    waiting_.clear();
-    waiting_.push_back({.frame = frame, .inside = found_.inside});
-    while (!waiting_.empty()) {
-      branch next = std::move(waiting_.back());
-      waiting_.pop_back();
-      follow(std::move(next), echoes);
+    path_tracer(const scene& body, const model_type& model, const path_settings& settings, float frequency,
+                float pulse_sigma)
+        : body_{body}, model_{model}, settings_{settings} {
+        line_.media = body.media();
+        line_.places = body.places();
+        line_.frequency = frequency;
+        line_.pulse_sigma = pulse_sigma;
+        for (const medium& m : body.media()) fastest_ = greater(fastest_, m.sound_speed);
     }
-  }
 
-private:
-  // A path on its way: where its last piece began, along what, inside which
-  // objects.
-  struct branch {
-    line_frame frame{};
-    media_stack inside{};
-    echo_path path{};
-    std::uint32_t bounces = 0;
-  };
-
-  float reach(const echo_line &echoes, float shown) const {
-    return (echoes.depth() - shown) * fastest_ / display_speed;
-  }
-
-  layer layer_of(std::uint32_t rank, float begin, float end) const {
-    layer here{.begin = begin, .end = end};
-    if (rank == media_stack::none)
-      return here;
-    const object &one = body_.ranked(rank);
-    here.medium = one.medium_index;
-    here.object = static_cast<std::uint32_t>(one.id);
-    here.place = 1 + static_cast<std::uint32_t>(&one - body_.objects().data());
-    return here;
-  }
-
-  // Distance to the face of the probe for a path that comes back to it; FLT_MAX
-  // where it does not.
-  float to_face(const line_frame &at) const {
-    const float towards = -dot(at.along, face_.along);
-    if (settings_.face_reflection == 0 || !(towards > 0.5F))
-      return FLT_MAX;
-    return dot(at.origin - face_.origin, face_.along) / towards;
-  }
-
-  // Goes on to the next change of medium; there the path ends, and its
-  // reflected and transmitted parts begin.
-  void follow(branch now, const echo_line &echoes) {
-    const ray piece{.origin = now.frame.origin, .direction = now.frame.along};
-    const float face = to_face(now.frame);
-    const float limit = lesser(reach(echoes, now.path.shown), face);
-    find_crossings(body_, piece, limit, found_);
-    line_.frame = now.frame;
-    const std::vector<crossing> &crossings = found_.crossings;
-    std::size_t next = 0;
-    while (next < crossings.size() &&
-           crossings[next].distance <= touching_distance)
-      ++next; // where it began
-    std::uint32_t current = now.inside.top();
-    float begin = 0;
-    while (next < crossings.size()) {
-      const float place = crossings[next].distance;
-      const std::size_t first = next;
-      media_stack beyond = now.inside;
-      for (; next < crossings.size() &&
-             crossings[next].distance <= place + touching_distance;
-           ++next)
-        beyond.toggle(crossings[next].rank);
-      const std::uint32_t after = beyond.top();
-      layer above = layer_of(current, begin, place),
-            below = layer_of(after, place, place);
-      if (after == current) {
-        now.inside = beyond;
-        continue;
-      }
-      model_.add_layer(line_, above, now.path, echoes);
-      if (above.medium != below.medium) {
-        const crossing &surface =
-            surface_of_change(crossings, first, next, current, after);
-        return meet(now, beyond, above, below, surface, echoes);
-      }
-      now.inside = beyond;
-      current = after;
-      begin = place;
+    /// Adds the echoes of one line. @param random  numbers the line's random paths: a different stream for each
+    void operator()(const line_frame& frame, const line_beam& beam, std::uint64_t random, float spacing,
+                    view<vec2> out) {
+        line_.beam = beam;
+        random_ = random;
+        face_ = frame;
+        const echo_line echoes{out, spacing, line_.frequency};
+        find_crossings(body_, {.origin = frame.origin, .direction = frame.along}, reach(echoes, 0), found_);
+        waiting_.clear();
+        waiting_.push_back({.frame = frame, .inside = found_.inside});
+        while (!waiting_.empty()) {
+            branch next = std::move(waiting_.back());
+            waiting_.pop_back();
+            follow(std::move(next), echoes);
+        }
     }
-    model_.add_layer(line_, layer_of(current, begin, limit), now.path, echoes);
-    if (face < FLT_MAX && limit == face)
-      return_to_face(now, face, echoes);
-  }
 
-  const crossing &surface_of_change(const std::vector<crossing> &crossings,
-                                    std::size_t first, std::size_t end,
-                                    std::uint32_t before,
-                                    std::uint32_t after) const {
-    std::size_t i = first;
-    while (i + 1 < end && crossings[i].rank != after &&
-           crossings[i].rank != before)
-      ++i;
-    return crossings[i];
-  }
+  private:
+    // A path on its way: where its last piece began, along what, inside which objects.
+    struct branch {
+        line_frame frame{};
+        media_stack inside{};
+        echo_path path{};
+        std::uint32_t bounces = 0;
+    };
 
-  void meet(const branch &now, const media_stack &beyond, const layer &above,
-            layer &below, const crossing &at, const echo_line &echoes) {
-    const object &one = body_.ranked(at.rank);
-    const surface_incidence smooth = incidence_on(one, at.primitive, now.frame);
-    vec3 normal = one.at.direction(
-        normalize(area_vector(mesh_view{one.surface}[at.primitive])));
-    const medium &before = line_.media[above.medium],
-                 &after = line_.media[below.medium];
-    if (settings_.samples > 0 && rms_height(before, after) > 0)
-      normal =
-          perturbed_normal(dot(normal, now.frame.along) > 0 ? -normal : normal,
-                           settings_.rough_power, uniform_pair());
-    below.cosine = smooth.cosine;
-    below.tilt = smooth.tilt;
-    const response met =
-        model_.add_interface(line_, above, below, now.path, echoes);
-    const vec3 point = now.frame.origin + below.begin * now.frame.along;
-    // There and back. A rough surface mirrors only its coherent part; random
-    // paths have its facets instead.
-    const bool random = settings_.samples > 0;
-    const float mirrored =
-        random ? 1.0F
-               : coherent_amplitude(
-                     {before, after, smooth.cosine, line_.frequency});
-    const float back = met.reflected * met.reflected * mirrored * mirrored;
-
-    branch on = now, off = now;
-    on.inside = beyond;
-    const bool bends = model_.timing == timing::sound_speed;
-    on.frame = turned(now.frame, point,
-                      bends ? refracted(now.frame.along, normal, before, after)
-                            : now.frame.along);
-    on.path.passed *= met.transmitted;
-    off.frame =
-        turned(now.frame, point,
-               now.frame.along - 2 * dot(now.frame.along, normal) * normal);
-    off.path.passed *= back;
-    ++off.bounces;
-    if (random) { // one of the two, with the probability of its share: its
-                  // weight stays
-      const float share = back + met.transmitted;
-      if (!(share > 0))
-        return;
-      const bool reflects = uniform() * share < back;
-      (reflects ? off : on).path.passed = now.path.passed * share;
-      return push(std::move(reflects ? off : on));
+    float reach(const echo_line& echoes, float shown) const {
+        return (echoes.depth() - shown) * fastest_ / display_speed;
     }
-    push(std::move(on));
-    push(std::move(off));
-  }
 
-  void return_to_face(branch now, float distance, const echo_line &echoes) {
-    echoes.add(now.path.shown, {now.path.passed * settings_.face_reflection *
-                                    std::pow(10.0F, -now.path.lost_db / 20),
-                                0});
-    const vec3 point = now.frame.origin + distance * now.frame.along;
-    now.frame = turned(now.frame, point,
-                       now.frame.along -
-                           2 * dot(now.frame.along, face_.along) * face_.along);
-    now.path.passed *= settings_.face_reflection * settings_.face_reflection;
-    ++now.bounces;
-    push(std::move(now));
-  }
+    layer layer_of(std::uint32_t rank, float begin, float end) const {
+        layer here{.begin = begin, .end = end};
+        if (rank == media_stack::none) return here;
+        const object& one = body_.ranked(rank);
+        here.medium = one.medium_index;
+        here.object = static_cast<std::uint32_t>(one.id);
+        here.place = 1 + static_cast<std::uint32_t>(&one - body_.objects().data());
+        return here;
+    }
 
-  void push(branch &&next) {
-    const float amplitude =
-        next.path.passed * std::pow(10.0F, -next.path.lost_db / 20);
-    if (next.frame.along == vec3{0, 0, 0} ||
-        !(amplitude >= settings_.least_amplitude))
-      return;
-    if (next.bounces <= settings_.bounces)
-      waiting_.push_back(std::move(next));
-  }
+    // Distance to the face of the probe for a path that comes back to it; FLT_MAX where it does not.
+    float to_face(const line_frame& at) const {
+        const float towards = -dot(at.along, face_.along);
+        if (settings_.face_reflection == 0 || !(towards > 0.5F)) return FLT_MAX;
+        return dot(at.origin - face_.origin, face_.along) / towards;
+    }
 
-  static line_frame turned(const line_frame &before, vec3 point, vec3 along) {
-    const vec3 elevation =
-        before.elevation - dot(before.elevation, along) * along;
-    const float size = length(elevation);
-    return {point, along, size > 1e-3F ? elevation / size : before.elevation};
-  }
+    // Goes on to the next change of medium; there the path ends, and its reflected and transmitted parts begin.
+    void follow(branch now, const echo_line& echoes) {
+        const ray piece{.origin = now.frame.origin, .direction = now.frame.along};
+        const float face = to_face(now.frame);
+        const float limit = lesser(reach(echoes, now.path.shown), face);
+        find_crossings(body_, piece, limit, found_);
+        line_.frame = now.frame;
+        const std::vector<crossing>& crossings = found_.crossings;
+        std::size_t next = 0;
+        while (next < crossings.size() && crossings[next].distance <= touching_distance) ++next; // where it began
+        std::uint32_t current = now.inside.top();
+        float begin = 0;
+        while (next < crossings.size()) {
+            const float place = crossings[next].distance;
+            const std::size_t first = next;
+            media_stack beyond = now.inside;
+            for (; next < crossings.size() && crossings[next].distance <= place + touching_distance; ++next)
+                beyond.toggle(crossings[next].rank);
+            const std::uint32_t after = beyond.top();
+            layer above = layer_of(current, begin, place), below = layer_of(after, place, place);
+            if (after == current) {
+                now.inside = beyond;
+                continue;
+            }
+            model_.add_layer(line_, above, now.path, echoes);
+            if (above.medium != below.medium) {
+                const crossing& surface = surface_of_change(crossings, first, next, current, after);
+                return meet(now, beyond, above, below, surface, echoes);
+            }
+            now.inside = beyond;
+            current = after;
+            begin = place;
+        }
+        model_.add_layer(line_, layer_of(current, begin, limit), now.path, echoes);
+        if (face < FLT_MAX && limit == face) return_to_face(now, face, echoes);
+    }
 
-  float uniform() { return hash_uniform(settings_.seed, random_++); }
-  vec2 uniform_pair() {
-    const float first = uniform();
-    return {first, uniform()};
-  }
+    const crossing& surface_of_change(const std::vector<crossing>& crossings, std::size_t first, std::size_t end,
+                                      std::uint32_t before, std::uint32_t after) const {
+        std::size_t i = first;
+        while (i + 1 < end && crossings[i].rank != after && crossings[i].rank != before) ++i;
+        return crossings[i];
+    }
 
-  const scene &body_;
-  const model_type &model_;
-  const path_settings &settings_;
-  traced_line line_{};
-  line_frame face_{};
-  float fastest_ = display_speed;
-  std::uint64_t random_ = 0;
-  line_crossings found_{};
-  std::vector<branch> waiting_{};
+    void meet(const branch& now, const media_stack& beyond, const layer& above, layer& below, const crossing& at,
+              const echo_line& echoes) {
+        const object& one = body_.ranked(at.rank);
+        const surface_incidence smooth = incidence_on(one, at.primitive, now.frame);
+        vec3 normal = one.at.direction(normalize(area_vector(mesh_view{one.surface}[at.primitive])));
+        const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
+        if (settings_.samples > 0 && rms_height(before, after) > 0)
+            normal = perturbed_normal(dot(normal, now.frame.along) > 0 ? -normal : normal, settings_.rough_power,
+                                      uniform_pair());
+        below.cosine = smooth.cosine;
+        below.tilt = smooth.tilt;
+        const response met = model_.add_interface(line_, above, below, now.path, echoes);
+        const vec3 point = now.frame.origin + below.begin * now.frame.along;
+        // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
+        const bool random = settings_.samples > 0;
+        const float mirrored = random ? 1.0F : coherent_amplitude({before, after, smooth.cosine, line_.frequency});
+        const float back = met.reflected * met.reflected * mirrored * mirrored;
+
+        branch on = now, off = now;
+        on.inside = beyond;
+        const bool bends = model_.timing == timing::sound_speed;
+        on.frame =
+            turned(now.frame, point, bends ? refracted(now.frame.along, normal, before, after) : now.frame.along);
+        on.path.passed *= met.transmitted;
+        off.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, normal) * normal);
+        off.path.passed *= back;
+        ++off.bounces;
+        if (random) { // one of the two, with the probability of its share: its weight stays
+            const float share = back + met.transmitted;
+            if (!(share > 0)) return;
+            const bool reflects = uniform() * share < back;
+            (reflects ? off : on).path.passed = now.path.passed * share;
+            return push(std::move(reflects ? off : on));
+        }
+        push(std::move(on));
+        push(std::move(off));
+    }
+
+    void return_to_face(branch now, float distance, const echo_line& echoes) {
+        echoes.add(now.path.shown,
+                   {now.path.passed * settings_.face_reflection * std::pow(10.0F, -now.path.lost_db / 20), 0});
+        const vec3 point = now.frame.origin + distance * now.frame.along;
+        now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
+        now.path.passed *= settings_.face_reflection * settings_.face_reflection;
+        ++now.bounces;
+        push(std::move(now));
+    }
+
+    void push(branch&& next) {
+        const float amplitude = next.path.passed * std::pow(10.0F, -next.path.lost_db / 20);
+        if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.least_amplitude)) return;
+        if (next.bounces <= settings_.bounces) waiting_.push_back(std::move(next));
+    }
+
+    static line_frame turned(const line_frame& before, vec3 point, vec3 along) {
+        const vec3 elevation = before.elevation - dot(before.elevation, along) * along;
+        const float size = length(elevation);
+        return {point, along, size > 1e-3F ? elevation / size : before.elevation};
+    }
+
+    float uniform() { return hash_uniform(settings_.seed, random_++); }
+    vec2 uniform_pair() {
+        const float first = uniform();
+        return {first, uniform()};
+    }
+
+    const scene& body_;
+    const model_type& model_;
+    const path_settings& settings_;
+    traced_line line_{};
+    line_frame face_{};
+    float fastest_ = display_speed;
+    std::uint64_t random_ = 0;
+    line_crossings found_{};
+    std::vector<branch> waiting_{};
 };
 
-/// Echoes with refraction, multiple reflections, mirror images and
-/// reverberation; else as `trace_beams`, and equal to it where nothing bends
-/// and nothing is reflected twice.
+/// Echoes with refraction, multiple reflections, mirror images and reverberation; else as `trace_beams`, and equal to it
+/// where nothing bends and nothing is reflected twice.
 ///
-/// With `settings.samples` the paths are chosen at random and averaged; another
-/// seed gives an independent estimate of the same lines (see `path_estimate`).
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, class Boundary,
-          class Scattering>
-iq_lines
-trace_paths(const Policy &policy, const scene &body, const Probe &probe,
-            const pose &at, const physical<Boundary, Scattering> &model,
-            const acquisition &scan, const path_settings &settings = {}) {
-  const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
-  body.require_trees();
-  if (!(settings.least_amplitude > 0) ||
-      !(std::fabs(settings.face_reflection) <= 1) ||
-      !(settings.rough_power > 0))
-    throw usage_error{"trace_paths: `least_amplitude` and `rough_power` must "
-                      "be above 0, `face_reflection` within 1"};
-  const elevation_planes planes{beam_of(probe, scan.depth), scan.planes};
-  const beam_table beams =
-      make_beam_table(policy, probe, scan.depth, planes, model);
-  iq_lines lines{probe.lines, samples, scan.depth};
-  const float spacing = scan.depth / static_cast<float>(samples);
-  const std::vector<float> weights =
-      planes.weights_of_samples(samples, spacing);
-  const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-  const std::uint32_t times = std::max(1U, settings.samples);
-  const vec3 elevation = at.direction({0, 1, 0});
-  exec::for_each_block(
-      policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
-        path_tracer<Boundary, Scattering> tracer{body, model, settings,
-                                                 probe.frequency, pulse_sigma};
+/// With `settings.samples` the paths are chosen at random and averaged; another seed gives an independent estimate of
+/// the same lines (see `path_estimate`).
+/// @throws usage_error, geometry_error  as `trace_beams`
+template <exec::policy Policy, transducer Probe, class Boundary, class Scattering>
+iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                     const physical<Boundary, Scattering>& model, const acquisition& scan,
+                     const path_settings& settings = {}) {
+    const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
+    body.require_trees();
+    if (!(settings.least_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
+        throw usage_error{
+            "trace_paths: `least_amplitude` and `rough_power` must be above 0, `face_reflection` within 1"};
+    const elevation_planes planes{beam_of(probe, scan.depth), scan.planes};
+    const beam_table beams = make_beam_table(policy, probe, scan.depth, planes, model);
+    iq_lines lines{probe.lines, samples, scan.depth};
+    const float spacing = scan.depth / static_cast<float>(samples);
+    std::vector<float> weights;
+    planes.weights_of_samples(samples, spacing, weights);
+    const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+    const std::uint32_t times = std::max(1U, settings.samples);
+    const vec3 elevation = at.direction({0, 1, 0});
+    exec::for_each_block(policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
+        path_tracer<Boundary, Scattering> tracer{body, model, settings, probe.frequency, pulse_sigma};
         std::vector<vec2> slice(samples);
         for (std::size_t i = begin; i < end; ++i)
-          for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
-            const ray beam = world_beam(probe, at, static_cast<float>(i));
-            const line_frame frame{beam.origin +
-                                       planes.offset(plane) * elevation,
-                                   beam.direction, elevation};
-            std::fill(slice.begin(), slice.end(), vec2{0, 0});
-            for (std::uint64_t sample = 0; sample < times; ++sample)
-              tracer(frame, beams.of_line(static_cast<std::uint32_t>(i)),
-                     hash_bits(i * planes.count() + plane, sample), spacing,
-                     slice);
-            const float *weight = weights.data() + std::size_t{plane} * samples;
-            const float share = 1 / static_cast<float>(times);
-            for (std::uint32_t k = 0; k < samples; ++k)
-              lines.values[i * samples + k] += share * weight[k] * slice[k];
-          }
-      });
-  return lines;
+            for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
+                const ray beam = world_beam(probe, at, static_cast<float>(i));
+                const line_frame frame{beam.origin + planes.offset(plane) * elevation, beam.direction, elevation};
+                std::fill(slice.begin(), slice.end(), vec2{0, 0});
+                for (std::uint64_t sample = 0; sample < times; ++sample)
+                    tracer(frame, beams.of_line(static_cast<std::uint32_t>(i)),
+                           hash_bits(i * planes.count() + plane, sample), spacing, slice);
+                const float* weight = weights.data() + std::size_t{plane} * samples;
+                const float share = 1 / static_cast<float>(times);
+                for (std::uint32_t k = 0; k < samples; ++k)
+                    lines.values[i * samples + k] += share * weight[k] * slice[k];
+            }
+    });
+    return lines;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -8456,7 +8692,7 @@ concept camera = requires(const Camera& c, vec2 pixel) {
 };
 
 /// @throws usage_error  for a picture without pixels or of more than 2^28, or a pose that is not rigid
-inline void check_camera(uvec2 size, const pose& at) {
+INSONIFY_LAZY void check_camera(uvec2 size, const pose& at) {
     const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
     if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
         throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};
@@ -8504,134 +8740,105 @@ struct perspective_camera {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The paper's two secondary rays of one point on the slice: r2 towards the
-/// transducer, for what reaches the point, and r3 away from it, for an
-/// interface within reach.
+/// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
+/// r3 away from it, for an interface within reach.
 ///
-/// `line` is the beam through the point, which lies `depth` along it. The
-/// crossings are given in depths along the beam.
-inline void find_pixel_crossings(const scene &body, const ray &line,
-                                 float depth, float reflection_length,
-                                 line_crossings &found) {
-  found.crossings.clear();
-  found.inside.clear(body.objects().size());
-  const vec3 point = line.at(depth);
-  const float beyond = depth + reflection_length;
-  for (const object &one : body.objects()) {
-    const bool around = one.box.contains(line.origin);
-    if (!around && !may_touch(one.box, line, beyond))
-      continue;
-    const ray r2 = one.local({.origin = point,
-                              .direction = -line.direction,
-                              .max_distance = around ? FLT_MAX : depth});
-    one.tree_view().for_each_hit(r2, [&](const hit &at) {
-      if (at.distance <= depth)
-        found.crossings.push_back(
-            {depth - at.distance, one.rank, at.primitive});
-      else
-        found.inside.toggle(one.rank);
-    });
-    const ray r3 = one.local({.origin = point,
-                              .direction = line.direction,
-                              .max_distance = reflection_length});
-    one.tree_view().for_each_hit(r3, [&](const hit &at) {
-      found.crossings.push_back({depth + at.distance, one.rank, at.primitive});
-    });
-  }
-  std::sort(found.crossings.begin(), found.crossings.end());
+/// `line` is the beam through the point, which lies `depth` along it. The crossings are given in depths along the beam.
+INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, float depth, float reflection_length,
+                                 line_crossings& found) {
+    found.crossings.clear();
+    found.inside.clear(body.objects().size());
+    const vec3 point = line.at(depth);
+    const float beyond = depth + reflection_length;
+    for (const object& one : body.objects()) {
+        const bool around = one.box.contains(line.origin);
+        if (!around && !may_touch(one.box, line, beyond)) continue;
+        const ray r2 =
+            one.local({.origin = point, .direction = -line.direction, .max_distance = around ? FLT_MAX : depth});
+        one.tree_view().for_each_hit(r2, [&](const hit& at) {
+            if (at.distance <= depth)
+                found.crossings.push_back({depth - at.distance, one.rank, at.primitive});
+            else
+                found.inside.toggle(one.rank);
+        });
+        const ray r3 = one.local({.origin = point, .direction = line.direction, .max_distance = reflection_length});
+        one.tree_view().for_each_hit(r3, [&](const hit& at) {
+            found.crossings.push_back({depth + at.distance, one.rank, at.primitive});
+        });
+    }
+    std::sort(found.crossings.begin(), found.crossings.end());
 }
 
-/// Traces points of the slice one by one, as the paper does: much work twice,
-/// kept as the reference for `trace_beams`.
+/// Traces points of the slice one by one, as the paper does: much work twice, kept as the reference for `trace_beams`.
 class pixel_tracer {
-public:
-  pixel_tracer(const scene &body, const law2011 &model, float frequency)
-      : body_{body}, model_{model}, frequency_{frequency} {}
+  public:
+    pixel_tracer(const scene& body, const law2011& model, float frequency)
+        : body_{body}, model_{model}, frequency_{frequency} {}
 
-  /// Intensity at `depth` metres along a beam in the world.
-  float operator()(const ray &line, float depth) {
-    find_pixel_crossings(body_, line, depth, model_.reflection_length, found_);
-    stack_layers(body_, {.origin = line.origin, .along = line.direction},
-                 depth + model_.reflection_length, found_, layers_);
-    return model_.at({layers_, body_.media(), frequency_}, depth);
-  }
+    /// Intensity at `depth` metres along a beam in the world.
+    float operator()(const ray& line, float depth) {
+        find_pixel_crossings(body_, line, depth, model_.reflection_length, found_);
+        stack_layers(body_, {.origin = line.origin, .along = line.direction}, depth + model_.reflection_length, found_,
+                     layers_, angles::skip);
+        return model_.at({layers_, body_.media(), frequency_}, depth);
+    }
 
-private:
-  const scene &body_;
-  const law2011 &model_;
-  float frequency_;
-  line_crossings found_{};
-  std::vector<layer> layers_{};
+  private:
+    const scene& body_;
+    const law2011& model_;
+    float frequency_;
+    line_crossings found_{};
+    std::vector<layer> layers_{};
 };
 
-/// The paper's algorithm to the letter, on the probe's own grid: the same
-/// values as `trace_beams`, within rounding.
-/// @throws usage_error, geometry_error  as `trace`
+/// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace_beams`, within rounding.
+/// @throws usage_error, geometry_error  as `trace_beams`
 template <exec::policy Policy, transducer Probe>
-scan_lines trace_pixels(const Policy &policy, const scene &body,
-                        const Probe &probe, const pose &at,
-                        const law2011 &model, const acquisition &settings) {
-  const std::uint32_t samples =
-      check_acquisition(body, probe, at, model, settings);
-  body.require_trees();
-  scan_lines lines{probe.lines, samples, settings.depth};
-  const float spacing = settings.depth / static_cast<float>(samples);
-  exec::for_each_block(
-      policy, lines.values.size(), 1024,
-      [&](std::size_t begin, std::size_t end) {
+scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                        const law2011& model, const acquisition& settings) {
+    const std::uint32_t samples = check_acquisition(body, probe, at, model, settings);
+    body.require_trees();
+    scan_lines lines{probe.lines, samples, settings.depth};
+    const float spacing = settings.depth / static_cast<float>(samples);
+    exec::for_each_block(policy, lines.values.size(), 1024, [&](std::size_t begin, std::size_t end) {
         pixel_tracer tracer{body, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {
-          const ray line =
-              world_beam(probe, at, static_cast<float>(i / samples));
-          lines.values[i] =
-              tracer(line, (static_cast<float>(i % samples) + 0.5F) * spacing);
+            const ray line = world_beam(probe, at, static_cast<float>(i / samples));
+            lines.values[i] = tracer(line, (static_cast<float>(i % samples) + 0.5F) * spacing);
         }
-      });
-  return lines;
+    });
+    return lines;
 }
 
-/// The same as a camera sees the slice: r1 from the camera to the slice finds
-/// the point of each pixel.
+/// The same as a camera sees the slice: r1 from the camera to the slice finds the point of each pixel.
 ///
 /// @param seen_by  an `orthographic_camera` or a `perspective_camera`
-/// @return a picture of the camera's size; black where r1 meets no point
-/// between the face and `settings.depth`
-/// @tparam Image    a picture, complete where this is called: include
-/// image/image.hpp
+/// @return a picture of the camera's size; black where r1 meets no point between the face and `settings.depth`
+/// @tparam Image    a picture, complete where this is called: include image/image.hpp
 /// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, camera Camera,
-          class Image = image>
-Image trace_pixels(const Policy &policy, const scene &body, const Probe &probe,
-                   const pose &at, const law2011 &model,
-                   const acquisition &settings, const Camera &seen_by) {
-  check_acquisition(body, probe, at, model, settings);
-  body.require_trees();
-  seen_by.check();
-  Image picture{seen_by.size};
-  exec::for_each_block(
-      policy, picture.pixels.size(), 1024,
-      [&](std::size_t begin, std::size_t end) {
+template <exec::policy Policy, transducer Probe, camera Camera, class Image = image>
+Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const law2011& model,
+                   const acquisition& settings, const Camera& seen_by) {
+    check_acquisition(body, probe, at, model, settings);
+    body.require_trees();
+    seen_by.check();
+    Image picture{seen_by.size};
+    exec::for_each_block(policy, picture.pixels.size(), 1024, [&](std::size_t begin, std::size_t end) {
         pixel_tracer tracer{body, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {
-          const ray r1 =
-              seen_by.through({static_cast<float>(i % picture.size.x) + 0.5F,
-                               static_cast<float>(i / picture.size.x) + 0.5F});
-          const vec3 from = at.local_point(r1.origin),
-                     along = at.local_direction(r1.direction);
-          const float distance = -from.y / along.y; // to the slice plane y = 0
-          if (!(distance >= 0) || !is_finite(distance))
-            continue;
-          const vec3 point = from + distance * along;
-          const vec2 place = probe.locate({point.x, point.z});
-          if (!(place.x >= -0.5F &&
-                place.x <= static_cast<float>(probe.lines) - 0.5F))
-            continue;
-          if (!(place.y >= 0 && place.y <= settings.depth))
-            continue;
-          picture.pixels[i] = tracer(world_beam(probe, at, place.x), place.y);
+            const ray r1 = seen_by.through(
+                {static_cast<float>(i % picture.size.x) + 0.5F, static_cast<float>(i / picture.size.x) + 0.5F});
+            const vec3 from = at.local_point(r1.origin), along = at.local_direction(r1.direction);
+            const float distance = -from.y / along.y; // to the slice plane y = 0
+            if (!(distance >= 0) || !is_finite(distance)) continue;
+            const vec3 point = from + distance * along;
+            const vec2 place = probe.locate({point.x, point.z});
+            if (!(place.x >= -0.5F && place.x <= static_cast<float>(probe.lines) - 0.5F)) continue;
+            if (!(place.y >= 0 && place.y <= settings.depth)) continue;
+            picture.pixels[i] = tracer(world_beam(probe, at, place.x), place.y);
         }
-      });
-  return picture;
+    });
+    return picture;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -34,8 +34,8 @@ TEST_CASE("gaussian_numbers have power 1, mean 0 and independent parts, alike on
     for (const double zero : {m.real, m.imaginary, m.product}) CHECK(std::fabs(zero) < 0.005);
     float one = 0, many[simd_width];
     for (std::uint32_t i = 0; i < 100; ++i) {
-        store(gaussian_numbers{}.operator()<1>(bit_lanes<1>(i), 1, 0).real, &one);
-        store(gaussian_numbers{}.operator()<simd_width>(bit_lanes<simd_width>(i), 1, 0).real, many);
+        store(gaussian_numbers{}.operator()<1>(steps_of_bits<1>(i, 0), 1, 0).real, &one);
+        store(gaussian_numbers{}.operator()<simd_width>(steps_of_bits<simd_width>(i, 0), 1, 0).real, many);
         CHECK(one == many[simd_width - 1]);
     }
 }

@@ -1,6 +1,7 @@
 #include <insonify/execution/simd_math.hpp>
 #include <algorithm>
 #include <doctest/doctest.h>
+#include <limits>
 
 using namespace insonify;
 
@@ -24,4 +25,32 @@ TEST_CASE("powers of two are right to 2e-7, whole ones exact, and clamped where 
     x[0] = -1000;
     store(power_of_two<n>(load<n>(x)), result);
     CHECK(result[0] == std::ldexp(1.0F, -126));
+}
+
+TEST_CASE("logarithms are right to 3e-7, those of powers of two exact, and clamped where floats end") {
+    constexpr int n = simd_width;
+    float x[n] = {}, result[n];
+    const auto logarithm = [&](float value) {
+        for (float& lane : x) lane = value;
+        store(logarithm_of_two<n>(load<n>(x)), result);
+        return result[n - 1];
+    };
+    double worst = 0;
+    for (double exponent = -126; exponent < 128; exponent += 0.00173) {
+        const auto value = static_cast<float>(std::exp2(exponent));
+        const double expected = std::log2(static_cast<double>(value));
+        const double error = std::fabs(static_cast<double>(logarithm(value)) - expected);
+        worst = std::max(worst, error / std::max(1.0, std::fabs(expected)));
+    }
+    for (double near_one = 0.5; near_one < 2; near_one += 1.7e-5) {
+        const auto value = static_cast<float>(near_one);
+        worst =
+            std::max(worst, std::fabs(static_cast<double>(logarithm(value)) - std::log2(static_cast<double>(value))));
+    }
+    MESSAGE("worst error ", worst);
+    CHECK(worst < 3e-7);
+    for (int exponent = -126; exponent < 128; ++exponent)
+        CHECK(logarithm(std::ldexp(1.0F, exponent)) == static_cast<float>(exponent));
+    for (const float small : {0.0F, -1.0F, 1e-40F}) CHECK(logarithm(small) == -126);
+    CHECK(logarithm(std::numeric_limits<float>::infinity()) == 128);
 }

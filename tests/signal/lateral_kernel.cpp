@@ -85,22 +85,28 @@ TEST_CASE("lateral_kernel: weights are Gaussian in metres and sum to 1 over the 
 TEST_CASE("lateral_kernel: weights are linear in depth between the middles of two steps") {
     const phased_array probe{.lines = 64, .frequency = 2.5_MHz};
     const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = 60_mm, .samples = 1203});
-    std::vector<float> half;
     for (const std::uint32_t sample : {0U, 3U, 4U, 500U, 1199U, 1202U}) {
         const double place = std::min(std::max((sample + 0.5) / 8 - 0.5, 0.0), 150.0); // of 151 steps
         const auto step = static_cast<std::uint32_t>(place);
         const lateral_weights above = kernel.at(8 * step), below = kernel.at(std::min(8 * step + 8, 1200U));
-        const lateral_weights between = kernel.between(sample, half);
-        CHECK(between.reach() == std::max(above.reach(), below.reach()));
-        double sum = static_cast<double>(half[0]);
-        for (std::size_t i = 0; i < half.size(); ++i) {
-            const double upper = i < above.half.size() ? static_cast<double>(above.half[i]) : 0;
-            const double lower = i < below.half.size() ? static_cast<double>(below.half[i]) : 0;
-            CHECK(half[i] == doctest::Approx(upper + (place - step) * (lower - upper)).epsilon(1e-4));
-            if (i > 0) sum += 2 * static_cast<double>(half[i]);
-        }
-        CHECK(sum == doctest::Approx(1).epsilon(1e-5));
+        const lateral_kernel::blend blend = kernel.blend_at(sample);
+        CHECK(blend.above.first == above.half.first);
+        CHECK(blend.above.size() == above.half.size());
+        CHECK(blend.below.first == below.half.first);
+        CHECK(blend.below.size() == below.half.size());
+        CHECK(blend.share == doctest::Approx(place - step).epsilon(1e-4));
     }
+}
+
+TEST_CASE("lateral_kernel: one made in the memory of another is the same as a new one") {
+    const acquisition scan{.depth = 60_mm, .samples = 1203};
+    const lateral_kernel anew = make_lateral_kernel(phased_array{.lines = 64}, scan);
+    const lateral_kernel again =
+        make_lateral_kernel(phased_array{.lines = 64}, scan,
+                            make_lateral_kernel(linear_array{.lines = 200}, {.depth = 30_mm, .samples = 50}));
+    CHECK(again.weights == anew.weights);
+    CHECK(again.entries.size() == anew.entries.size());
+    CHECK(again.lines == 64);
 }
 
 TEST_CASE("lateral_kernel: a line alone keeps all of its own") {

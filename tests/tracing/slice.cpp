@@ -275,6 +275,7 @@ TEST_CASE("what lies in a slice, or is open, empty or not finite, does not distu
 TEST_CASE("slices, beams and pixels make the same samples") {
     using namespace slice_test;
     const acquisition scan{.depth = 60_mm, .samples = 500};
+    std::size_t samples = 0, different = 0; // beside an interface, or on a line through an edge
     for (std::uint64_t seed = 90; seed < 96; ++seed) {
         const scene body = random_scene(seed, trees::follow);
         const pose at = look_at(8_mm * random_point(seed, 7), {0, 0, 30_mm}, random_point(seed, 8));
@@ -282,13 +283,14 @@ TEST_CASE("slices, beams and pixels make the same samples") {
             const scan_lines slices = trace_slice(exec::par_unseq, body, probe, at, law2011{}, scan);
             const scan_lines beams = trace_beams(exec::par_unseq, body, probe, at, law2011{}, scan);
             const scan_lines pixels = trace_pixels(exec::par, body, probe, at, law2011{}, scan);
-            std::size_t different = 0; // beside an interface
             for (std::size_t i = 0; i < slices.values.size(); ++i)
                 for (const float other : {beams.values[i], pixels.values[i]})
                     different += std::fabs(slices.values[i] - other) > 1e-5F * std::fabs(other);
-            CHECK(different * 2000 < slices.values.size());
+            samples += slices.values.size();
         });
     }
+    MESSAGE(samples, " samples, ", different, " differ");
+    CHECK(different * 5000 < samples);
 }
 
 TEST_CASE("slices are bit-equal on any number of threads, with trees and without, in any number of planes") {

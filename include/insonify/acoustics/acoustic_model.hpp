@@ -22,6 +22,10 @@ namespace insonify::inline INSONIFY_ABI {
 /// that lie so many metres apart and differ in direction by so many radians, 1 to 0:
 ///
 ///     float covariance(float apart, float turned) const;
+///
+/// One that takes all incidence as normal may say so; then the angles of its layers (`cosine`, `tilt`) are not looked up:
+///
+///     static constexpr bool normal_incidence = true;
 template <class Model>
 concept acoustic_model = requires(const Model& model, const traced_line& line, view<typename Model::sample_type> out) {
     { model.samples(0.1F, 5e6F) } -> std::convertible_to<std::uint32_t>;
@@ -35,6 +39,15 @@ float reach_of(const Model& model, float depth, view<const medium> media) {
         return model.reach(depth, media);
     else
         return depth;
+}
+
+/// Whether a model says that it takes all incidence as normal.
+template <acoustic_model Model>
+constexpr bool takes_normal_incidence() {
+    if constexpr (requires { Model::normal_incidence; })
+        return Model::normal_incidence;
+    else
+        return false;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

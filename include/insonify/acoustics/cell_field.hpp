@@ -69,6 +69,8 @@ struct cell_field {
         return sum / std::sqrt((1 - share) * (1 - share) + share * share);
     }
 
+    friend bool operator==(const cell_field&, const cell_field&) = default;
+
   private:
     // A straight piece of a line at rest: where it begins, and metres there for a metre of the line.
     struct rest_line {
@@ -94,32 +96,42 @@ struct cell_field {
             using floats = lanes<N>;
             using bits = bit_lanes<N>;
             constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
-            const bits own = bits(key) + steps_of_bits<N>(first_slot * 0x9E3779B9U, 0x9E3779B9U);
+            const bits own = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
             const bits chance = mix_lanes<N>(own);
             const floats one(1.0F), to_share(0x1p-16F);
             const floats x =
-                floats(across.x) + past * floats(across_per_slot.x) + floats_of<N>(chance & bits(0xFFFFU)) * to_share;
+                floats(across.x) + past * floats(across_per_slot.x) + floats_of<N>(chance & 0xFFFFU) * to_share;
             const floats y =
                 floats(across.y) + past * floats(across_per_slot.y) + floats_of<N>(chance >> 16) * to_share;
-            const floats column = floor_lanes<N>(x), row = floor_lanes<N>(y);
-            const floats right = x - column, upper = y - row, left = one - right, lower = one - upper;
-            const bits cell_of =
-                own + bits_of_whole<N>(column) * bits(next_column) + bits_of_whole<N>(row) * bits(next_row);
+            const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
+            const floats right = x - floats_of<N>(column), upper = y - floats_of<N>(row);
+            const floats left = one - right, lower = one - upper;
+            const bits cell_of = own + column * next_column + row * next_row;
             const complex_lanes<N> a = number.template operator()<N>(cell_of, volume, density),
-                                   b = number.template operator()<N>(cell_of + bits(next_column), volume, density),
-                                   c = number.template operator()<N>(cell_of + bits(next_row), volume, density),
-                                   d = number.template operator()<N>(cell_of + bits(next_column + next_row), volume,
+                                   b = number.template operator()<N>(cell_of + next_column, volume, density),
+                                   c = number.template operator()<N>(cell_of + next_row, volume, density),
+                                   d = number.template operator()<N>(cell_of + (next_column + next_row), volume,
                                                                      density);
-            const floats power = (left * left + right * right) * (lower * lower + upper * upper);
-            const floats scale = one / square_root(power);
+            const floats scale = of_power_1<N>(right) * of_power_1<N>(upper);
             return {(lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
                     (lower * (left * a.imaginary + right * b.imaginary) +
                      upper * (left * c.imaginary + right * d.imaginary)) *
                         scale};
         }
+
+        // 1 / sqrt(share^2 + (1 - share)^2) within 1e-4, as a polynomial in u = (2 share - 1)^2: sqrt(2 / (1 + u)).
+        template <int N>
+        INSONIFY_FN INSONIFY_INLINE static lanes<N> of_power_1(const lanes<N>& share) {
+            using floats = lanes<N>;
+            const floats twice = share + share - floats(1.0F), u = twice * twice;
+            floats sum(0.070276911F);
+            for (const float coefficient : {-0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F})
+                sum = multiply_add(sum, u, floats(coefficient));
+            return sum;
+        }
     };
 
-    static constexpr std::uint32_t run_length = 64;
+    static constexpr std::uint32_t run_length = 128;
 
     INSONIFY_FN layout layout_for(const material_line& line, const rest_line& at_rest, double slab,
                                   float spacing) const {

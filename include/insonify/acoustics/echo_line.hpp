@@ -42,25 +42,28 @@ class echo_line {
         vec2 turn_on{1, 0};
         for (int i = 0; i < width; ++i) turn_on = turned(turn_on, turn);
         floats carrier_x = load<width>(powers[0]), carrier_y = load<width>(powers[1]);
+        const auto inside = static_cast<std::uint32_t>(samples_.size()) - 1; // of a sample with a next one
         const floats turn_x(turn_on.x), turn_y(turn_on.y), one(1.0F);
         for (std::uint32_t first = 0; first < count; first += width) {
             const floats x = load<width>(real + first), y = load<width>(imaginary + first);
             const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
             const floats number = floats_of<width>(steps_of_bits<width>(first, 1));
             const floats place = (floats(depth) + number * floats(step)) * floats(per_spacing_) - floats(0.5F);
-            const floats below = floor_lanes<width>(
+            const bit_lanes<width> below = floor_bits<width>(
                 lesser(greater(place, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
-            const floats share = place - below;
-            float parts[4][width];
+            const floats share = place - floats_of<width>(below);
+            vec2 here[width], next[width];
+            store_pairs((one - share) * value_x, (one - share) * value_y, here);
+            store_pairs(share * value_x, share * value_y, next);
             std::uint32_t sample[width];
-            store((one - share) * value_x, parts[0]);
-            store((one - share) * value_y, parts[1]);
-            store(share * value_x, parts[2]);
-            store(share * value_y, parts[3]);
-            store_bits<width>(bits_of_whole<width>(below), sample);
-            const std::uint32_t left = count - first;
-            for (std::uint32_t i = 0; i < width && i < left; ++i)
-                put_parts(sample[i], {parts[0][i], parts[1][i]}, {parts[2][i], parts[3][i]});
+            store_bits<width>(below, sample);
+            if (count - first >= width && sample[0] < inside && sample[width - 1] < inside)
+                for (int i = 0; i < width; ++i) {
+                    samples_[sample[i]] += here[i];
+                    samples_[sample[i] + 1] += next[i];
+                }
+            else
+                for (std::uint32_t i = 0; i < width && i < count - first; ++i) put_parts(sample[i], here[i], next[i]);
             const floats turned_x = carrier_x * turn_x - carrier_y * turn_y;
             carrier_y = carrier_x * turn_y + carrier_y * turn_x;
             carrier_x = turned_x;
@@ -81,6 +84,14 @@ class echo_line {
         const float below = std::floor(place);
         const float share = place - below;
         put_parts(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - share) * value, share * value);
+    }
+
+    template <class Lanes>
+    INSONIFY_FN INSONIFY_INLINE static void store_pairs(const Lanes& x, const Lanes& y, vec2* to) {
+        float apart[2][simd_width];
+        store(x, apart[0]);
+        store(y, apart[1]);
+        for (int i = 0; i < simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
     }
 
     // To a sample, which may lie before the first by wrapping round, and to the next.

@@ -91,6 +91,8 @@ struct fresnel {
                 .transmitted = energy_transmission(at.before, at.after, at.cosine)};
     }
 
+    friend bool operator==(const fresnel&, const fresnel&) = default;
+
   private:
     // Z2 cos i and Z1 cos t, up to a factor that cancels; the second is 0 where sound is totally reflected.
     struct terms {

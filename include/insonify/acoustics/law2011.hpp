@@ -37,6 +37,7 @@ enum class incident { field, backscattered };
 /// Source: "Ultrasound image simulation with GPU-based ray tracing", 2011; impedances in rayl.
 struct law2011 {
     using sample_type = float;
+    static constexpr bool normal_incidence = true;
 
     float reflection_length = 1e-3F; ///< metres
     insonify::travel travel = insonify::travel::one_way;
@@ -184,13 +185,15 @@ struct law2011 {
         if constexpr (exec::is_unsequenced_v<Policy>) {
             constexpr int width = simd_width;
             const lanes<width> ramp([](auto lane) { return static_cast<float>(lane) + 0.5F; });
-            for (; next + width <= last; next += width) {
+            // The last ones may run over the end of the stretch: the next one writes there.
+            for (; next < last && next + width <= out.size(); next += width) {
                 const lanes<width> place = ramp + lanes<width>(static_cast<float>(next));
                 store(multiply_add(lanes<width>(scale),
                                    power_of_two<width>(place * lanes<width>(step) + lanes<width>(first)),
                                    lanes<width>(bare)),
                       out.data() + next);
             }
+            next = next < last ? next : last;
         }
 #endif
         for (; next < last; ++next)

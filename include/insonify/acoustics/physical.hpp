@@ -126,13 +126,15 @@ struct physical {
         return met;
     }
 
+    friend bool operator==(const physical&, const physical&) = default;
+
   private:
     // Displayed metres a metre of the medium.
     INSONIFY_FN float stretch(const medium& m) const {
         return timing == insonify::timing::sound_speed ? display_speed / m.sound_speed : 1.0F;
     }
 
-    INSONIFY_FN static float amplitude_of(float decibels) { return std::pow(10.0F, decibels / 20); }
+    INSONIFY_FN static float amplitude_of(float decibels) { return std::exp2(0.16609640F * decibels); } // log2(10) / 20
 
     // Of a pulse of 2.5 cycles, whose bandwidth is 1.61 / 2.5.
     INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
@@ -174,7 +176,7 @@ struct physical {
             const float length = run.step * static_cast<float>(run.count);
             const float first = at(run.first), last = at(run.first + length);
             const float ratio =
-                run.count > 1 && first > 0 ? std::pow(last / first, 1 / static_cast<float>(run.count)) : 1.0F;
+                first > 0 && last > 0 ? std::exp2(std::log2(last / first) / static_cast<float>(run.count)) : 1.0F;
             echoes.add(path.shown + (run.first - here.begin) * shrink, run.step * shrink, run.count, run.real,
                        run.imaginary, first, ratio);
         });

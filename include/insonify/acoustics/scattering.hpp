@@ -55,11 +55,15 @@ struct no_scatterers {
     template <class Emit>
     INSONIFY_FN void scatter(const material_line&, float, float, float, Emit&&) const {}
     INSONIFY_FN float covariance(float, float) const { return 0; }
+
+    friend bool operator==(const no_scatterers&, const no_scatterers&) = default;
 };
 
 /// Points of an object stay where they are: the map of tissue that moves rigidly, or not at all.
 struct undeformed {
     INSONIFY_FN vec3 operator()(std::uint32_t, vec3 point) const { return point; }
+
+    friend bool operator==(const undeformed&, const undeformed&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

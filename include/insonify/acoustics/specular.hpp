@@ -47,6 +47,8 @@ struct specular_return {
         return length(collected(scale * std::fabs(angle), scale * edge)) / length(collected(0, scale * edge));
     }
 
+    friend bool operator==(const specular_return&, const specular_return&) = default;
+
   private:
     // e(x); real and imaginary part
     INSONIFY_FN static vec2 collected(float x, float p) {

@@ -2,9 +2,9 @@
 #define INSONIFY_BVH_BUILD_SAH_HPP
 
 #include <insonify/bvh/node.hpp>
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/for_each.hpp>
-#include <algorithm>
 #include <numeric>
 
 namespace insonify::inline INSONIFY_ABI {

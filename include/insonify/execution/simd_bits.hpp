@@ -3,37 +3,46 @@
 
 #include <insonify/execution/simd.hpp>
 
-/// Several 32-bit numbers at once, beside the floats of `lanes`: for hashes.
+/// Several 32-bit numbers at once, beside the floats of `lanes`, with the operators of one: for hashes and exponents.
 namespace insonify::inline INSONIFY_ABI {
 
 #if !defined(INSONIFY_NO_SIMD)
 
+// The compiler's own vectors: not all operations of std::experimental::simd on integers are inlined.
 template <int N>
-using bit_lanes = stdx::simd<std::uint32_t, stdx::simd_abi::deduce_t<std::uint32_t, N>>;
-
-/// first, first + step, first + 2 step, ...
+struct bit_vector {
+    typedef std::uint32_t type __attribute__((vector_size(sizeof(std::uint32_t) * N)));
+    typedef std::int32_t whole __attribute__((vector_size(sizeof(std::int32_t) * N)));
+    typedef float floats __attribute__((vector_size(sizeof(float) * N)));
+};
 template <int N>
-INSONIFY_INLINE bit_lanes<N> steps_of_bits(std::uint32_t first, std::uint32_t step) {
-    return bit_lanes<N>{[=](auto i) { return first + static_cast<std::uint32_t>(i) * step; }};
-}
+using bit_lanes = typename bit_vector<N>::type;
 
 /// The numbers as floats, those above 2^31 - 1 as negative ones.
 template <int N>
-INSONIFY_INLINE lanes<N> floats_of(const bit_lanes<N>& bits) {
-    using integers = stdx::simd<std::int32_t, stdx::simd_abi::deduce_t<std::int32_t, N>>;
-    return stdx::static_simd_cast<lanes<N>>(stdx::static_simd_cast<integers>(bits));
+INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
+    return __builtin_bit_cast(
+        lanes<N>, __builtin_convertvector((typename bit_vector<N>::whole)bits, typename bit_vector<N>::floats));
 }
 
-/// Whole floats within +-2^31 as numbers, negative ones in two's complement.
+/// Floats within +-2^31 as numbers, cut off towards zero, negative ones in two's complement.
 template <int N>
-INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& whole) {
-    using integers = stdx::simd<std::int32_t, stdx::simd_abi::deduce_t<std::int32_t, N>>;
-    return stdx::static_simd_cast<bit_lanes<N>>(stdx::static_simd_cast<integers>(whole));
+INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
+    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(typename bit_vector<N>::floats, x),
+                                                 typename bit_vector<N>::whole);
 }
 
 template <int N>
-INSONIFY_INLINE void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
-    bits.copy_to(to, stdx::element_aligned);
+INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
+    __builtin_memcpy(to, &bits, sizeof bits);
+}
+
+/// Each lane of `value` where the mask is set, and 0 elsewhere.
+template <int N>
+INSONIFY_INLINE lanes<N> kept_where(const lane_mask<N>& mask, const lanes<N>& value) {
+    lanes<N> kept(0.0F);
+    where(mask, kept) = value;
+    return kept;
 }
 
 #else
@@ -46,6 +55,8 @@ struct bit_lanes {
     INSONIFY_FN bit_lanes(std::uint32_t value) {
         for (std::uint32_t& l : lane) l = value;
     }
+    INSONIFY_FN std::uint32_t& operator[](int i) { return lane[i]; }
+
     template <class Operation>
     INSONIFY_FN static bit_lanes each(Operation operation) {
         bit_lanes result;
@@ -54,6 +65,9 @@ struct bit_lanes {
     }
     INSONIFY_FN friend bit_lanes operator+(const bit_lanes& a, const bit_lanes& b) {
         return each([&](int i) { return a.lane[i] + b.lane[i]; });
+    }
+    INSONIFY_FN friend bit_lanes operator-(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] - b.lane[i]; });
     }
     INSONIFY_FN friend bit_lanes operator*(const bit_lanes& a, const bit_lanes& b) {
         return each([&](int i) { return a.lane[i] * b.lane[i]; });
@@ -64,50 +78,66 @@ struct bit_lanes {
     INSONIFY_FN friend bit_lanes operator&(const bit_lanes& a, const bit_lanes& b) {
         return each([&](int i) { return a.lane[i] & b.lane[i]; });
     }
+    INSONIFY_FN friend bit_lanes operator<<(const bit_lanes& a, int by) {
+        return each([&](int i) { return a.lane[i] << static_cast<unsigned>(by); });
+    }
     INSONIFY_FN friend bit_lanes operator>>(const bit_lanes& a, int by) {
         return each([&](int i) { return a.lane[i] >> static_cast<unsigned>(by); });
     }
 };
 
 template <int N>
-INSONIFY_FN bit_lanes<N> steps_of_bits(std::uint32_t first, std::uint32_t step) {
-    return bit_lanes<N>::each([=](int i) { return first + static_cast<std::uint32_t>(i) * step; });
-}
-template <int N>
 INSONIFY_FN lanes<N> floats_of(const bit_lanes<N>& bits) {
     return lanes<N>::template each<lanes<N>>(
         [&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits.lane[i])); });
 }
 template <int N>
-INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& whole) {
-    return bit_lanes<N>::each(
-        [&](int i) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(whole.lane[i])); });
+INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& x) {
+    return bit_lanes<N>::each([&](int i) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(x.lane[i])); });
 }
 template <int N>
 INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
     for (int i = 0; i < N; ++i) to[i] = bits.lane[i];
 }
+template <int N>
+INSONIFY_FN lanes<N> kept_where(const lane_mask<N>& mask, const lanes<N>& value) {
+    return lanes<N>::template each<lanes<N>>([&](int i) { return mask.lane[i] ? value.lane[i] : 0.0F; });
+}
 
 #endif
+
+/// first, first + step, first + 2 step, ...
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> steps_of_bits(std::uint32_t first, std::uint32_t step) {
+    bit_lanes<N> numbers{};
+    for (int i = 0; i < N; ++i) numbers[i] = static_cast<std::uint32_t>(i);
+    return numbers * step + first;
+}
+
+/// The 32 bits of each float, and back.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> raw_bits(const lanes<N>& floats) {
+    return __builtin_bit_cast(bit_lanes<N>, floats);
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
+    return __builtin_bit_cast(lanes<N>, bits);
+}
 
 /// `mix_bits` of many numbers: 32 well-mixed bits of each.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> mix_lanes(bit_lanes<N> h) {
-    h = (h ^ (h >> 16)) * bit_lanes<N>(0x7FEB352DU);
-    h = (h ^ (h >> 15)) * bit_lanes<N>(0x846CA68BU);
+    h = (h ^ (h >> 16)) * 0x7FEB352DU;
+    h = (h ^ (h >> 15)) * 0x846CA68BU;
     return h ^ (h >> 16);
 }
 
-/// The largest whole numbers not above, within +-2^31. By conversions, for not every machine rounds in one instruction.
+/// The largest whole numbers not above, within +-2^31, as numbers.
 template <int N>
-INSONIFY_FN INSONIFY_INLINE lanes<N> floor_lanes(const lanes<N>& x) {
-#if !defined(INSONIFY_NO_SIMD)
-    lanes<N> whole = floats_of<N>(bits_of_whole<N>(x));
-    where(x < whole, whole) -= lanes<N>(1.0F);
-    return whole;
-#else
-    return lanes<N>::template each<lanes<N>>([&](int i) { return std::floor(x.lane[i]); });
-#endif
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> floor_bits(const lanes<N>& x) {
+    const bit_lanes<N> cut = bits_of_whole<N>(x);
+    const lanes<N> left = x - floats_of<N>(cut) + lanes<N>(0.0F); // -0 becomes 0
+    return cut - (raw_bits<N>(left) >> 31);                       // one less where that lies above x
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -1,8 +1,8 @@
 #ifndef INSONIFY_EXECUTION_SIMD_MATH_HPP
 #define INSONIFY_EXECUTION_SIMD_MATH_HPP
 
-#include <insonify/execution/simd.hpp>
-#include <initializer_list>
+#include <insonify/execution/simd_bits.hpp>
+#include <cfloat>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -11,21 +11,36 @@ namespace insonify::inline INSONIFY_ABI {
 /// Splits x into an integer, which becomes the exponent's bits, and a rest in [-1/2, 1/2], whose power is a polynomial
 /// (Taylor's of exp(r ln 2), degree 7: its remainder there is below 1e-8).
 template <int N>
-INSONIFY_INLINE lanes<N> power_of_two(const lanes<N>& x) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> power_of_two(const lanes<N>& x) {
     using floats = lanes<N>;
     const floats limited = lesser(greater(x, floats(-126.0F)), floats(126.0F));
-    const floats shift(12582912.0F); // 1.5 * 2^23: adding it rounds to an integer, kept in the low bits
-    const floats shifted = limited + shift;
-    const floats rest = limited - (shifted - shift);
+    const bit_lanes<N> whole = floor_bits<N>(limited + floats(0.5F));
+    const floats rest = limited - floats_of<N>(whole);
     floats power(1.5252734e-5F);
     for (const float coefficient :
          {1.5403530e-4F, 1.3333558e-3F, 9.6181291e-3F, 5.5504109e-2F, 2.4022651e-1F, 6.9314718e-1F, 1.0F})
         power = multiply_add(power, rest, floats(coefficient));
-    alignas(sizeof(float) * N) float integers[N], scale[N];
-    store(shifted, integers);
-    for (int i = 0; i < N; ++i)
-        scale[i] = __builtin_bit_cast(float, (__builtin_bit_cast(std::uint32_t, integers[i]) + 127U) << 23U);
-    return power * load<N>(scale);
+    return power * raw_floats<N>((whole + 127U) << 23);
+}
+
+/// log2(x) of many x at once, within 3e-7 of it absolutely and relatively, whichever is more; x below FLT_MIN is taken
+/// for that, infinity is 128.
+///
+/// Splits x into a power of two and a rest m in [sqrt(1/2), sqrt(2)], of which
+/// ln m = 2 artanh(s) = 2 (s + s^3/3 + s^5/5 + ...) with s = (m - 1) / (m + 1): what follows s^9 is below 2e-9.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
+    using floats = lanes<N>;
+    constexpr std::uint32_t root_half = 0x3F3504F3U, one = 0x3F800000U;
+    const bit_lanes<N> moved = raw_bits<N>(greater(x, floats(FLT_MIN))) + (one - root_half);
+    const floats exponent = floats_of<N>(moved >> 23) - floats(127.0F);
+    const floats m = raw_floats<N>((moved & 0x7FFFFFU) + root_half);
+    const floats s = (m - floats(1.0F)) / (m + floats(1.0F));
+    const floats square = s * s;
+    floats sum(2.8853901F / 9); // 2 / ln 2
+    for (const float coefficient : {2.8853901F / 7, 2.8853901F / 5, 2.8853901F / 3, 2.8853901F})
+        sum = multiply_add(sum, square, floats(coefficient));
+    return multiply_add(s, sum, exponent);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

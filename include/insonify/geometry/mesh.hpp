@@ -34,7 +34,7 @@ struct mesh_view {
 
 /// @param named  what the sentence begins with: whose mesh it is
 /// @throws geometry_error  where a face names a vertex that is not there
-inline void check_faces(const mesh_view& m, const std::string& named) {
+INSONIFY_LAZY void check_faces(const mesh_view& m, const std::string& named) {
     for (const uvec3& face : m.faces)
         for (int corner = 0; corner < 3; ++corner)
             if (face[corner] >= m.positions.size())

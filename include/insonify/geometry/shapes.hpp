@@ -1,9 +1,9 @@
 #ifndef INSONIFY_GEOMETRY_SHAPES_HPP
 #define INSONIFY_GEOMETRY_SHAPES_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/mesh.hpp>
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -22,7 +22,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// The old vertices come first and keep their indices; face i becomes faces 4 i to 4 i + 3.
 /// @throws geometry_error  where a face names a vertex that is not there
-inline mesh subdivide(const mesh& coarse) {
+INSONIFY_LAZY mesh subdivide(const mesh& coarse) {
     struct half_edge {
         std::uint64_t ends; // both vertices, the lower one first: equal for the two faces that share the edge
         std::uint32_t slot; // 3 * face + corner
@@ -81,22 +81,22 @@ namespace shape_check {
 
 inline constexpr float furthest = 1e6F;
 
-inline void point(const std::string& shape, vec3 p) {
+INSONIFY_LAZY void point(const std::string& shape, vec3 p) {
     if (!is_finite(p) || absolute(p).x > furthest || absolute(p).y > furthest || absolute(p).z > furthest)
         throw geometry_error{shape + ": every coordinate must be a number of metres within 1000 km of the origin"};
 }
 
-inline void length(const std::string& shape, const std::string& what, float value) {
+INSONIFY_LAZY void length(const std::string& shape, const std::string& what, float value) {
     if (!is_finite(value) || !(value > 0) || value > furthest)
         throw geometry_error{shape + ": the " + what + " must be above 0 and at most 1000 km"};
 }
 
-inline void subdivisions(const std::string& shape, std::uint32_t count) {
+INSONIFY_LAZY void subdivisions(const std::string& shape, std::uint32_t count) {
     if (count > 10) throw geometry_error{shape + ": at most 10 subdivisions, each makes four times as many triangles"};
 }
 
 /// Rounding must not have pulled the corners of a face together: that would open the surface.
-inline mesh result(const std::string& shape, mesh m) {
+INSONIFY_LAZY mesh result(const std::string& shape, mesh m) {
     for (const uvec3 f : m.faces)
         if (const vec3 a = m.positions[f.x], b = m.positions[f.y], c = m.positions[f.z]; a == b || b == c || c == a)
             throw geometry_error{shape + ": vertices round to the same point; make the shape larger or coarser, " +
@@ -107,7 +107,7 @@ inline mesh result(const std::string& shape, mesh m) {
 } // namespace shape_check
 
 /// An axis-aligned box of 12 * 4^subdivisions triangles.
-inline mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
+INSONIFY_LAZY mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
     shape_check::point("make_box", lower);
     shape_check::point("make_box", upper);
     shape_check::length("make_box", "extent from `lower` to `upper` along x", upper.x - lower.x);
@@ -128,7 +128,7 @@ inline mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
 /// An icosphere of 20 * 4^subdivisions triangles, every vertex on the sphere.
 ///
 /// From the first subdivision on, vertices lie exactly on the axes through the centre.
-inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
+INSONIFY_LAZY mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
     shape_check::point("make_sphere", centre);
     shape_check::length("make_sphere", "radius", radius);
     shape_check::subdivisions("make_sphere", subdivisions);
@@ -154,7 +154,7 @@ inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
 /// A cylinder between the middles of its two end caps: 4 * segments triangles, `segments` around (3 to 1,000,000).
 ///
 /// The vertices lie on the circle, so the flat sides lie within it.
-inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segments) {
+INSONIFY_LAZY mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segments) {
     shape_check::point("make_cylinder", from);
     shape_check::point("make_cylinder", to);
     shape_check::length("make_cylinder", "radius", radius);
@@ -180,7 +180,7 @@ inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segmen
 
 /// A square slab, 12 triangles: the middle of its front is at `centre`, the front faces along `normal` (of any length),
 /// and the thickness lies behind it.
-inline mesh make_plane(vec3 centre, vec3 normal, float width, float thickness) {
+INSONIFY_LAZY mesh make_plane(vec3 centre, vec3 normal, float width, float thickness) {
     shape_check::point("make_plane", centre);
     shape_check::length("make_plane", "width", width);
     shape_check::length("make_plane", "thickness", thickness);

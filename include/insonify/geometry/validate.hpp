@@ -1,8 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_VALIDATE_HPP
 #define INSONIFY_GEOMETRY_VALIDATE_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/geometry/mesh.hpp>
-#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -41,7 +41,7 @@ struct mesh_report {
 };
 
 /// For each vertex the number of its place: vertices at exactly the same position (-0 is 0) share one.
-inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
+INSONIFY_LAZY std::vector<std::uint32_t> weld(view<const vec3> positions) {
     struct place {
         std::uint32_t x, y, z, vertex; // the bits of the coordinates: they order NaN as well
         bool operator==(const place& o) const { return x == o.x && y == o.y && z == o.z; }
@@ -70,7 +70,7 @@ inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
 ///
 /// Faces out of range and faces with two corners at one point take no part in edges and components.
 /// Cost: sorting the vertices, edges and faces; below a second for a million faces.
-inline mesh_report validate(const mesh_view& m) {
+INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
     struct half_edge {
         std::uint64_t ends; // both vertices, the lower one first: equal for all faces at an edge
         std::uint32_t slot; // 3 * face + corner from which the face walks it
@@ -187,7 +187,7 @@ inline mesh_report validate(const mesh_view& m) {
 }
 
 /// In plain sentences, what is wrong and what to do about it; empty where nothing is.
-inline std::string explain(const mesh_report& report) {
+INSONIFY_LAZY std::string explain(const mesh_report& report) {
     std::string text;
     const auto tell = [&](std::uint32_t count, const char* before, const char* one, const char* many,
                           const char* after) {

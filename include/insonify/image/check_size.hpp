@@ -12,7 +12,7 @@ namespace insonify::inline INSONIFY_ABI {
 inline constexpr std::size_t most_pixels = std::size_t{1} << 28U;
 
 /// @throws usage_error  where a picture has no pixels, or more than `most_pixels`
-inline void check_size(uvec2 size) {
+INSONIFY_LAZY void check_size(uvec2 size) {
     const std::size_t pixels = static_cast<std::size_t>(size.x) * size.y;
     if (pixels == 0 || pixels > most_pixels)
         throw usage_error{"a picture of " + std::to_string(size.x) + " x " + std::to_string(size.y) +

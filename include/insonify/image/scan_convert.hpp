@@ -8,8 +8,10 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <cfloat>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -132,30 +134,63 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     return map;
 }
 
+/// The map of the frame before, made anew where the probe, the lines or the settings have changed, or where probes cannot
+/// be compared.
+template <transducer Probe>
+class kept_scan_map {
+  public:
+    template <exec::policy Policy>
+    const scan_map& operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
+                               const scan_convert_settings& settings) {
+        if constexpr (std::equality_comparable<Probe>) {
+            if (made_for_ && made_for_->probe == probe && made_for_->settings.size == settings.size &&
+                made_for_->settings.background == settings.background && map_.depth == scan.depth &&
+                map_.samples == scan.samples)
+                return map_;
+        }
+        map_ = make_scan_map(policy, probe, scan, settings);
+        made_for_.emplace(cause{probe, settings});
+        return map_;
+    }
+
+  private:
+    struct cause {
+        Probe probe;
+        scan_convert_settings settings;
+    };
+    std::optional<cause> made_for_{};
+    scan_map map_{};
+};
+
 /// The picture of one frame: bilinear between lines and between samples, on the values as they are.
 ///
 /// Allocates nothing but the picture.
+/// @param recycled  a picture whose memory is used again
 /// @throws usage_error  where the lines are not those that the map was made for
 template <exec::policy Policy>
-image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map& map) {
+image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map& map, image recycled = {}) {
     if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
         lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
         throw usage_error{"scan_convert: lines, samples or depth differ from those that the map was made for; make one "
                           "anew with make_scan_map"};
     const std::size_t next_sample = map.samples > 1 ? 1 : 0;
-    image picture{map.size, map.background};
+    recycled.size = map.size;
+    recycled.pixels.resize(map.first.size());
     for_each_index(policy, map.size.y, [&](std::size_t y) {
         const float* values = lines.values.data();
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) continue;
+            if (map.first[i] == scan_map::outside) {
+                recycled.pixels[i] = map.background;
+                continue;
+            }
             const auto between = [along = map.along[i], next_sample](const float* sample) {
                 return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
             };
             const float here = between(values + map.first[i]);
-            picture.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
+            recycled.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
         }
     });
-    return picture;
+    return recycled;
 }
 
 /// The picture of one frame, for those who draw only one: makes the map and forgets it.

@@ -34,6 +34,8 @@ struct convex_array {
         if (field_of_view > 2 * pi)
             throw usage_error{"convex_array: `field_of_view` is in radians and at most 360_deg; write it as 60_deg"};
     }
+
+    friend bool operator==(const convex_array&, const convex_array&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

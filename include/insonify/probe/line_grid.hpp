@@ -22,6 +22,14 @@ struct line_grid {
         : count{lines}, samples{samples_per_line}, depth{end_depth},
           values(static_cast<std::size_t>(lines) * samples_per_line) {}
 
+    /// Another shape in the same memory: values that were there are left where they are.
+    void reshape(std::uint32_t lines, std::uint32_t samples_per_line, float end_depth) {
+        count = lines;
+        samples = samples_per_line;
+        depth = end_depth;
+        values.resize(static_cast<std::size_t>(lines) * samples_per_line);
+    }
+
     Value& operator()(std::uint32_t line, std::uint32_t sample) {
         return values[static_cast<std::size_t>(line) * samples + sample];
     }

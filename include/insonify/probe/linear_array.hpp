@@ -30,6 +30,8 @@ struct linear_array {
         check_array(*this);
         check_positive(width, "width");
     }
+
+    friend bool operator==(const linear_array&, const linear_array&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -34,6 +34,8 @@ struct phased_array {
         if (field_of_view > pi)
             throw usage_error{"phased_array: `field_of_view` is in radians and at most 180_deg; write it as 90_deg"};
     }
+
+    friend bool operator==(const phased_array&, const phased_array&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

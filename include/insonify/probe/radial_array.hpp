@@ -37,6 +37,8 @@ struct radial_array {
         check_array(*this);
         check_positive(radius, "radius");
     }
+
+    friend bool operator==(const radial_array&, const radial_array&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

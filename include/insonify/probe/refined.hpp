@@ -19,6 +19,8 @@ struct refined : Probe {
         const vec2 place = Probe::locate(point);
         return {(place.x + 0.5F) * static_cast<float>(rays) - 0.5F, place.y};
     }
+
+    friend bool operator==(const refined&, const refined&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -51,7 +51,7 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
 }
 
 /// @throws usage_error  naming the setting, where its value is not a finite number above 0
-inline void check_positive(float value, const char* setting) {
+INSONIFY_LAZY void check_positive(float value, const char* setting) {
     if (!is_finite(value) || !(value > 0))
         throw usage_error{std::string{"probe: `"} + setting + "` must be a finite number above 0"};
 }

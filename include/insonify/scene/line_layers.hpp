@@ -44,9 +44,9 @@ inline bool may_touch(const aabb& box, const ray& r, float reach) {
 
 /// Finds every crossing of a line from its origin to `depth` metres, and the objects that its origin lies in.
 ///
-/// An object is around the origin if the half line crosses its surface an odd number of times. The same crossings
-/// serve for both, so the two never contradict each other, also where the probe touches a surface.
-inline void find_crossings(const scene& body, const ray& line, float depth, line_crossings& found) {
+/// An object is around the origin if the half line crosses its surface an odd number of times. The same crossings serve
+/// for both, so the two never contradict each other, also where the probe touches a surface.
+INSONIFY_LAZY void find_crossings(const scene& body, const ray& line, float depth, line_crossings& found) {
     found.crossings.clear();
     found.inside.clear(body.objects().size());
     for (const object& one : body.objects()) {
@@ -68,7 +68,7 @@ struct surface_incidence {
     float cosine = 1;
     vec2 tilt{0, 0};
 };
-inline surface_incidence incidence_on(const object& one, std::uint32_t face, const line_frame& line) {
+INSONIFY_LAZY surface_incidence incidence_on(const object& one, std::uint32_t face, const line_frame& line) {
     const vec3 normal = area_vector(mesh_view{one.surface}[face]);
     const float size = length(normal);
     if (!(size > 0)) return {};
@@ -79,12 +79,15 @@ inline surface_incidence incidence_on(const object& one, std::uint32_t face, con
         .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)}};
 }
 
+/// Whether the angles at which a line meets surfaces are looked up.
+enum class angles { find, skip };
+
 /// Turns crossings into layers: which object's medium fills which stretch of the line. Replaces what `layers` held.
 ///
 /// All crossings within `touching_distance` of one another are applied before the media are compared. Those at the face
 /// of the probe belong to the face.
-inline void stack_layers(const scene& body, const line_frame& line, float depth, line_crossings& found,
-                         std::vector<layer>& layers) {
+INSONIFY_LAZY void stack_layers(const scene& body, const line_frame& line, float depth, line_crossings& found,
+                         std::vector<layer>& layers, angles wanted = angles::find) {
     media_stack& inside = found.inside;
     const std::vector<crossing>& crossings = found.crossings;
     const auto layer_of = [&](std::uint32_t rank, float begin, const surface_incidence& met) {
@@ -110,11 +113,16 @@ inline void stack_layers(const scene& body, const line_frame& line, float depth,
             inside.toggle(crossings[next].rank);
         const std::uint32_t after = inside.top();
         if (after == current) continue;
-        std::size_t surface = first; // of the group, a surface that the change of medium is due to
-        while (surface + 1 < next && crossings[surface].rank != after && crossings[surface].rank != current) ++surface;
-        const crossing& at = crossings[surface];
+        surface_incidence met;
+        if (wanted == angles::find) {
+            std::size_t surface = first; // of the group, a surface that the change of medium is due to
+            while (surface + 1 < next && crossings[surface].rank != after && crossings[surface].rank != current)
+                ++surface;
+            const crossing& at = crossings[surface];
+            met = incidence_on(body.ranked(at.rank), at.primitive, line);
+        }
         layers.back().end = place;
-        layers.push_back(layer_of(after, place, incidence_on(body.ranked(at.rank), at.primitive, line)));
+        layers.push_back(layer_of(after, place, met));
         current = after;
     }
 }

@@ -15,12 +15,19 @@ namespace insonify::inline INSONIFY_ABI {
 /// consecutive samples for consecutive results.
 class axial_kernel {
   public:
-    /// @param envelope  in samples
-    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation)
-        : decimation_{decimation}, results_{samples / decimation} {
+    axial_kernel() = default;
+    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+        set(samples, envelope, decimation);
+    }
+
+    /// Another kernel in the same memory. @param envelope  in samples
+    void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+        decimation_ = decimation;
+        results_ = samples / decimation;
         const auto reach = static_cast<std::size_t>(lesser(envelope.reach(), static_cast<float>(samples)));
         zeros_ = reach / decimation + 1;
-        stride_ = results_ + 2 * zeros_ + tap_block;
+        stride_ = results_ + 2 * zeros_ + tap_room;
+        taps_.clear();
         const std::size_t begin = zeros_ * decimation; // of the line, in samples, were it not laid out by remainder
         for (std::size_t at = begin - reach; at < begin + reach + decimation; ++at) {
             const float middle = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);

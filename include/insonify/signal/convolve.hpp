@@ -1,12 +1,12 @@
 #ifndef INSONIFY_SIGNAL_CONVOLVE_HPP
 #define INSONIFY_SIGNAL_CONVOLVE_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/axial_kernel.hpp>
-#include <insonify/signal/lateral_kernel.hpp>
+#include <insonify/signal/lateral_slab.hpp>
 #include <insonify/signal/pulse.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -19,63 +19,56 @@ struct convolve_settings {
     std::uint32_t decimation = 1; ///< so many samples become one, in the middle of them; it must divide their number
 };
 
+/// What `convolve` keeps from frame to frame: handed back each time, nothing is allocated after the first.
+struct convolve_workspace {
+    lateral_kernel lateral{};
+    axial_kernel axial{};
+    std::vector<std::vector<vec2>> blocks{}; ///< what a block of lines, or of samples, is worked on in
+    iq_lines decimated{};
+};
+
 /// The axial half of `convolve`: in place where nothing is decimated.
 /// @param sent  in samples
 template <exec::policy Policy>
-iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
+iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation,
+                        convolve_workspace& own) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    const axial_kernel kernel{echoes.samples, sent, decimation};
-    iq_lines decimated;
-    if (decimation > 1) decimated = {echoes.count, echoes.samples / decimation, echoes.depth};
-    iq_lines& results = decimation > 1 ? decimated : echoes;
-    exec::for_each_block(policy, echoes.count, 8, [&](std::size_t begin, std::size_t end) {
-        std::vector<vec2> layout(kernel.layout_size());
+    constexpr std::size_t together = 8; // lines
+    own.axial.set(echoes.samples, sent, decimation);
+    if (decimation > 1) own.decimated.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
+    iq_lines& results = decimation > 1 ? own.decimated : echoes;
+    const std::size_t blocks = (echoes.count + together - 1) / together;
+    if (own.blocks.size() < blocks) own.blocks.resize(blocks);
+    exec::for_each_block(policy, echoes.count, together, [&](std::size_t begin, std::size_t end) {
+        std::vector<vec2>& layout = own.blocks[begin / together];
+        layout.assign(own.axial.layout_size(), vec2{0, 0});
         for (std::size_t line = begin; line < end; ++line) {
-            kernel.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-            kernel.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+            own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+            own.axial.template apply<width>(layout.data(), results.values.data() + line * results.samples);
         }
     });
-    return std::move(results);
+    if (decimation > 1) std::swap(own.decimated, echoes);
+    return echoes;
 }
 
 /// The lateral half of `convolve`, in place.
+///
+/// A slab of a few samples on all lines is copied out, with room for neighbours beyond the outermost: zeros or, for a
+/// full circle, the lines from the other end. The weights change from sample to sample.
 template <exec::policy Policy>
-iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_kernel& kernel) {
+iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspace& own) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    constexpr std::size_t together = 8; // samples whose lines are turned into rows at a time: whole cache lines
-    const std::size_t margin = kernel.reach();
-    const std::size_t stride = margin + lines.count + margin + tap_block;
-    exec::for_each_block(policy, lines.samples, 16 * together, [&](std::size_t begin, std::size_t end) {
-        // A row is a sample on all lines, so that the taps read consecutive values here too; around it zeros or, for a
-        // full circle, the lines from the other end.
-        std::vector<vec2> rows(together * stride), sums(together * lines.count);
-        std::vector<tap> taps;
-        std::vector<float> half;
-        for (std::size_t first = begin; first < end; first += together) {
-            const std::size_t count = std::min(together, end - first);
-            vec2* values = lines.values.data() + first;
-            for (std::size_t line = 0; line < lines.count; ++line)
-                for (std::size_t i = 0; i < count; ++i)
-                    rows[i * stride + margin + line] = values[line * lines.samples + i];
-            for (std::size_t i = 0; i < count; ++i) {
-                vec2* row = rows.data() + i * stride + margin;
-                if (kernel.full_circle) {
-                    std::copy_n(row + lines.count - margin, margin, row - margin);
-                    std::copy_n(row, margin, row + lines.count);
-                }
-                const lateral_weights weights = kernel.between(static_cast<std::uint32_t>(first + i), half);
-                taps.clear();
-                for (int offset = -weights.reach(); offset <= weights.reach(); ++offset)
-                    taps.push_back(
-                        {.weight = half[static_cast<std::size_t>(offset < 0 ? -offset : offset)], .offset = offset});
-                vec2* sum = sums.data() + i * lines.count;
-                sum_taps<width>({taps.data(), taps.size()}, row, sum, lines.count);
-                const auto reach = static_cast<std::uint32_t>(weights.reach());
-                for (std::uint32_t line = 0; line < lines.count; ++line)
-                    if (line < reach || line + reach >= lines.count) sum[line] /= weights.existing(line);
-            }
-            for (std::size_t line = 0; line < lines.count; ++line)
-                for (std::size_t i = 0; i < count; ++i) values[line * lines.samples + i] = sums[i * lines.count + line];
+    constexpr std::size_t thickness = lateral_slab::samples;
+    const std::size_t slabs = (lines.samples + thickness - 1) / thickness, together = 8;
+    const std::size_t blocks = (slabs + together - 1) / together;
+    if (own.blocks.size() < blocks) own.blocks.resize(blocks);
+    exec::for_each_block(policy, slabs, together, [&](std::size_t begin, std::size_t end) {
+        lateral_slab slab{own.lateral, own.blocks[begin / together]};
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
+            slab.weigh(first, count);
+            slab.copy(lines.values.data() + first, lines.samples, count);
+            slab.template apply<width>(lines.values.data() + first, lines.samples, count);
         }
     });
     return lines;
@@ -89,9 +82,10 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, const lateral_ker
 /// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
 /// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse;
 ///                      where the pulse is not at the probe's frequency, or a setting makes no sense
+/// @param own     kept from frame to frame it spares allocations
 template <exec::policy Policy, transducer Probe>
 iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
-                  const convolve_settings& settings = {}) {
+                  const convolve_settings& settings, convolve_workspace& own) {
     probe.check();
     sent.check(probe.frequency);
     if (echoes.count != probe.lines || echoes.samples == 0 ||
@@ -113,9 +107,15 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
                           (settings.decimation > 1 ? ", or a smaller `decimation`" : "")};
     }
 
-    iq_lines lines = convolve_along(policy, std::move(echoes), envelope, settings.decimation);
-    return convolve_across(policy, std::move(lines),
-                           make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}));
+    iq_lines lines = convolve_along(policy, std::move(echoes), envelope, settings.decimation, own);
+    own.lateral = make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(own.lateral));
+    return convolve_across(policy, std::move(lines), own);
+}
+template <exec::policy Policy, transducer Probe>
+iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
+                  const convolve_settings& settings = {}) {
+    convolve_workspace own;
+    return convolve(policy, std::move(echoes), sent, probe, settings, own);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

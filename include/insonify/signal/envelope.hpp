@@ -1,11 +1,11 @@
 #ifndef INSONIFY_SIGNAL_ENVELOPE_HPP
 #define INSONIFY_SIGNAL_ENVELOPE_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/hilbert.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -20,16 +20,17 @@ void square_roots(float* values, std::size_t count) {
 }
 
 /// The amplitude of each sample: |IQ| = sqrt(I^2 + Q^2).
+/// @param recycled  lines whose memory is used again
 template <exec::policy Policy>
-scan_lines envelope(const Policy& policy, const iq_lines& iq) {
+scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycled = {}) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    scan_lines lines{iq.count, iq.samples, iq.depth};
+    recycled.reshape(iq.count, iq.samples, iq.depth);
     exec::for_each_block(policy, iq.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            lines.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
-        square_roots<width>(lines.values.data() + begin, end - begin);
+            recycled.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
+        square_roots<width>(recycled.values.data() + begin, end - begin);
     });
-    return lines;
+    return recycled;
 }
 
 /// The amplitude of an oscillating signal: sqrt(RF^2 + H(RF)^2), where H is the Hilbert transform.

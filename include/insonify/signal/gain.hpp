@@ -1,10 +1,11 @@
 #ifndef INSONIFY_SIGNAL_GAIN_HPP
 #define INSONIFY_SIGNAL_GAIN_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
+#include <insonify/execution/simd_math.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <algorithm>
 #include <array>
 #include <cfloat>
 #include <concepts>
@@ -20,12 +21,20 @@ struct log_compress_settings {
     float gain_db = 0;           ///< added to every level
     float reject_db = -FLT_MAX;  ///< levels below this, after the gain, are black; by default none is rejected
 
-    /// Grey of an amplitude A, 0 to 1: 1 + (20 log10(A) + gain - reference) / dynamic range. No amplitude (0, negative
-    /// or NaN) is black.
+    /// Greys of N amplitudes A, 0 to 1: 1 + (20 log10(A) + gain - reference) / dynamic range, within 2e-6 dB a dB. No
+    /// amplitude (0, negative or NaN) is black.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE lanes<N> grey(const lanes<N>& amplitude) const {
+        using floats = lanes<N>;
+        const floats decibels = floats(6.0205999F) * logarithm_of_two<N>(amplitude) + floats(gain_db); // 20 log10(2)
+        const floats grey = floats(1.0F) + (decibels - floats(reference_db)) * floats(1 / dynamic_range_db);
+        return kept_where<N>(floats(0.0F) < amplitude && floats(reject_db) <= decibels,
+                             lesser(greater(grey, floats(0.0F)), floats(1.0F)));
+    }
     INSONIFY_FN float grey(float amplitude) const {
-        if (!(amplitude > 0)) return 0;
-        const float level = 20 * std::log10(amplitude) + gain_db;
-        return level < reject_db ? 0 : clamped(1 + (level - reference_db) / dynamic_range_db, 0, 1);
+        float one = 0;
+        store(grey<1>(lanes<1>(amplitude)), &one);
+        return one;
     }
 
     /// @throws usage_error  naming the setting that makes no sense
@@ -42,8 +51,12 @@ struct log_compress_settings {
 template <exec::policy Policy>
 scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compress_settings& settings = {}) {
     settings.check();
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     exec::for_each_block(policy, lines.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) lines.values[i] = settings.grey(lines.values[i]);
+        float* values = lines.values.data();
+        std::size_t i = begin;
+        for (; i + width <= end; i += width) store(settings.grey<width>(load<width>(values + i)), values + i);
+        for (; i < end; ++i) values[i] = settings.grey(values[i]);
     });
     return lines;
 }
@@ -105,15 +118,18 @@ template <exec::policy Policy, class Value>
         settings.check();
         if (!is_finite(frequency) || !(frequency >= 0))
             throw usage_error{"tgc: the frequency must be a finite number of hertz, 0 or more"};
-        std::vector<float> gain(lines.samples);
+        constexpr std::size_t together = 512; // samples, on all lines
         const float spacing = lines.depth / static_cast<float>(lines.samples);
-        for (std::uint32_t k = 0; k < lines.samples; ++k) {
-            const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-            gain[k] = std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
-        }
-        for_each_index(policy, lines.count, [&](std::size_t line) {
-            Value* values = lines.values.data() + line * lines.samples;
-            for (std::uint32_t k = 0; k < lines.samples; ++k) values[k] *= gain[k];
+        exec::for_each_block(policy, lines.samples, together, [&](std::size_t begin, std::size_t end) {
+            float gain[together];
+            for (std::size_t k = begin; k < end; ++k) {
+                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+                gain[k - begin] = std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
+            }
+            for (std::size_t line = 0; line < lines.count; ++line) {
+                Value* values = lines.values.data() + line * lines.samples + begin;
+                for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
+            }
         });
         return lines;
     }

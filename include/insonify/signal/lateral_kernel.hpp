@@ -7,6 +7,7 @@
 #include <insonify/signal/taps.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -86,21 +87,20 @@ struct lateral_kernel {
     /// In the middle of the step that a sample belongs to.
     lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
 
-    /// At a sample itself, as `convolve` takes them.
-    /// @param half  is overwritten, and must outlive the answer
-    lateral_weights between(std::uint32_t sample, std::vector<float>& half) const {
+    /// At a sample itself, as `convolve` takes them: (1 - share) of one step's weights and `share` of another's.
+    struct blend {
+        view<const float> above{};
+        view<const float> below{};
+        float share = 0;
+    };
+    blend blend_at(std::uint32_t sample) const {
         const auto last = static_cast<float>(entries.size() - 1);
         const float place = clamped((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
         const auto first = static_cast<std::size_t>(place);
-        const lateral_weights above = of(entries[first]), below = of(entries[first + (place < last ? 1 : 0)]);
-        const float share = place - static_cast<float>(first);
-        half.assign(above.half.size() > below.half.size() ? above.half.size() : below.half.size(), 0.0F);
-        for (std::size_t i = 0; i < above.half.size(); ++i) half[i] += (1 - share) * above.half[i];
-        for (std::size_t i = 0; i < below.half.size(); ++i) half[i] += share * below.half[i];
-        return {.half = {half.data(), half.size()},
-                .lines = lines,
-                .full_circle = full_circle,
-                .spacing = above.spacing + share * (below.spacing - above.spacing)};
+        const entry &above = entries[first], &below = entries[first + (place < last ? 1 : 0)];
+        return {.above = {weights.data() + above.begin, above.count},
+                .below = {weights.data() + below.begin, below.count},
+                .share = place - static_cast<float>(first)};
     }
 
     /// The furthest of all depths, in lines.
@@ -119,14 +119,19 @@ struct lateral_kernel {
     }
 };
 
-/// @param scan  depth and samples of the lines; `samples` must be stated
+/// @param scan      depth and samples of the lines; `samples` must be stated
+/// @param recycled  a kernel whose memory is used again
 /// @throws usage_error  where the probe or the acquisition makes no sense
 template <transducer Probe>
-lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan) {
+lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, lateral_kernel recycled = {}) {
     const beam_model beam = beam_of(probe, scan.depth);
     if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` must be stated"};
     constexpr std::uint32_t step = lateral_kernel::depth_step;
-    lateral_kernel kernel{.lines = probe.lines, .full_circle = is_full_circle(probe)};
+    lateral_kernel kernel = std::move(recycled);
+    kernel.lines = probe.lines;
+    kernel.full_circle = is_full_circle(probe);
+    kernel.entries.clear();
+    kernel.weights.clear();
     const std::uint32_t most = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
     for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
         const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);

@@ -4,6 +4,7 @@
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
 #include <cstddef>
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -16,42 +17,39 @@ struct tap {
     std::ptrdiff_t offset = 0; ///< in complex samples, from the sample that has the number of the result
 };
 
-/// So many results of a filter are worked on at a time.
-inline constexpr std::size_t tap_block = 32;
+/// A filter may read so many samples further than its results need.
+inline constexpr std::size_t tap_room = 4 * simd_width;
 
-/// Adds four taps to the sums of a block, all as plain floats.
-///
-/// A function of its own: merged into the loop over the taps, GCC would vectorise that one instead, with gathers.
-template <int Width>
-[[gnu::noinline]] void add_four_taps(const tap (&taps)[4], const float* from, float* sums) {
-    using floats = lanes<Width>;
-    const floats w0(taps[0].weight), w1(taps[1].weight), w2(taps[2].weight), w3(taps[3].weight);
-    const float *from0 = from + 2 * taps[0].offset, *from1 = from + 2 * taps[1].offset;
-    const float *from2 = from + 2 * taps[2].offset, *from3 = from + 2 * taps[3].offset;
-    for (std::size_t i = 0; i < 2 * tap_block; i += Width)
-        store(load<Width>(sums + i) + w0 * load<Width>(from0 + i) + w1 * load<Width>(from1 + i) +
-                  w2 * load<Width>(from2 + i) + w3 * load<Width>(from3 + i),
-              sums + i);
+/// As many results as eight registers hold, which the sums never leave.
+template <int Width, std::size_t... I>
+INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, float* to, std::index_sequence<I...>) {
+    lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
+    for (const tap& one : taps) {
+        const lanes<Width> weight(one.weight);
+        const float* at = from + 2 * one.offset;
+        ((sums[I] = multiply_add(load<Width>(at + I * Width), weight, sums[I])), ...);
+    }
+    (store(sums[I], to + I * Width), ...);
 }
 
 /// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
 ///
 /// @tparam Width  floats that are worked on at once
-/// @param from  is read as far as if `count` were rounded up to whole blocks
+/// @param from  is read up to `tap_room` samples beyond what `count` results need
 /// @param to    must not overlap what is read
 template <int Width>
 void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
-    for (std::size_t begin = 0; begin < count; begin += tap_block) {
-        vec2 sums[tap_block] = {};
-        for (std::size_t first = 0; first < taps.size(); first += 4) {
-            tap four[4];
-            for (std::size_t i = 0; i < 4; ++i)
-                four[i] = first + i < taps.size() ? taps[first + i] : tap{.offset = taps[first].offset};
-            add_four_taps<Width>(four, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(sums));
-        }
-        const std::size_t results = count - begin < tap_block ? count - begin : tap_block;
-        for (std::size_t i = 0; i < results; ++i) to[begin + i] = sums[i];
-    }
+    constexpr std::size_t block = 4 * Width;
+    constexpr auto registers = std::make_index_sequence<8>{};
+    std::size_t begin = 0;
+    for (; begin + block <= count; begin += block)
+        sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin),
+                                 reinterpret_cast<float*>(to + begin), registers);
+    if (begin == count) return;
+    vec2 last[block];
+    sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(last),
+                             registers);
+    for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -2,11 +2,13 @@
 #define INSONIFY_TRACING_BEAM_TABLE_HPP
 
 #include <insonify/acoustics/layer.hpp>
+#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/lateral_kernel.hpp>
 #include <insonify/tracing/elevation.hpp>
-#include <algorithm>
+#include <concepts>
+#include <optional>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -101,6 +103,35 @@ beam_table make_beam_table(const Policy& policy, const Probe& probe, float depth
     else
         return {};
 }
+
+/// The table of the frame before, made anew where the probe, the depth, the planes or the model has changed, or where
+/// probes or models cannot be compared.
+template <transducer Probe, class Model>
+class kept_beam_table {
+  public:
+    template <class Policy>
+    const beam_table& operator()(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+                                 const Model& model) {
+        if constexpr (std::equality_comparable<Probe> && std::equality_comparable<Model>) {
+            if (made_for_ && made_for_->probe == probe && made_for_->depth == depth &&
+                made_for_->planes == planes.count() && made_for_->model == model)
+                return table_;
+        }
+        table_ = make_beam_table(policy, probe, depth, planes, model);
+        made_for_.emplace(cause{probe, depth, planes.count(), model});
+        return table_;
+    }
+
+  private:
+    struct cause {
+        Probe probe;
+        float depth;
+        std::uint32_t planes;
+        Model model;
+    };
+    std::optional<cause> made_for_{};
+    beam_table table_{};
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

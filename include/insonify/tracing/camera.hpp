@@ -22,7 +22,7 @@ concept camera = requires(const Camera& c, vec2 pixel) {
 };
 
 /// @throws usage_error  for a picture without pixels or of more than 2^28, or a pose that is not rigid
-inline void check_camera(uvec2 size, const pose& at) {
+INSONIFY_LAZY void check_camera(uvec2 size, const pose& at) {
     const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
     if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
         throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};

@@ -50,14 +50,13 @@ class elevation_planes {
     }
 
     /// The same for every sample of a line: plane after plane, each with `samples` weights.
-    std::vector<float> weights_of_samples(std::uint32_t samples, float spacing) const {
-        std::vector<float> all(std::size_t{count_} * samples);
+    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
+        all.resize(std::size_t{count_} * samples);
         float weight[most];
         for (std::uint32_t k = 0; k < samples; ++k) {
             weights((static_cast<float>(k) + 0.5F) * spacing, weight);
             for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = weight[i];
         }
-        return all;
     }
 
   private:

@@ -1,0 +1,98 @@
+#ifndef INSONIFY_SCENE_MIXED_FACES_HPP
+#define INSONIFY_SCENE_MIXED_FACES_HPP
+
+#include <insonify/bvh/traverse.hpp>
+#include <insonify/geometry/mesh.hpp>
+#include <insonify/scene/face_groups.hpp>
+#include <insonify/scene/slice_frame.hpp>
+#include <insonify/scene/slice_region.hpp>
+
+/// Which faces go through slices: those whose corners differ in level (see `slice_frame`).
+namespace insonify::inline INSONIFY_ABI {
+
+/// The level of every point, a few at a time, by plain loops that the compiler turns into SIMD.
+inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
+    constexpr std::size_t few = 512;
+    const slice_frame own = frame; // which nothing else writes into
+    float height[few];
+    for (std::size_t begin = 0; begin < points.size(); begin += few) {
+        const std::size_t count = std::min(few, points.size() - begin);
+        const vec3* const from = points.data() + begin;
+        std::uint8_t* const to = levels + begin;
+        for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(from[i]);
+        const float lowest = own.height[0];
+        for (std::size_t i = 0; i < count; ++i) to[i] = height[i] > lowest;
+        for (std::uint32_t slice = 1; slice < own.count; ++slice) {
+            const float here = own.height[slice];
+            for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(to[i] + (height[i] > here));
+        }
+    }
+}
+
+/// Calls visit(i) for the faces of the groups [begin, end) whose corners differ in level: few, so that branches are
+/// foreseen.
+template <class Visit>
+void for_each_mixed(view<const uvec3> faces, const face_groups& groups, std::size_t begin, std::size_t end,
+                    const std::uint8_t* levels, Visit&& visit) {
+    for (std::size_t group = begin; group < end; ++group) {
+        const view<const std::uint32_t> vertices = groups[group];
+        const unsigned first = levels[vertices[0]];
+        unsigned different = 0;
+        for (const std::uint32_t vertex : vertices) different |= levels[vertex] ^ first;
+        if (different == 0) continue;
+        const std::size_t last = std::min((group + 1) * face_groups::size, faces.size());
+        for (std::size_t i = group * face_groups::size; i < last; ++i) {
+            const uvec3 corner = faces[i];
+            const unsigned a = levels[corner.x], b = levels[corner.y], c = levels[corner.z];
+            if (((a ^ b) | (a ^ c)) != 0) visit(static_cast<std::uint32_t>(i));
+        }
+    }
+}
+
+/// A bit for each triangle of a leaf whose corners differ in level.
+template <class Range, int Width>
+INSONIFY_INLINE std::uint32_t mixed_of(const slice_frame& frame, const leaf<Range, Width>& triangles) {
+    lanes<Width> height[3];
+    for (int c = 0; c < 3; ++c) {
+        const auto& corner = triangles.corner[c];
+        height[c] = frame.height_of(load<Width>(corner[0]), load<Width>(corner[1]), load<Width>(corner[2]));
+    }
+    std::uint32_t mixed = 0;
+    for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
+        const lanes<Width> here(frame.height[slice]);
+        const std::uint32_t a = bits_of(here < height[0]), b = bits_of(here < height[1]);
+        mixed |= (a ^ b) | (a ^ bits_of(here < height[2]));
+    }
+    return mixed & triangles.usable;
+}
+
+/// The children of a node that may reach into the slices: visit(code), see node.hpp.
+template <class Range, int Width, class Visit>
+INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uint32_t node, const slice_region& region,
+                                    Visit&& visit) {
+    const auto& side = tree.bounds_of[node].side;
+    const lanes<Width> lower[3] = {load<Width>(side[0][0]), load<Width>(side[0][1]), load<Width>(side[0][2])};
+    const lanes<Width> upper[3] = {load<Width>(side[1][0]), load<Width>(side[1][1]), load<Width>(side[1][2])};
+    for (std::uint32_t left = overlaps(region, lower, upper); left != 0; left &= left - 1) {
+        const std::uint32_t child = tree.nodes[node].child[lowest_bit(left)];
+        if (child != no_child) visit(child);
+    }
+}
+
+/// The leaves below `code` that may reach into the slices: visit(leaf, slots).
+template <class Range, int Width, class Visit>
+void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
+    std::uint32_t stack[bvh_view<Range, Width>::stack_size];
+    std::uint32_t waiting = 0;
+    stack[waiting++] = code;
+    while (waiting > 0) {
+        const std::uint32_t next = stack[--waiting];
+        if ((next & leaf_bit) != 0)
+            visit(tree.leaves[next ^ leaf_bit], tree.slots.first + std::size_t{next ^ leaf_bit} * Width);
+        else
+            for_each_child(tree, next, region, [&](std::uint32_t child) { stack[waiting++] = child; });
+    }
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
