@@ -9,5 +9,6 @@ int main(int count, char** arguments) {
     bench::add_ray_rows(all);
     bench::add_tree_rows(all);
     bench::add_frame_rows(all);
+    bench::add_chain_rows(all);
     if (count > 2) all.write_json(arguments[2]);
 }

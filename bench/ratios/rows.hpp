@@ -9,6 +9,7 @@ namespace bench {
 void add_ray_rows(table& into);
 void add_tree_rows(table& into);
 void add_frame_rows(table& into);
+void add_chain_rows(table& into);
 
 } // namespace bench
 #endif

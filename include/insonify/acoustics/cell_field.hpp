@@ -4,6 +4,7 @@
 #include <insonify/acoustics/scatter_numbers.hpp>
 #include <insonify/acoustics/scattering.hpp>
 #include <insonify/acoustics/view_direction.hpp>
+#include <insonify/execution/simd_math.hpp>
 #include <type_traits>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -122,12 +123,8 @@ struct cell_field {
         // 1 / sqrt(share^2 + (1 - share)^2) within 1e-4, as a polynomial in u = (2 share - 1)^2: sqrt(2 / (1 + u)).
         template <int N>
         INSONIFY_FN INSONIFY_INLINE static lanes<N> of_power_1(const lanes<N>& share) {
-            using floats = lanes<N>;
-            const floats twice = share + share - floats(1.0F), u = twice * twice;
-            floats sum(0.070276911F);
-            for (const float coefficient : {-0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F})
-                sum = multiply_add(sum, u, floats(coefficient));
-            return sum;
+            const lanes<N> twice = share + share - lanes<N>(1.0F);
+            return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
         }
     };
 

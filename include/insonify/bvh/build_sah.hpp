@@ -1,11 +1,10 @@
 #ifndef INSONIFY_BVH_BUILD_SAH_HPP
 #define INSONIFY_BVH_BUILD_SAH_HPP
 
-#include <insonify/bvh/node.hpp>
-#include <insonify/core/algorithm.hpp>
-#include <insonify/core/view.hpp>
-#include <insonify/execution/for_each.hpp>
-#include <numeric>
+#include <insonify/bvh/assemble.hpp>
+#include <insonify/bvh/sah_bins.hpp>
+#include <algorithm>
+#include <memory>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -18,217 +17,160 @@ namespace insonify::inline INSONIFY_ABI {
 /// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies"; the cost of a child is its area
 /// times the number of leaves that it takes.
 struct build_sah {
-    static constexpr int bins = 16;
-
-    template <int Width, exec::policy Policy>
-    topology<Width> operator()(const Policy& policy, view<const aabb> boxes) const;
+    template <int Width, exec::policy Policy, class Range>
+    topology<Width> operator()(const Policy& policy, const Range& range) const;
 };
 
-/// One build: the boxes, and the order of primitives that the splits sort.
+/// Divides groups for `tree_assembler`. Boxes travel through two arrays: a split writes its two sides into the other.
 template <int Width>
-class sah_builder {
+class sah_splitter {
   public:
-    explicit sah_builder(view<const aabb> boxes) : boxes_{boxes} {
-        order_.reserve(boxes.size());
-        for (std::uint32_t i = 0; i < boxes.size(); ++i)
-            if (is_finite(boxes[i])) order_.push_back(i);
-    }
-
-    template <class Policy>
-    topology<Width> build(const Policy& policy) {
-        topology<Width> tree;
-        if (order_.empty()) return tree;
-        const std::size_t count = order_.size();
-        std::vector<subtree> later;
-        add_node(tree, {0, count, box_of(0, count)}, 1, std::max<std::size_t>(count / 64, 2048), &later);
-        std::vector<topology<Width>> parts(later.size());
-        for_each_index(policy, later.size(),
-                       [&](std::size_t i) { add_node(parts[i], later[i].all, later[i].level, 0, nullptr); });
-        for (std::size_t i = 0; i < parts.size(); ++i) append(tree, parts[i], later[i]);
-        return tree;
-    }
-
-  private:
     struct group {
         std::size_t begin = 0;
         std::size_t end = 0;
-        aabb box{};
+        int source = 0; ///< which of the two arrays it lies in
+        sah_box box{};
+        sah_range centres{};
 
         std::size_t size() const { return end - begin; }
     };
 
-    // A part of the tree that is built by itself, and where it will hang.
-    struct subtree {
-        group all{};
-        std::uint32_t level = 0;
-        std::uint32_t parent = 0;
-        std::uint32_t place = 0;
-    };
-
-    struct bin {
-        aabb box{};
-        std::size_t count = 0;
-    };
-
-    static float leaf_cost(std::size_t count) { return static_cast<float>((count + Width - 1) / Width); }
-
-    // Half the centre of a box: it sorts as the centre does, and two of them never lie infinitely far apart.
-    float centre(std::uint32_t primitive, int axis) const {
-        return 0.25F * boxes_[primitive].lower[axis] + 0.25F * boxes_[primitive].upper[axis];
-    }
-
-    aabb box_of(std::size_t begin, std::size_t end) const {
-        aabb whole;
-        for (std::size_t i = begin; i < end; ++i) whole = merged(whole, boxes_[order_[i]]);
-        return whole;
-    }
-
-    std::uint32_t add_node(topology<Width>& tree, const group& all, std::uint32_t level, std::size_t later_below,
-                           std::vector<subtree>* later) {
-        const auto node = static_cast<std::uint32_t>(tree.nodes.size());
-        tree.nodes.emplace_back();
-        tree.levels = std::max(tree.levels, level);
-        group children[Width];
-        const int count = divide(all, level, children);
-        for (int i = 0; i < Width; ++i) {
-            std::uint32_t code = no_child;
-            if (i < count && children[i].size() <= Width)
-                code = add_leaf(tree, children[i]);
-            else if (i < count && later != nullptr && children[i].size() <= later_below)
-                later->push_back({children[i], level + 1, node, static_cast<std::uint32_t>(i)});
-            else if (i < count)
-                code = add_node(tree, children[i], level + 1, later_below, later);
-            tree.nodes[node].child[i] = code;
-        }
-        return node;
-    }
-
-    std::uint32_t add_leaf(topology<Width>& tree, const group& held) {
-        const auto index = static_cast<std::uint32_t>(tree.leaves());
-        tree.slots.resize(tree.slots.size() + Width, no_primitive);
-        std::sort(order_.begin() + static_cast<std::ptrdiff_t>(held.begin),
-                  order_.begin() + static_cast<std::ptrdiff_t>(held.end));
-        for (std::size_t i = 0; i < held.size(); ++i)
-            tree.slots[std::size_t{index} * Width + i] = order_[held.begin + i];
-        return index | leaf_bit;
-    }
-
-    // Hangs a part under its parent; node 0 of the part takes the next free index.
-    static void append(topology<Width>& tree, const topology<Width>& part, const subtree& where) {
-        const auto first_node = static_cast<std::uint32_t>(tree.nodes.size());
-        const auto first_leaf = static_cast<std::uint32_t>(tree.leaves());
-        tree.nodes[where.parent].child[where.place] = first_node;
-        for (node_children<Width> node : part.nodes) {
-            for (std::uint32_t& child : node.child)
-                if (child != no_child) child += (child & leaf_bit) != 0 ? first_leaf : first_node;
-            tree.nodes.push_back(node);
-        }
-        tree.slots.insert(tree.slots.end(), part.slots.begin(), part.slots.end());
-        tree.levels = std::max(tree.levels, part.levels);
-    }
-
-    int divide(const group& all, std::uint32_t level, group (&children)[Width]) {
-        children[0] = all;
-        int count = 1;
-        while (count < Width) {
-            int chosen = -1;
-            float most = -1;
-            for (int i = 0; i < count; ++i) {
-                const float size =
-                    level < free_levels ? children[i].box.half_area() : static_cast<float>(children[i].size());
-                if (children[i].size() > Width && size > most) {
-                    most = size;
-                    chosen = i;
-                }
+    template <class Policy, class Range>
+    sah_splitter(const Policy& policy, const Range& range) {
+        boxes_[0] = array(range.size());
+        struct piece {
+            std::size_t used = 0;
+            sah_box box{};
+            sah_range centres{};
+        };
+        std::vector<piece> pieces(blocks(range.size()));
+        exec::for_each_block(policy, range.size(), block_size, [&](std::size_t begin, std::size_t end) {
+            piece one;
+            for (std::size_t i = begin; i < end; ++i) {
+                const aabb box = bounds(range[i]);
+                if (!is_finite(box)) continue;
+                const sah_box item{box, static_cast<std::uint32_t>(i)};
+                one.box.add(item);
+                one.centres.add(item.half_centre(), item.half_centre());
+                boxes_[0][begin + one.used++] = item;
             }
-            if (chosen < 0) break;
-            const group whole = children[chosen];
-            const std::size_t middle = level < free_levels ? split_by_area(whole) : split_by_number(whole);
-            children[chosen] = {whole.begin, middle, box_of(whole.begin, middle)};
-            children[count++] = {middle, whole.end, box_of(middle, whole.end)};
+            pieces[begin / block_size] = one;
+        });
+        for (std::size_t b = 0; b < pieces.size(); ++b) { // closes the gaps that primitives left out have made
+            const sah_box* const first = boxes_[0].get() + b * block_size;
+            if (all_.end != b * block_size) std::copy(first, first + pieces[b].used, boxes_[0].get() + all_.end);
+            all_.end += pieces[b].used;
+            all_.box.add(pieces[b].box);
+            all_.centres.add(load<4>(pieces[b].centres.begin), load<4>(pieces[b].centres.end));
+        }
+        boxes_[1] = array(all_.end);
+        places_ = std::make_unique_for_overwrite<std::uint32_t[]>(all_.end);
+    }
+
+    const group& all() const { return all_; }
+
+    void list(const group& held, std::uint32_t* slots) const {
+        for (std::size_t i = 0; i < held.size(); ++i) slots[i] = boxes_[held.source][held.begin + i].primitive();
+    }
+
+    template <class Policy>
+    int divide(const Policy& policy, const group& whole, std::uint32_t level, group (&children)[Width]) {
+        const bool by_area = level < free_levels;
+        children[0] = whole;
+        float size[Width] = {};
+        int count = 1;
+        for (int chosen = 0; count < Width && chosen >= 0;) {
+            const group parent = children[chosen];
+            if (parent.size() > Width) {
+                if (by_area)
+                    split(policy, parent, children[chosen], children[count]);
+                else
+                    halve(parent, children[chosen], children[count]);
+                for (const int i : {chosen, count})
+                    size[i] = children[i].size() <= Width ? -1
+                              : by_area                   ? children[i].box.half_area()
+                                                          : static_cast<float>(children[i].size());
+                ++count;
+            } else {
+                size[chosen] = -1;
+            }
+            chosen = -1;
+            for (int i = 0; i < count; ++i)
+                if (size[i] >= 0 && (chosen < 0 || size[i] > size[chosen])) chosen = i;
         }
         return count;
     }
 
-    aabb centres_of(const group& g) const {
-        aabb whole;
-        for (std::size_t i = g.begin; i < g.end; ++i) {
-            const std::uint32_t p = order_[i];
-            whole = merged(whole, vec3{centre(p, 0), centre(p, 1), centre(p, 2)});
-        }
-        return whole;
+  private:
+    static constexpr std::size_t block_size = 8192; // of what one thread bins or moves at a time
+    static constexpr std::size_t blocks(std::size_t count) { return (count + block_size - 1) / block_size; }
+
+    // Left as they come: every element is written before it is read.
+    static std::unique_ptr<sah_box[]> array(std::size_t count) {
+        return std::make_unique_for_overwrite<sah_box[]>(count);
     }
 
-    // Sorts the group into two sides of the cheapest plane between bins; returns where the second begins.
-    std::size_t split_by_area(const group& g) {
-        const aabb centres = centres_of(g);
-        const vec3 extent = centres.size();
-        vec3 scale{0, 0, 0};
-        for (int axis = 0; axis < 3; ++axis)
-            if (extent[axis] > 0) scale[axis] = lesser(static_cast<float>(build_sah::bins) / extent[axis], FLT_MAX);
-        const auto bin_of = [&](std::uint32_t p, int axis) {
-            const float place = (centre(p, axis) - centres.lower[axis]) * scale[axis];
-            return static_cast<int>(lesser(place, static_cast<float>(build_sah::bins - 1)));
-        };
-        bin binned[3][build_sah::bins];
-        for (std::size_t i = g.begin; i < g.end; ++i) {
-            const std::uint32_t p = order_[i];
-            for (int axis = 0; axis < 3; ++axis) {
-                bin& b = binned[axis][bin_of(p, axis)];
-                b.box = merged(b.box, boxes_[p]);
-                ++b.count;
-            }
+    // The cheapest plane between bins; by number, in the order they are in, where no plane divides them.
+    template <class Policy>
+    void split(const Policy& policy, const group& whole, group& below, group& above) {
+        const sah_grid grid{whole.centres, whole.size()};
+        const sah_box* const from = boxes_[whole.source].get() + whole.begin;
+        sah_box* const to = boxes_[1 - whole.source].get();
+        std::uint32_t* const places = places_.get() + whole.begin;
+        sah_bins bins{grid};
+        std::vector<sah_bins> partial; // of the blocks of a large group
+        if (whole.size() <= block_size) {
+            bins.add(grid, from, places, whole.size());
+        } else {
+            partial.assign(blocks(whole.size()), bins);
+            exec::for_each_block(policy, whole.size(), block_size, [&](std::size_t begin, std::size_t end) {
+                partial[begin / block_size].add(grid, from + begin, places + begin, end - begin);
+            });
+            for (const sah_bins& one : partial) bins.add(one);
         }
-        int best_axis = -1, best_plane = 0;
-        float best_cost = FLT_MAX;
-        for (int axis = 0; axis < 3; ++axis) {
-            float cost_above[build_sah::bins] = {};
-            bin above;
-            for (int k = build_sah::bins - 1; k > 0; --k) {
-                above = {merged(above.box, binned[axis][k].box), above.count + binned[axis][k].count};
-                cost_above[k] = above.box.half_area() * leaf_cost(above.count);
-            }
-            bin below;
-            for (int k = 1; k < build_sah::bins; ++k) {
-                below = {merged(below.box, binned[axis][k - 1].box), below.count + binned[axis][k - 1].count};
-                if (below.count == 0 || below.count == g.size()) continue;
-                const float cost = below.box.half_area() * leaf_cost(below.count) + cost_above[k];
-                if (cost < best_cost) {
-                    best_cost = cost;
-                    best_axis = axis;
-                    best_plane = k;
-                }
-            }
-        }
-        if (best_axis < 0) return split_by_number(g);
-        const auto first = order_.begin() + static_cast<std::ptrdiff_t>(g.begin);
-        const auto last = order_.begin() + static_cast<std::ptrdiff_t>(g.end);
-        const auto middle =
-            std::partition(first, last, [&](std::uint32_t p) { return bin_of(p, best_axis) < best_plane; });
-        return static_cast<std::size_t>(middle - order_.begin());
-    }
-
-    // Halves the group along its longest side, a whole number of leaves in the first half.
-    std::size_t split_by_number(const group& g) {
-        const vec3 extent = centres_of(g).size();
-        const int axis = extent.x > extent.y ? (extent.x > extent.z ? 0 : 2) : (extent.y > extent.z ? 1 : 2);
-        const std::size_t half = (g.size() / 2 + Width - 1) / Width * Width;
-        const auto first = order_.begin() + static_cast<std::ptrdiff_t>(g.begin);
-        const auto last = order_.begin() + static_cast<std::ptrdiff_t>(g.end);
-        std::nth_element(first, first + static_cast<std::ptrdiff_t>(half), last, [&](std::uint32_t a, std::uint32_t b) {
-            const float ca = centre(a, axis), cb = centre(b, axis);
-            return ca < cb || (ca == cb && a < b);
+        const sah_plane plane = bins.template cheapest<Width>(whole.size());
+        if (plane.axis < 0) return halve(whole, below, above);
+        const std::size_t middle = whole.begin + plane.below;
+        below = {whole.begin, middle, 1 - whole.source, bins.box_of(plane, false)};
+        above = {middle, whole.end, 1 - whole.source, bins.box_of(plane, true)};
+        below.centres = whole.centres.within(below.box);
+        above.centres = whole.centres.within(above.box);
+        if (whole.size() <= block_size)
+            return separate(plane, from, places, whole.size(), to + below.begin, to + middle);
+        std::vector<std::size_t> first(partial.size() + 1); // of each block's below
+        for (std::size_t b = 0; b < partial.size(); ++b) first[b + 1] = first[b] + partial[b].count_below(plane);
+        exec::for_each_block(policy, whole.size(), block_size, [&](std::size_t begin, std::size_t end) {
+            const std::size_t under = first[begin / block_size];
+            separate(plane, from + begin, places + begin, end - begin, to + below.begin + under,
+                     to + middle + (begin - under));
         });
-        return g.begin + half;
     }
 
-    view<const aabb> boxes_;
-    std::vector<std::uint32_t> order_{};
+    // Moves boxes to the two sides, keeping their order.
+    static void separate(const sah_plane& plane, const sah_box* from, const std::uint32_t* places, std::size_t count,
+                         sah_box* below, sah_box* above) {
+        sah_box* next[2] = {below, above};
+        for (std::size_t i = 0; i < count; ++i) *next[plane.is_above(places[i])]++ = from[i];
+    }
+
+    // A whole number of leaves in the first half.
+    void halve(const group& whole, group& below, group& above) const {
+        const std::size_t middle = whole.begin + (whole.size() / 2 + Width - 1) / Width * Width;
+        below = {whole.begin, middle, whole.source, {}, whole.centres};
+        above = {middle, whole.end, whole.source, {}, whole.centres};
+        for (group* half : {&below, &above})
+            for (std::size_t i = half->begin; i < half->end; ++i) half->box.add(boxes_[whole.source][i]);
+    }
+
+    std::unique_ptr<sah_box[]> boxes_[2]{};
+    std::unique_ptr<std::uint32_t[]> places_{}; ///< the bins of each box along x, y and z, as the last split found them
+    group all_{};
 };
 
-template <int Width, exec::policy Policy>
-topology<Width> build_sah::operator()(const Policy& policy, view<const aabb> boxes) const {
-    return sah_builder<Width>{boxes}.build(policy);
+template <int Width, exec::policy Policy, class Range>
+topology<Width> build_sah::operator()(const Policy& policy, const Range& range) const {
+    sah_splitter<Width> splitter{policy, range};
+    return tree_assembler<Width, sah_splitter<Width>>{splitter}.assemble(policy, splitter.all());
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -1,79 +1,12 @@
 #ifndef INSONIFY_BVH_BVH_HPP
 #define INSONIFY_BVH_BVH_HPP
 
-#include <insonify/bvh/build_sah.hpp>
-#include <insonify/bvh/refit.hpp>
-#include <insonify/bvh/traverse.hpp>
-#include <insonify/core/error.hpp>
+#include <insonify/bvh/storage.hpp>
+#include <insonify/bvh/traverse_packet.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <span>
 
 namespace insonify::inline INSONIFY_ABI {
-
-/// Numbers about a tree.
-struct bvh_statistics {
-    std::size_t primitives = 0; ///< in leaves; those with bounds that are not finite are left out
-    std::size_t nodes = 0;
-    std::size_t leaves = 0;
-    std::uint32_t levels = 0; ///< nodes on the longest way down
-    double cost = 0;          ///< expected nodes and leaves visited by a random ray that meets the whole
-    std::size_t bytes = 0;    ///< of all arrays
-};
-
-/// The owning arrays of a tree, without the primitives: what a caller that moves its primitives around keeps.
-template <primitive_range Range, int Width = simd_width, class Builder = build_sah>
-class bvh_storage {
-  public:
-    /// @throws usage_error  for more than 2^31 - 1 primitives
-    template <exec::policy Policy>
-    void build(const Policy& policy, const Range& range) {
-        if (range.size() >= leaf_bit) throw usage_error{"bvh: more than 2147483647 primitives in one tree; split them"};
-        std::vector<aabb> boxes(range.size());
-        exec::for_each_block(policy, boxes.size(), 4096, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) boxes[i] = bounds(range[i]);
-        });
-        tree_ = Builder{}.template operator()<Width>(policy, boxes);
-        insonify::refit(policy, tree_, range, shape_);
-        cost_as_built_ = shape_.cost;
-        count_ = range.size();
-    }
-
-    /// @throws geometry_error  where the number of primitives has changed
-    template <exec::policy Policy>
-    void refit(const Policy& policy, const Range& range) {
-        if (range.size() != count_)
-            throw geometry_error{"bvh: refit needs as many primitives as the tree was built over; call rebuild"};
-        insonify::refit(policy, tree_, range, shape_);
-    }
-
-    /// How much dearer a random ray has become since the tree was built: 1 as built; rebuild beyond about 1.5.
-    double degradation() const { return cost_as_built_ > 0 ? shape_.cost / cost_as_built_ : 1; }
-
-    bvh_view<Range, Width> view_of(const Range& range) const {
-        return {tree_.nodes, shape_.bounds_of, shape_.leaves, tree_.slots, range};
-    }
-
-    /// The box around all primitives; empty for none.
-    aabb box() const { return shape_.bounds_of.empty() ? aabb{} : shape_.bounds_of.front().all(); }
-
-    bvh_statistics statistics() const {
-        return {.primitives = tree_.slots.size() - static_cast<std::size_t>(std::count(
-                                                       tree_.slots.begin(), tree_.slots.end(), no_primitive)),
-                .nodes = tree_.nodes.size(),
-                .leaves = tree_.leaves(),
-                .levels = tree_.levels,
-                .cost = shape_.cost,
-                .bytes = tree_.nodes.size() * (sizeof(node_children<Width>) + sizeof(node_bounds<Width>)) +
-                         tree_.slots.size() * sizeof(std::uint32_t) +
-                         tree_.leaves() * (sizeof(leaf<Range, Width>) + sizeof(aabb))};
-    }
-
-  private:
-    topology<Width> tree_{};
-    tree_shape<Range, Width> shape_{};
-    double cost_as_built_ = 0;
-    std::size_t count_ = 0;
-};
 
 /// A bounding volume hierarchy over primitives that the caller owns and keeps alive.
 ///
@@ -82,7 +15,7 @@ class bvh_storage {
 ///
 /// Empty, single and identical primitives are legal. Queries are const and may run on many threads at once.
 /// @tparam Width    children of a node and primitives of a leaf; as wide as a SIMD register, 4 to 8
-/// @tparam Builder  makes the topology: `build_sah`
+/// @tparam Builder  makes the topology: `build_sah`, or `build_morton`, which is faster to build and slower to trace
 template <primitive_range Range, int Width = simd_width, class Builder = build_sah>
 class bvh {
   public:
@@ -119,16 +52,35 @@ class bvh {
         std::sort(hits.begin(), hits.end(), nearer);
     }
 
-    /// One nearest hit for each ray. @throws usage_error  where the sizes differ
+    /// One nearest hit for each ray: the same as each gets alone.
+    ///
+    /// Neighbours in the span that go together are asked together (see `ray_packet::prepare`), so keep the lines of a
+    /// fan and the pixels of a row side by side. @throws usage_error  where the sizes differ
     template <exec::policy Policy>
     void closest(const Policy& policy, std::span<const ray> rays, std::span<hit> hits) const {
-        for_each_ray(policy, rays, hits.size(), [&](std::size_t i) { hits[i] = closest(rays[i]); });
+        for_each_group(
+            policy, rays, hits.size(),
+            [&](const auto& tree, auto& packet, std::size_t i) { insonify::closest(tree, packet, hits.data() + i); },
+            [&](const auto& tree, std::size_t i) { hits[i] = tree.closest(rays[i]); });
     }
 
     /// 1 for each ray that hits something, 0 for the others. @throws usage_error  where the sizes differ
     template <exec::policy Policy>
     void any(const Policy& policy, std::span<const ray> rays, std::span<std::uint8_t> met) const {
-        for_each_ray(policy, rays, met.size(), [&](std::size_t i) { met[i] = any(rays[i]) ? 1 : 0; });
+        for_each_group(
+            policy, rays, met.size(),
+            [&](const auto& tree, auto& packet, std::size_t i) { insonify::any(tree, packet, met.data() + i); },
+            [&](const auto& tree, std::size_t i) { met[i] = tree.any(rays[i]) ? 1 : 0; });
+    }
+
+    /// Every hit of each ray, nearest first. Replaces what `hits` held, and allocates where that is not enough.
+    /// @throws usage_error  where the sizes differ
+    template <exec::policy Policy>
+    void all(const Policy& policy, std::span<const ray> rays, std::span<std::vector<hit>> hits) const {
+        for_each_group(
+            policy, rays, hits.size(),
+            [&](const auto& tree, auto& packet, std::size_t i) { insonify::all(tree, packet, hits.data() + i); },
+            [&](const auto&, std::size_t i) { all(rays[i], hits[i]); });
     }
 
     /// The primitives whose bounds overlap a box or a plane, in ascending order. Replaces what `primitives` held.
@@ -145,6 +97,12 @@ class bvh {
         storage_.refit(policy, range_);
     }
 
+    /// Follows primitives that moved, by whichever of three ways pays: see `bvh_storage::update`.
+    template <exec::policy Policy>
+    way_of_update update(const Policy& policy) {
+        return storage_.update(policy, range_);
+    }
+
     /// Builds anew over the primitives as they are now.
     template <exec::policy Policy>
     void rebuild(const Policy& policy) {
@@ -158,11 +116,22 @@ class bvh {
     bvh_view<Range, Width> view_of() const { return storage_.view_of(range_); }
 
   private:
-    template <class Policy, class Body>
-    static void for_each_ray(const Policy& policy, std::span<const ray> rays, std::size_t results, const Body& body) {
+    // Rays in packets where they go together, else alone; the packets begin at fixed places.
+    template <class Policy, class Together, class Alone>
+    void for_each_group(const Policy& policy, std::span<const ray> rays, std::size_t results, const Together& together,
+                        const Alone& alone) const {
         if (rays.size() != results) throw usage_error{"bvh: as many results as rays are needed"};
-        exec::for_each_block(policy, rays.size(), 256, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) body(i);
+        exec::for_each_block(policy, rays.size(), 256, [&, tree = view_of()](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; i += Width) {
+                if constexpr (triangle_range<Range>) {
+                    ray_packet<Width> packet;
+                    if (i + Width <= end && packet.prepare(rays.data() + i, tree.reach, tree.leaf_size)) {
+                        together(tree, packet, i);
+                        continue;
+                    }
+                }
+                for (std::size_t k = i; k < std::min<std::size_t>(i + Width, end); ++k) alone(tree, k);
+            }
         });
     }
 

@@ -24,7 +24,7 @@ struct leaf {
     /// Calls visit(hit) for every primitive met between the ray's min_distance and max_distance, which visit may move.
     INSONIFY_VISITS
     template <class Visit>
-    INSONIFY_FN void intersect_all(const prepared_ray& r, const float& max_distance, const Range& range,
+    INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range& range,
                                    const std::uint32_t* slots, Visit&& visit) const {
         for (int i = 0; i < Width && slots[i] != no_primitive; ++i) {
             hit found = intersect(r.source, range[slots[i]]);

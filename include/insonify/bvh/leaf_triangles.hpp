@@ -2,6 +2,7 @@
 #define INSONIFY_BVH_LEAF_TRIANGLES_HPP
 
 #include <insonify/bvh/leaf.hpp>
+#include <insonify/bvh/ray_packet.hpp>
 #include <bit>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -9,9 +10,48 @@ namespace insonify::inline INSONIFY_ABI {
 template <class Range>
 concept triangle_range = primitive_range<Range> && std::same_as<range_primitive_t<Range>, triangle>;
 
+/// Triangles in the sheared plane of a ray (see `sheared_ray`), side by side: several of one ray's, or one of several
+/// rays'.
+template <int N>
+struct sheared_triangles {
+    lanes<N> x[3], y[3], z[3]; ///< of the three corners; z not yet scaled
+};
+
+/// Which of them a ray meets, and where.
+template <int N>
+struct triangle_hits {
+    lanes<N> u, v, w;      ///< twice the areas of the triangles that the ray's point makes with each edge
+    lane_mask<N> possible; ///< set where it is met, as far as floats can tell ...
+    lane_mask<N> certain;  ///< ... and where they are certain of it
+
+    /// Along the ray; of those that are certain.
+    INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
+        const lanes<N> share = scale / (u + v + w); // first, lest large numbers overflow
+        return multiply_add(u * share, t.z[0], multiply_add(v * share, t.z[1], w * share * t.z[2]));
+    }
+};
+
+/// The watertight test of triangle.hpp, in floats. They tell the side of an edge but where the ray passes within
+/// rounding of it; there `possible` and `certain` differ, and that triangle is to be asked again, exactly.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t) {
+    using floats = lanes<N>;
+    const floats u = difference_of_products(t.x[1], t.y[2], t.y[1], t.x[2]);
+    const floats v = difference_of_products(t.x[2], t.y[0], t.y[2], t.x[0]);
+    const floats w = difference_of_products(t.x[0], t.y[1], t.y[0], t.x[1]);
+    const floats lowest = lesser(lesser(u, v), w), highest = greater(greater(u, v), w);
+    floats doubt(1e-35F);     // below it an underflow may have taken the sign
+    if constexpr (!has_fma) { // each product is at most |x| |y|: four roundings of half a unit each, doubled for safety
+        const floats reach_x = greater(greater(absolute(t.x[0]), absolute(t.x[1])), absolute(t.x[2]));
+        const floats reach_y = greater(greater(absolute(t.y[0]), absolute(t.y[1])), absolute(t.y[2]));
+        doubt = reach_x * reach_y * floats(5e-7F) + doubt;
+    }
+    return {u, v, w, !(lowest < -doubt && doubt < highest), doubt < lowest || highest < -doubt};
+}
+
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
 template <triangle_range Range, int Width>
-struct alignas(sizeof(float) * Width) leaf<Range, Width> {
+struct alignas(64) leaf<Range, Width> {
     float corner[3][3][Width] = {}; ///< [corner][axis][triangle]
     std::uint32_t usable = 0;       ///< a bit for each triangle that is there and finite
 
@@ -33,42 +73,77 @@ struct alignas(sizeof(float) * Width) leaf<Range, Width> {
         return whole;
     }
 
-    /// The watertight test of triangle.hpp, in floats. Where their rounding leaves the side of an edge in doubt (the
-    /// ray passes within a few units in the last place of it), that triangle is asked again, exactly.
+    /// Calls visit(hit) for every triangle that the ray meets.
     INSONIFY_VISITS
     template <class Visit>
-    INSONIFY_FN void intersect_all(const prepared_ray& r, const float& max_distance, const Range&,
+    INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range&,
                                    const std::uint32_t* slots, Visit&& visit) const {
         using floats = lanes<Width>;
         const sheared_ray& shear = r.sheared;
-        const floats origin_x(shear.origin[shear.x]), origin_y(shear.origin[shear.y]), origin_z(shear.origin[shear.z]);
+        const floats origin_x(shear.begin.x), origin_y(shear.begin.y), origin_z(shear.begin.z);
         const floats minus_shear_x(-shear.shear.x), minus_shear_y(-shear.shear.y);
-        floats x[3], y[3], z[3];
+        sheared_triangles<Width> t;
         for (int c = 0; c < 3; ++c) {
-            z[c] = load<Width>(corner[c][shear.z]) - origin_z;
-            x[c] = multiply_add(minus_shear_x, z[c], load<Width>(corner[c][shear.x]) - origin_x);
-            y[c] = multiply_add(minus_shear_y, z[c], load<Width>(corner[c][shear.y]) - origin_y);
+            t.z[c] = load<Width>(corner[c][shear.z]) - origin_z;
+            t.x[c] = multiply_add(minus_shear_x, t.z[c], load<Width>(corner[c][shear.x]) - origin_x);
+            t.y[c] = multiply_add(minus_shear_y, t.z[c], load<Width>(corner[c][shear.y]) - origin_y);
         }
-        const floats u = x[1] * y[2] - y[1] * x[2], v = x[2] * y[0] - y[2] * x[0], w = x[0] * y[1] - y[0] * x[1];
-
-        // Each product is at most |x| |y|: four roundings of half a unit each, doubled for safety; and underflow.
-        const floats reach_x = greater(greater(absolute(x[0]), absolute(x[1])), absolute(x[2]));
-        const floats reach_y = greater(greater(absolute(y[0]), absolute(y[1])), absolute(y[2]));
-        const floats doubt = reach_x * reach_y * floats(5e-7F) + floats(4 * FLT_MIN);
-        const floats lowest = lesser(lesser(u, v), w), highest = greater(greater(u, v), w);
-        const std::uint32_t candidates = usable & ~bits_of(lowest < -doubt && doubt < highest);
-        if (candidates == 0) return;
-        const std::uint32_t certain = bits_of(doubt < lowest || highest < -doubt);
-
+        const triangle_hits<Width> met = meet(t);
+        const std::uint32_t possible = bits_of(met.possible) & usable;
+        if (possible == 0) return;
+        const std::uint32_t certain = bits_of(met.certain);
         float distance[Width];
-        const floats share = floats(shear.shear.z) / (u + v + w);
-        store(u * share * z[0] + v * share * z[1] + w * share * z[2], distance);
-        for (std::uint32_t left = candidates; left != 0; left &= left - 1) {
+        store(met.distance(t, floats(shear.shear.z)), distance);
+        for (std::uint32_t left = possible; left != 0; left &= left - 1) {
             const std::uint32_t i = lowest_bit(left);
             const float found = (certain >> i & 1U) != 0 ? distance[i] : intersect(shear, corners(i)).distance;
             if (found >= r.source.min_distance && found <= max_distance && found < FLT_MAX)
                 visit(hit{.distance = found, .primitive = slots[i]});
         }
+    }
+
+    /// Calls visit(packet, primitive, distances) for every triangle that one of the rays may meet; true where any of
+    /// these calls was. The same arithmetic as above, so that a ray gets the same answer alone and in a packet.
+    template <class Visit>
+    bool intersect_packet(ray_packet<Width>& p, const std::uint32_t* slots, const Visit& visit) const {
+        using floats = lanes<Width>;
+        const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
+        std::uint32_t inside = usable;
+        for (const auto& one : p.around) {
+            const auto value = [&](int c) {
+                return multiply_add(floats(one.weight[1]), load<Width>(corner[c][y]),
+                                    multiply_add(floats(one.weight[2]), load<Width>(corner[c][z]),
+                                                 floats(one.weight[0]) * load<Width>(corner[c][x])));
+            };
+            inside &= bits_of(floats(one.bound) <= greater(greater(value(0), value(1)), value(2)));
+        }
+        if (inside == 0) return false;
+        bool lowered = false;
+        for (; inside != 0; inside &= inside - 1) {
+            const std::uint32_t i = lowest_bit(inside);
+            const floats minus_shear_x = -load<Width>(p.shear[0]), minus_shear_y = -load<Width>(p.shear[1]);
+            sheared_triangles<Width> t;
+            for (int c = 0; c < 3; ++c) {
+                t.z[c] = floats(corner[c][z][i]) - load<Width>(p.origin[2]);
+                t.x[c] = multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(p.origin[0]));
+                t.y[c] = multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(p.origin[1]));
+            }
+            const triangle_hits<Width> met = meet(t);
+            const std::uint32_t possible = bits_of(met.possible);
+            if (possible == 0) continue;
+            floats distance = select(met.possible, met.distance(t, load<Width>(p.shear[2])), floats(FLT_MAX));
+            if (std::uint32_t doubtful = possible & ~bits_of(met.certain); doubtful != 0) {
+                alignas(sizeof(floats)) float exact[Width];
+                store(distance, exact);
+                for (; doubtful != 0; doubtful &= doubtful - 1) {
+                    const std::uint32_t k = lowest_bit(doubtful);
+                    exact[k] = intersect(sheared_ray{p.rays[k]}, corners(i)).distance;
+                }
+                distance = load<Width>(exact);
+            }
+            lowered = visit(p, slots[i], distance) || lowered;
+        }
+        return lowered;
     }
 
     INSONIFY_FN triangle corners(std::uint32_t i) const {

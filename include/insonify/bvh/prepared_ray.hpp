@@ -8,30 +8,52 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A ray with what every box and triangle asks of it worked out once.
 ///
+/// It meets the side of a box that stands at s along an axis at the distance s * inverse + entry (or + exit). `entry`
+/// and `exit` are apart by what rounding may add up to, so that no box is lost (Ize 2013, "Robust BVH ray traversal").
 /// Along an axis across which the ray does not move, it passes every box whose sides it stands between or on: a ray in
 /// the plane that two boxes share must meet both, for the triangle test alone knows whose the edge between them is.
-/// So there the inverse is huge, and the origin is taken a rounding further in.
+/// So there the inverse is huge.
+template <int Width>
 struct prepared_ray {
+    /// What a box is asked along one axis.
+    struct slab {
+        float inverse = 0; ///< 1 / direction, finite
+        float entry = -FLT_MAX;
+        float exit = FLT_MAX;
+        std::uint32_t entry_row = 0; ///< of a node's bounds: the side that the ray meets first ...
+        std::uint32_t exit_row = 0;  ///< ... and last
+    };
     ray source{};
-    vec3 entry_origin{0, 0, 0}, exit_origin{0, 0, 0};
-    vec3 inverse{0, 0, 0};  ///< 1 / direction, finite
-    int entry_side[3] = {}; ///< per axis: the side of a box that the ray meets first, 0 lower, 1 upper
+    slab slabs[3]{};
     sheared_ray sheared{};
     bool legal = false; ///< finite, with a direction; a ray that is not meets nothing
 
-    INSONIFY_FN explicit prepared_ray(const ray& r) : source{r} {
-        for (int axis = 0; axis < 3; ++axis) {
-            float& along = source.direction[axis];
-            const bool moves = std::fabs(along) > 1e-30F;
-            if (!moves) along = 0;
-            const float room = moves ? 0.0F : greater(1.2e-7F * std::fabs(r.origin[axis]), 1e-20F);
-            entry_origin[axis] = r.origin[axis] + room;
-            exit_origin[axis] = r.origin[axis] - room;
-            inverse[axis] = moves ? 1 / along : 1e30F;
-            entry_side[axis] = along < 0;
-        }
-        legal = is_finite(r.origin) && is_finite(r.direction) && source.direction != vec3{0, 0, 0};
+    /// @param reach  no coordinate of a box is further from 0
+    INSONIFY_FN INSONIFY_INLINE prepared_ray(const ray& r, float reach) : source{r} {
+        vec3& along = source.direction;
+        slabs[0] = slab_of(0, r.origin.x, along.x, reach);
+        slabs[1] = slab_of(1, r.origin.y, along.y, reach);
+        slabs[2] = slab_of(2, r.origin.z, along.z, reach);
+        legal = is_finite(r.origin) && is_finite(r.direction) && along != vec3{0, 0, 0};
         if (legal) sheared = sheared_ray{source};
+    }
+
+  private:
+    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float& along, float reach) {
+        const bool moves = std::fabs(along) > 1e-30F;
+        if (!moves) along = 0;
+        slab s;
+        const std::uint32_t backwards = along < 0 ? 1 : 0;
+        s.entry_row = tree_node<Width>::row(backwards, axis);
+        s.exit_row = tree_node<Width>::row(1 - backwards, axis);
+        const float inverse = moves ? 1 / along : 1e30F;
+        const float begin = -origin * inverse;
+        const float room = std::fabs(inverse) * (5e-7F * (std::fabs(origin) + reach) + 1e-20F);
+        if (!(std::fabs(begin) + room < 1e36F)) return s; // so far away that this axis tells nothing
+        s.inverse = inverse;
+        s.entry = begin - room;
+        s.exit = begin + room;
+        return s;
     }
 };
 
@@ -43,22 +65,18 @@ struct box_entries {
 };
 
 /// Slab test of all children at once. Conservative: rounding never loses a box.
-///
-/// Source: Ize 2013, "Robust BVH ray traversal": every rounding is relative to a slab distance, so widening the exit
-/// by a few units in the last place covers them.
 template <int Width>
-INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const node_bounds<Width>& bounds, const prepared_ray& r,
+INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& node, const prepared_ray<Width>& r,
                                                      float max_distance) {
     using floats = lanes<Width>;
     floats in(r.source.min_distance), out(max_distance);
     for (int axis = 0; axis < 3; ++axis) {
-        const floats from(r.entry_origin[axis]), to(r.exit_origin[axis]), inverse(r.inverse[axis]);
-        const int entry = r.entry_side[axis];
-        in = greater((load<Width>(bounds.side[entry][axis]) - from) * inverse, in);
-        out = lesser((load<Width>(bounds.side[1 - entry][axis]) - to) * inverse, out);
+        const auto& slab = r.slabs[axis];
+        const floats inverse(slab.inverse), entry(slab.entry), exit(slab.exit);
+        in = greater(multiply_add(load<Width>(node.sides + slab.entry_row), inverse, entry), in);
+        out = lesser(multiply_add(load<Width>(node.sides + slab.exit_row), inverse, exit), out);
     }
-    const floats widened = multiply_add(absolute(out), floats(1e-6F), out);
-    return {in, bits_of(in <= widened)};
+    return {in, bits_of(in <= out)};
 }
 
 } // namespace insonify::inline INSONIFY_ABI

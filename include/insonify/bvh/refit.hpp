@@ -6,45 +6,77 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What follows the primitives when they move: the bounds of nodes and the contents of leaves.
+/// Sums of the halved surfaces of boxes, square metres.
+struct box_areas {
+    double all = 0;
+    double leaves = 0;
+};
+
+/// What follows the primitives when they move, beside the boxes in the nodes.
 template <primitive_range Range, int Width>
 struct tree_shape {
-    std::vector<node_bounds<Width>> bounds_of{};
     std::vector<leaf<Range, Width>> leaves{};
-    std::vector<aabb> leaf_boxes{};
+    std::vector<box_areas> areas{}; ///< of each part of the tree
+    aabb box{};                     ///< around all
+    float reach = 0;                ///< no coordinate of a box is further from 0
+    float leaf_size = 0;            ///< metres: the mean of leaves, as squares
     double cost = 0; ///< expected nodes and leaves that a random ray visits: areas of all boxes over that of the whole
 };
 
-/// Moves every bound to fit the primitives' present positions; the tree's topology stays.
+/// Fits the boxes in some consecutive nodes to their children, which are leaves, among them, or fitted already.
+/// @return the areas of those boxes
+template <primitive_range Range, int Width>
+box_areas refit_nodes(topology<Width>& tree, std::uint32_t begin, std::uint32_t end, const Range& range,
+                      std::vector<leaf<Range, Width>>& leaves) {
+    box_areas area;
+    for (std::uint32_t i = end; i-- > begin;) { // children come after their parent
+        tree_node<Width>& node = tree.nodes[i];
+        for (int k = 0; k < Width; ++k) {
+            const std::uint32_t child = node.child[k];
+            if (child == no_child)
+                node.set_box(k, {});
+            else if ((child & leaf_bit) == 0)
+                node.set_box(k, tree.nodes[child].all());
+            else {
+                const std::size_t index = child ^ leaf_bit;
+                const aabb box = leaves[index].fill(range, tree.slots.data() + index * Width);
+                node.set_box(k, box);
+                area.leaves += static_cast<double>(box.half_area());
+            }
+        }
+        area.all += static_cast<double>(node.half_area());
+    }
+    return area;
+}
+
+/// Moves every box to fit the primitives' present positions; who is whose child stays.
 ///
-/// Cost: one pass over leaves and nodes, bottom up; allocates only when the topology is new.
+/// Cost: one pass over leaves and nodes, bottom up; allocates only when the tree is new.
 /// @param range  same count and order as when the tree was built
 /// Source: Wald, Boulos & Shirley 2007, section 3.
 template <exec::policy Policy, primitive_range Range, int Width>
-void refit(const Policy& policy, const topology<Width>& tree, const Range& range, tree_shape<Range, Width>& shape) {
-    shape.bounds_of.resize(tree.nodes.size());
+void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree_shape<Range, Width>& shape) {
     shape.leaves.resize(tree.leaves());
-    shape.leaf_boxes.resize(tree.leaves());
-    exec::for_each_block(policy, tree.leaves(), 1024, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            shape.leaf_boxes[i] = shape.leaves[i].fill(range, tree.slots.data() + i * Width);
+    shape.areas.resize(tree.parts.size());
+    shape.box = {};
+    shape.reach = shape.leaf_size = 0;
+    shape.cost = 0;
+    if (tree.nodes.empty()) return;
+    for_each_index(policy, tree.parts.size(), [&](std::size_t i) {
+        shape.areas[i] = refit_nodes(tree, tree.parts[i].begin, tree.parts[i].end, range, shape.leaves);
     });
-    double area = 0;
-    aabb whole;
-    for (std::size_t node = tree.nodes.size(); node-- > 0;) { // children come after their parent
-        whole = {};
-        for (int i = 0; i < Width; ++i) {
-            const std::uint32_t child = tree.nodes[node].child[i];
-            aabb box;
-            if (child != no_child)
-                box = (child & leaf_bit) != 0 ? shape.leaf_boxes[child ^ leaf_bit] : shape.bounds_of[child].all();
-            shape.bounds_of[node].set_box(i, box);
-            whole = merged(whole, box);
-            area += static_cast<double>(box.half_area());
-        }
+    box_areas area = refit_nodes(tree, 0, tree.parts.front().begin, range, shape.leaves);
+    for (const box_areas& one : shape.areas) {
+        area.all += one.all;
+        area.leaves += one.leaves;
     }
-    const auto root_area = static_cast<double>(whole.half_area());
-    shape.cost = root_area > 0 ? area / root_area : 0;
+    shape.box = tree.nodes.front().all();
+    const auto root_area = static_cast<double>(shape.box.half_area());
+    shape.cost = root_area > 0 ? area.all / root_area : 0;
+    shape.leaf_size = static_cast<float>(std::sqrt(area.leaves / static_cast<double>(tree.leaves())));
+    if (shape.box.empty()) return;
+    const vec3 farthest = greater(absolute(shape.box.lower), absolute(shape.box.upper));
+    shape.reach = greater(farthest.x, greater(farthest.y, farthest.z));
 }
 
 } // namespace insonify::inline INSONIFY_ABI

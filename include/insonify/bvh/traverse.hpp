@@ -9,11 +9,12 @@ namespace insonify::inline INSONIFY_ABI {
 /// A tree as traversal sees it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
 template <primitive_range Range, int Width = simd_width>
 struct bvh_view {
-    view<const node_children<Width>> nodes{};
-    view<const node_bounds<Width>> bounds_of{};
+    view<const tree_node<Width>> nodes{};
     view<const leaf<Range, Width>> leaves{};
     view<const std::uint32_t> slots{};
     Range range{};
+    float reach = 0;     ///< no coordinate of a box is further from 0
+    float leaf_size = 0; ///< metres: the mean of leaves, as squares
 
     /// Each node pops one entry and pushes at most Width.
     static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
@@ -25,38 +26,68 @@ struct bvh_view {
     INSONIFY_VISITS
     template <class Visit, class Stop>
     INSONIFY_FN void search(const ray& source, float& max_distance, Visit&& visit, Stop&& stop) const {
-        struct entry {
-            float distance;
-            std::uint32_t child;
-        };
-        const prepared_ray r{source};
+        const prepared_ray<Width> r{source, reach};
         if (!r.legal || nodes.empty()) return;
-        entry stack[stack_size];
+        std::int64_t stack[stack_size];
         std::uint32_t waiting = 0;
-        stack[waiting++] = {r.source.min_distance, 0};
-        while (waiting > 0) {
-            const entry next = stack[--waiting];
-            if (next.distance > max_distance + 1e-6F * std::fabs(max_distance)) continue;
-            if ((next.child & leaf_bit) != 0) {
-                const std::uint32_t index = next.child ^ leaf_bit;
+        std::uint32_t next = 0;
+        for (;;) {
+            if ((next & leaf_bit) == 0) {
+                const box_entries<Width> boxes = enter(nodes[next], r, max_distance);
+                if (std::uint32_t left = boxes.met; left != 0) {
+                    const std::uint32_t* const child = nodes[next].child;
+                    next = child[lowest_bit(left)];
+                    if ((left & (left - 1)) == 0) continue;
+                    alignas(sizeof(float) * Width) float distance[Width];
+                    store(boxes.distance, distance);
+                    std::int64_t nearest = key_of(distance[lowest_bit(left)], next);
+                    prefetch(next);
+                    while ((left &= left - 1) != 0) {
+                        const std::uint32_t i = lowest_bit(left);
+                        const std::int64_t key = key_of(distance[i], child[i]);
+                        prefetch(child[i]);
+                        stack[waiting++] = key < nearest ? nearest : key;
+                        nearest = key < nearest ? key : nearest;
+                    }
+                    next = static_cast<std::uint32_t>(nearest);
+                    continue;
+                }
+            } else if (next != no_child) {
+                const std::uint32_t index = next ^ leaf_bit;
                 leaves[index].intersect_all(r, max_distance, range, slots.first + std::size_t{index} * Width, visit);
                 if (stop()) return;
-                continue;
             }
-            const box_entries<Width> boxes = enter(bounds_of[next.child], r, max_distance);
-            float distance[Width];
-            store(boxes.distance, distance);
-            const std::uint32_t first_pushed = waiting;
-            for (std::uint32_t left = boxes.met; left != 0; left &= left - 1) {
-                const std::uint32_t i = lowest_bit(left);
-                const std::uint32_t child = nodes[next.child].child[i];
-                if (child == no_child) continue;
-                std::uint32_t place = waiting++; // insertion sort: farthest below, nearest on top
-                for (; place > first_pushed && stack[place - 1].distance < distance[i]; --place)
-                    stack[place] = stack[place - 1];
-                stack[place] = {distance[i], child};
-            }
+            do {
+                if (waiting == 0) return;
+                next = static_cast<std::uint32_t>(stack[--waiting]);
+            } while (distance_of(stack[waiting]) > max_distance);
         }
+    }
+
+    /// Asks for what a child's code stands for, long before it is looked at.
+    INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
+#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
+        const bool is_leaf = (child & leaf_bit) != 0;
+        const void* const what = is_leaf ? static_cast<const void*>(leaves.first + (child ^ leaf_bit))
+                                         : static_cast<const void*>(nodes.first + child);
+        const char* const line = static_cast<const char*>(what);
+        __builtin_prefetch(line);
+        __builtin_prefetch(line + 64);
+        __builtin_prefetch(line + 128);
+        __builtin_prefetch(line + 192);
+        __builtin_prefetch(line + 256);
+#else
+        static_cast<void>(child);
+#endif
+    }
+
+    /// What waits: its distance in the upper half, so that keys order as distances do (but among negative ones, where
+    /// the order does not matter), and the child's code in the lower.
+    INSONIFY_FN static std::int64_t key_of(float distance, std::uint32_t child) {
+        return static_cast<std::int64_t>(std::uint64_t{__builtin_bit_cast(std::uint32_t, distance)} << 32U | child);
+    }
+    INSONIFY_FN static float distance_of(std::int64_t key) {
+        return __builtin_bit_cast(float, static_cast<std::uint32_t>(static_cast<std::uint64_t>(key) >> 32U));
     }
 
     /// The nearest hit; of equally near ones the lowest primitive.
@@ -102,7 +133,7 @@ struct bvh_view {
             const std::uint32_t node = stack[--waiting];
             for (int i = 0; i < Width; ++i) {
                 const std::uint32_t child = nodes[node].child[i];
-                if (child == no_child || !overlaps(shape, bounds_of[node].box(i))) continue;
+                if (child == no_child || !overlaps(shape, nodes[node].box(i))) continue;
                 if ((child & leaf_bit) == 0) {
                     stack[waiting++] = child;
                     continue;

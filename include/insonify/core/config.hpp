@@ -8,7 +8,9 @@
 /// INSONIFY_VISITS stands before such a template that calls what the user brings, which may be for the host alone.
 /// INSONIFY_LAZY stands before a function that need not be a template, and makes it one: so it, and all of the standard
 /// library that it instantiates, is compiled only in files that call it, though every user's file includes it.
-#define INSONIFY_LAZY template <class = void> inline
+#define INSONIFY_LAZY                                                                                                  \
+    template <class = void>                                                                                            \
+    inline
 #if defined(__CUDACC__)
 #define INSONIFY_FN __host__ __device__
 #define INSONIFY_INLINE __forceinline__

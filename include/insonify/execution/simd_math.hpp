@@ -6,6 +6,14 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Of many x at once, by Horner's rule. @param lower  the other coefficients, those of higher powers first
+template <int N, class... Lower>
+INSONIFY_FN INSONIFY_INLINE lanes<N> polynomial(const lanes<N>& x, float highest, Lower... lower) {
+    lanes<N> sum(highest);
+    ((sum = multiply_add(sum, x, lanes<N>(lower))), ...);
+    return sum;
+}
+
 /// 2^x for many x at once: relative error below 2e-7 for x in [-126, 126]; clamped outside.
 ///
 /// Splits x into an integer, which becomes the exponent's bits, and a rest in [-1/2, 1/2], whose power is a polynomial
@@ -16,10 +24,8 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> power_of_two(const lanes<N>& x) {
     const floats limited = lesser(greater(x, floats(-126.0F)), floats(126.0F));
     const bit_lanes<N> whole = floor_bits<N>(limited + floats(0.5F));
     const floats rest = limited - floats_of<N>(whole);
-    floats power(1.5252734e-5F);
-    for (const float coefficient :
-         {1.5403530e-4F, 1.3333558e-3F, 9.6181291e-3F, 5.5504109e-2F, 2.4022651e-1F, 6.9314718e-1F, 1.0F})
-        power = multiply_add(power, rest, floats(coefficient));
+    const floats power = polynomial<N>(rest, 1.5252734e-5F, 1.5403530e-4F, 1.3333558e-3F, 9.6181291e-3F, 5.5504109e-2F,
+                                       2.4022651e-1F, 6.9314718e-1F, 1.0F);
     return power * raw_floats<N>((whole + 127U) << 23);
 }
 
@@ -36,10 +42,8 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
     const floats exponent = floats_of<N>(moved >> 23) - floats(127.0F);
     const floats m = raw_floats<N>((moved & 0x7FFFFFU) + root_half);
     const floats s = (m - floats(1.0F)) / (m + floats(1.0F));
-    const floats square = s * s;
-    floats sum(2.8853901F / 9); // 2 / ln 2
-    for (const float coefficient : {2.8853901F / 7, 2.8853901F / 5, 2.8853901F / 3, 2.8853901F})
-        sum = multiply_add(sum, square, floats(coefficient));
+    constexpr float two = 2.8853901F; // 2 / ln 2
+    const floats sum = polynomial<N>(s * s, two / 9, two / 7, two / 5, two / 3, two);
     return multiply_add(s, sum, exponent);
 }
 

@@ -1,8 +1,8 @@
 #ifndef INSONIFY_EXECUTION_THREAD_POOL_HPP
 #define INSONIFY_EXECUTION_THREAD_POOL_HPP
 
-#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>

@@ -1,9 +1,9 @@
 #ifndef INSONIFY_GEOMETRY_SHAPES_HPP
 #define INSONIFY_GEOMETRY_SHAPES_HPP
 
-#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/mesh.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

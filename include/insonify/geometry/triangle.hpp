@@ -27,24 +27,29 @@ INSONIFY_FN inline vec3 area_vector(const triangle& t) { return cross(t.b - t.a,
 ///
 /// Source: Woop, Benthin & Wald 2013, "Watertight ray/triangle intersection".
 struct sheared_ray {
-    vec3 origin{0, 0, 0};
+    vec3 begin{0, 0, 0};     ///< the origin, in the order of the axes below
     int x = 0, y = 1, z = 2; ///< which world axes stand for x, y and z; z is the one along which the ray is longest
     vec3 shear{0, 0, 1};     ///< x and y: what to subtract a share of z from; z: the scale that makes z the distance
 
     sheared_ray() = default;
-    INSONIFY_FN explicit sheared_ray(const ray& r) : origin{r.origin} {
+    INSONIFY_FN explicit sheared_ray(const ray& r) {
         const vec3 size = absolute(r.direction);
         z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-        x = (z + 1) % 3;
-        y = (z + 2) % 3;
-        const float scale = 1 / r.direction[z];
-        shear = {r.direction[x] * scale, r.direction[y] * scale, scale};
+        x = z == 2 ? 0 : z + 1;
+        y = x == 2 ? 0 : x + 1;
+        begin = in_order(r.origin);
+        const vec3 along = in_order(r.direction);
+        const float scale = 1 / along.z;
+        shear = {along.x * scale, along.y * scale, scale};
     }
+
+    /// A vector with its axes in the order of the ray's.
+    INSONIFY_FN vec3 in_order(vec3 v) const { return z == 2 ? v : z == 0 ? vec3{v.y, v.z, v.x} : vec3{v.z, v.x, v.y}; }
 
     /// x and y across the ray, z the distance along it. Every copy of a vertex gets the very same result.
     INSONIFY_FN vec3 operator()(vec3 p) const {
-        const vec3 v = p - origin;
-        return {multiply_add(-shear.x, v[z], v[x]), multiply_add(-shear.y, v[z], v[y]), shear.z * v[z]};
+        const vec3 v = in_order(p) - begin;
+        return {multiply_add(-shear.x, v.z, v.x), multiply_add(-shear.y, v.z, v.y), shear.z * v.z};
     }
 };
 

@@ -1,8 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_VALIDATE_HPP
 #define INSONIFY_GEOMETRY_VALIDATE_HPP
 
-#include <insonify/core/algorithm.hpp>
 #include <insonify/geometry/mesh.hpp>
+#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>

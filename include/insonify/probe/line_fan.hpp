@@ -1,9 +1,9 @@
 #ifndef INSONIFY_PROBE_LINE_FAN_HPP
 #define INSONIFY_PROBE_LINE_FAN_HPP
 
-#include <insonify/core/algorithm.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/transducer.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -96,7 +96,7 @@ class line_fan {
     }
 
     // Sets `parallel_` and `apex_`.
-    bool find_apex() {
+    INSONIFY_LAZY bool find_apex() {
         const line first = lines_.front();
         std::size_t other = 0;
         double widest = 0;
@@ -132,7 +132,7 @@ class line_fan {
     }
     vec2 turned(vec2 v) const { return {v.x * axis_.y - v.y * axis_.x, v.x * axis_.x + v.y * axis_.y}; }
 
-    bool number_gaps() {
+    INSONIFY_LAZY bool number_gaps() {
         keys_.resize(lines_.size());
         for (std::size_t i = 0; i < keys_.size(); ++i)
             keys_[i] = key_of(parallel_ ? lines_[i].origin : lines_[i].along);

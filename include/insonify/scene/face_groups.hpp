@@ -3,7 +3,6 @@
 
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/mesh.hpp>
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 

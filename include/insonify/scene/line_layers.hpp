@@ -87,7 +87,7 @@ enum class angles { find, skip };
 /// All crossings within `touching_distance` of one another are applied before the media are compared. Those at the face
 /// of the probe belong to the face.
 INSONIFY_LAZY void stack_layers(const scene& body, const line_frame& line, float depth, line_crossings& found,
-                         std::vector<layer>& layers, angles wanted = angles::find) {
+                                std::vector<layer>& layers, angles wanted = angles::find) {
     media_stack& inside = found.inside;
     const std::vector<crossing>& crossings = found.crossings;
     const auto layer_of = [&](std::uint32_t rank, float begin, const surface_incidence& met) {

@@ -23,7 +23,7 @@ class media_stack {
     bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
 
     /// Rank of the object whose medium counts; `none` outside all.
-    std::uint32_t top() const {
+    INSONIFY_LAZY std::uint32_t top() const {
         for (std::size_t i = 0; i < words_.size(); ++i)
             if (words_[i] != 0)
                 return static_cast<std::uint32_t>(i * 64) + static_cast<std::uint32_t>(std::countr_zero(words_[i]));

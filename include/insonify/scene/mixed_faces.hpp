@@ -70,9 +70,9 @@ INSONIFY_INLINE std::uint32_t mixed_of(const slice_frame& frame, const leaf<Rang
 template <class Range, int Width, class Visit>
 INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uint32_t node, const slice_region& region,
                                     Visit&& visit) {
-    const auto& side = tree.bounds_of[node].side;
-    const lanes<Width> lower[3] = {load<Width>(side[0][0]), load<Width>(side[0][1]), load<Width>(side[0][2])};
-    const lanes<Width> upper[3] = {load<Width>(side[1][0]), load<Width>(side[1][1]), load<Width>(side[1][2])};
+    const float* const side = tree.nodes[node].sides;
+    const auto row = [&](int k) { return load<Width>(side + k * Width); };
+    const lanes<Width> lower[3] = {row(0), row(1), row(2)}, upper[3] = {row(3), row(4), row(5)};
     for (std::uint32_t left = overlaps(region, lower, upper); left != 0; left &= left - 1) {
         const std::uint32_t child = tree.nodes[node].child[lowest_bit(left)];
         if (child != no_child) visit(child);

@@ -1,10 +1,10 @@
 #ifndef INSONIFY_SCENE_SCENE_HPP
 #define INSONIFY_SCENE_SCENE_HPP
 
-#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/point_bounds.hpp>
 #include <insonify/scene/object.hpp>
+#include <algorithm>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -63,7 +63,7 @@ class scene {
     }
 
     /// Takes an object out. Call `build` before tracing. @throws usage_error  for an unknown id
-    void remove(object_id id) {
+    INSONIFY_LAZY void remove(object_id id) {
         objects_.erase(objects_.begin() + (&object_of(id) - objects_.data()));
         built_ = false;
     }
@@ -71,7 +71,7 @@ class scene {
     /// The object's vertices in its own coordinates, to be moved; call `update` afterwards, and ask again each frame.
     ///
     /// The span ends with `add`, `remove` or assignment. @throws usage_error  for an unknown id
-    std::span<vec3> positions(object_id id) {
+    INSONIFY_LAZY std::span<vec3> positions(object_id id) {
         object& one = object_of(id);
         one.moved = true;
         return one.surface.positions;
@@ -80,7 +80,7 @@ class scene {
 
     /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
     /// @throws usage_error  for an unknown id  @throws geometry_error  for a pose that is not rigid
-    void place(object_id id, const pose& at) {
+    INSONIFY_LAZY void place(object_id id, const pose& at) {
         object& one = object_of(id);
         if (!is_rigid(at)) throw geometry_error{"place: the pose is no rigid motion (rotation and translation)"};
         one.at = at;
@@ -120,7 +120,8 @@ class scene {
         return std::move(*this);
     }
 
-    /// Follows what moved since the last frame: refits trees, and rebuilds one whose quality refitting has worn off.
+    /// Follows what moved since the last frame: refits trees, and rebuilds those that refitting has worn off (see
+    /// `bvh_storage::update`).
     ///
     /// Cost: nothing for objects at rest; no allocation but where a tree is rebuilt. With `trees::wait` one pass over the
     /// vertices that moved: the cheapest frame of a deforming body, if `trace` can cut it into slices.
@@ -132,9 +133,6 @@ class scene {
             if (one.moved || (upkeep == trees::follow && !one.tree_follows)) take_positions(policy, one, upkeep);
     }
 
-    /// Refitting may make a random ray this much dearer before `update` builds a tree anew.
-    static constexpr double rebuild_beyond = 1.5;
-
     const medium& background() const { return background_; }
 
     /// All objects, in the order they were added.
@@ -144,7 +142,7 @@ class scene {
     const object& operator[](object_id id) const { return object_of(id); }
 
     /// The first object of this name, if there is one.
-    std::optional<object_id> find(std::string_view name) const {
+    INSONIFY_LAZY std::optional<object_id> find(std::string_view name) const {
         for (const object& one : objects_)
             if (one.name == name) return one.id;
         return std::nullopt;
@@ -160,20 +158,20 @@ class scene {
     const object& ranked(std::uint32_t rank) const { return objects_[by_rank_[rank]]; }
 
     /// The box around all objects, in the world; as built or updated.
-    aabb box() const {
+    INSONIFY_LAZY aabb box() const {
         aabb whole;
         for (const object& one : objects_) whole = merged(whole, one.box);
         return whole;
     }
 
     /// @throws usage_error  where the scene is not ready to trace
-    void require_built() const {
+    INSONIFY_LAZY void require_built() const {
         if (!built_)
             throw usage_error{"scene: call build(policy) after the last add or remove, before tracing or update"};
     }
 
     /// @throws usage_error  where an object's tree waits, so that no ray can be traced
-    void require_trees() const {
+    INSONIFY_LAZY void require_trees() const {
         require_built();
         for (const object& one : objects_)
             if (!one.tree_follows)
@@ -189,8 +187,10 @@ class scene {
         one.moved = false;
         one.tree_follows = upkeep == trees::follow;
         if (one.tree_follows) {
-            if (one.has_tree) one.tree.refit(policy, surface);
-            if (!one.has_tree || one.tree.degradation() > rebuild_beyond) one.tree.build(policy, surface);
+            if (one.has_tree)
+                one.tree.update(policy, surface);
+            else
+                one.tree.build(policy, surface);
             one.has_tree = true;
         } else if (one.groups.empty()) {
             one.groups = face_groups{surface};
@@ -212,12 +212,12 @@ class scene {
         return whole;
     }
 
-    const object& object_of(object_id id) const {
+    INSONIFY_LAZY const object& object_of(object_id id) const {
         for (const object& one : objects_)
             if (one.id == id) return one;
         throw usage_error{"scene: no object has the id " + std::to_string(static_cast<std::uint32_t>(id))};
     }
-    object& object_of(object_id id) {
+    INSONIFY_LAZY object& object_of(object_id id) {
         return objects_[static_cast<std::size_t>(&std::as_const(*this).object_of(id) - objects_.data())];
     }
 

@@ -68,7 +68,8 @@ class slice_cut {
     };
 
     // The work, in the order in which `for_each_segment` will give what it finds.
-    void plan(const scene& body, const line_fan& fan, const pose& probe_at, view<const float> offsets, float reach) {
+    INSONIFY_LAZY void plan(const scene& body, const line_fan& fan, const pose& probe_at, view<const float> offsets,
+                            float reach) {
         const pose upright = probe_at * fan.upright();
         aabb face;
         for (std::uint32_t i = 0; i < fan.size(); ++i)
@@ -108,7 +109,7 @@ class slice_cut {
     }
 
     // Divides the tree of an object, level by level, into parts of which several threads may each take some.
-    void add_subtrees(const object& one, std::uint32_t index, const slice_region& region) {
+    INSONIFY_LAZY void add_subtrees(const object& one, std::uint32_t index, const slice_region& region) {
         const bvh_view<mesh_view> tree = one.tree_view();
         if (tree.nodes.empty()) return;
         const slice_region local = region.local(one.at);
@@ -130,7 +131,8 @@ class slice_cut {
         for (const std::uint32_t code : subtrees_) face_parts_.push_back({&region, index, code});
     }
 
-    void cut_part(const scene& body, const line_fan& fan, const part& own, std::vector<cut_segment>& found) const {
+    INSONIFY_LAZY void cut_part(const scene& body, const line_fan& fan, const part& own,
+                                std::vector<cut_segment>& found) const {
         const object& one = body.objects()[own.object];
         const slice_region region = own.region->local(one.at);
         found.clear();

@@ -1,7 +1,6 @@
 #ifndef INSONIFY_SCENE_SLICE_FRAME_HPP
 #define INSONIFY_SCENE_SLICE_FRAME_HPP
 
-#include <insonify/core/algorithm.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/geometry/pose.hpp>
@@ -30,9 +29,15 @@ struct slice_frame {
     slice_frame(const pose& at, view<const float> offsets)
         : origin{at.translation}, across{at.rotation[0]}, elevation{at.rotation[1]}, along{at.rotation[2]},
           count{static_cast<std::uint32_t>(offsets.size())} {
-        for (std::uint32_t i = 0; i < count; ++i) number[i] = i;
-        std::sort(number, number + count, [&](std::uint32_t a, std::uint32_t b) { return offsets[a] < offsets[b]; });
-        for (std::uint32_t i = 0; i < count; ++i) height[i] = offsets[number[i]];
+        for (std::uint32_t i = 0; i < count; ++i) { // sorted in where it belongs
+            std::uint32_t place = i;
+            for (; place > 0 && offsets[i] < height[place - 1]; --place) {
+                height[place] = height[place - 1];
+                number[place] = number[place - 1];
+            }
+            height[place] = offsets[i];
+            number[place] = i;
+        }
     }
 
     /// The same slices as an object sees them that stands in the world as `at` says.

@@ -1,11 +1,11 @@
 #ifndef INSONIFY_SIGNAL_ENVELOPE_HPP
 #define INSONIFY_SIGNAL_ENVELOPE_HPP
 
-#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/hilbert.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -25,7 +25,7 @@ template <exec::policy Policy>
 scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycled = {}) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     recycled.reshape(iq.count, iq.samples, iq.depth);
-    exec::for_each_block(policy, iq.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, iq.values.size(), 16384, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             recycled.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
         square_roots<width>(recycled.values.data() + begin, end - begin);

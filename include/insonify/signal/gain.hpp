@@ -1,11 +1,11 @@
 #ifndef INSONIFY_SIGNAL_GAIN_HPP
 #define INSONIFY_SIGNAL_GAIN_HPP
 
-#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/execution/simd_math.hpp>
 #include <insonify/probe/line_grid.hpp>
+#include <algorithm>
 #include <array>
 #include <cfloat>
 #include <concepts>
@@ -52,7 +52,7 @@ template <exec::policy Policy>
 scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compress_settings& settings = {}) {
     settings.check();
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    exec::for_each_block(policy, lines.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, lines.values.size(), 16384, [&](std::size_t begin, std::size_t end) {
         float* values = lines.values.data();
         std::size_t i = begin;
         for (; i + width <= end; i += width) store(settings.grey<width>(load<width>(values + i)), values + i);

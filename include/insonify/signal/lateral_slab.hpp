@@ -1,8 +1,8 @@
 #ifndef INSONIFY_SIGNAL_LATERAL_SLAB_HPP
 #define INSONIFY_SIGNAL_LATERAL_SLAB_HPP
 
-#include <insonify/core/algorithm.hpp>
 #include <insonify/signal/lateral_kernel.hpp>
+#include <algorithm>
 #include <utility>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -2,11 +2,11 @@
 #define INSONIFY_TRACING_BEAM_TABLE_HPP
 
 #include <insonify/acoustics/layer.hpp>
-#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/lateral_kernel.hpp>
 #include <insonify/tracing/elevation.hpp>
+#include <algorithm>
 #include <concepts>
 #include <optional>
 #include <vector>

@@ -38,7 +38,7 @@ class elevation_planes {
     float offset(std::uint32_t plane) const { return offset_[plane]; }
 
     /// What each plane counts for at a depth in metres; together 1.
-    void weights(float depth, float (&weight)[most]) const {
+    INSONIFY_LAZY void weights(float depth, float (&weight)[most]) const {
         const float sigma = beam_.elevation_sigma(depth);
         float sum = 0;
         for (std::uint32_t i = 0; i < count_; ++i) {
@@ -50,7 +50,7 @@ class elevation_planes {
     }
 
     /// The same for every sample of a line: plane after plane, each with `samples` weights.
-    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
+    INSONIFY_LAZY void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
         all.resize(std::size_t{count_} * samples);
         float weight[most];
         for (std::uint32_t k = 0; k < samples; ++k) {

@@ -1,12 +1,12 @@
 #ifndef INSONIFY_TRACING_LABEL_HPP
 #define INSONIFY_TRACING_LABEL_HPP
 
-#include <insonify/core/algorithm.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/line_layers.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/check.hpp>
 #include <insonify/tracing/each_line.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -33,7 +33,7 @@ struct label_axis {
     std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
 
     /// How far lines are to be followed, metres: where sound is fast, things below `depth` are displayed above it.
-    float reach(float depth, view<const medium> media) const {
+    INSONIFY_LAZY float reach(float depth, view<const medium> media) const {
         float fastest = display_speed;
         for (const medium& m : media) fastest = greater(fastest, m.sound_speed);
         return grid == grid::displayed ? depth * (fastest / display_speed) : depth;

@@ -13,7 +13,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// `line` is the beam through the point, which lies `depth` along it. The crossings are given in depths along the beam.
 INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, float depth, float reflection_length,
-                                 line_crossings& found) {
+                                        line_crossings& found) {
     found.crossings.clear();
     found.inside.clear(body.objects().size());
     const vec3 point = line.at(depth);

@@ -30,7 +30,7 @@ class slice_lines {
     /// A ray costs about as much for each object that it comes near as three faces that are cut, and a slice goes through
     /// about 2 sqrt(faces) of an object: so cutting pays for coarse meshes and many objects, rays for few lines and meshes
     /// finer than their spacing. Both grow alike with the number of slices.
-    bool pays(const scene& body, const pose& at) const {
+    INSONIFY_LAZY bool pays(const scene& body, const pose& at) const {
         const float middle = 0;
         const slice_frame frame{at * fan_.upright(), {&middle, 1}};
         float rays = 0, cuts = 0;
@@ -65,7 +65,7 @@ class slice_lines {
     }
 
     /// Sorts the segments of lines `begin` to `begin + block` by line and slice.
-    void start(std::size_t begin, block_segments& own) {
+    INSONIFY_LAZY void start(std::size_t begin, block_segments& own) {
         const std::size_t b = begin / block;
         const std::size_t first = b == 0 ? 0 : block_end_[b - 1], last = block_end_[b];
         // By depth, once for the block: so that its lines get theirs nearly sorted.
@@ -109,7 +109,7 @@ class slice_lines {
 
   private:
     // How many lines may meet a box.
-    std::uint32_t lines_near(const aabb& box, const slice_frame& frame) const {
+    INSONIFY_LAZY std::uint32_t lines_near(const aabb& box, const slice_frame& frame) const {
         if (!fan_.is_wedge()) return fan_.size();
         std::uint32_t first = fan_.size(), last = 0;
         for (unsigned corner = 0; corner < 8; ++corner) {

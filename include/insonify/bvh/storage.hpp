@@ -1,0 +1,107 @@
+#ifndef INSONIFY_BVH_STORAGE_HPP
+#define INSONIFY_BVH_STORAGE_HPP
+
+#include <insonify/bvh/build_morton.hpp>
+#include <insonify/bvh/build_sah.hpp>
+#include <insonify/bvh/refit.hpp>
+#include <insonify/bvh/traverse.hpp>
+#include <insonify/core/error.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Numbers about a tree.
+struct bvh_statistics {
+    std::size_t primitives = 0; ///< in leaves; those with bounds that are not finite are left out
+    std::size_t nodes = 0;
+    std::size_t leaves = 0;
+    std::uint32_t levels = 0; ///< nodes on the longest way down
+    double cost = 0;          ///< expected nodes and leaves visited by a random ray that meets the whole
+    std::size_t bytes = 0;    ///< of all arrays: about 62 a triangle, and 68 more while it is built
+};
+
+/// What an update did.
+enum class way_of_update {
+    refit,        ///< boxes follow, the topology stays
+    rebuild,      ///< by the tree's own builder
+    quick_rebuild ///< by `build_morton`
+};
+
+/// The owning arrays of a tree, without the primitives: what a caller that moves its primitives around keeps.
+template <primitive_range Range, int Width = simd_width, class Builder = build_sah>
+class bvh_storage {
+  public:
+    /// @throws usage_error  for more than 2^31 - 1 primitives
+    template <exec::policy Policy>
+    void build(const Policy& policy, const Range& range) {
+        build_by(Builder{}, policy, range);
+    }
+
+    /// @throws geometry_error  where the number of primitives has changed
+    template <exec::policy Policy>
+    void refit(const Policy& policy, const Range& range) {
+        if (range.size() != count_)
+            throw geometry_error{"bvh: refit needs as many primitives as the tree was built over; call rebuild"};
+        insonify::refit(policy, tree_, range, shape_);
+        ++refits_;
+    }
+
+    /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
+    /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
+    ///
+    /// Measured in refits, a rebuild by `build_sah` costs about 8, by `build_morton` 2 to 3; the latter's trees are
+    /// about 1.1 times as dear. So the former pays where it lasts: spread over 16 updates it costs half a refit each.
+    /// The choice depends on the primitives' positions alone.
+    /// @throws geometry_error  where the number of primitives has changed
+    template <exec::policy Policy>
+    way_of_update update(const Policy& policy, const Range& range) {
+        refit(policy, range);
+        if (degradation() <= 1.5) return way_of_update::refit;
+        if (refits_ < 16) {
+            build_by(build_morton{}, policy, range);
+            return way_of_update::quick_rebuild;
+        }
+        build(policy, range);
+        return way_of_update::rebuild;
+    }
+
+    /// How much dearer a random ray has become since the tree was built: 1 as built.
+    double degradation() const { return cost_as_built_ > 0 ? shape_.cost / cost_as_built_ : 1; }
+
+    bvh_view<Range, Width> view_of(const Range& range) const {
+        return {tree_.nodes, shape_.leaves, tree_.slots, range, shape_.reach, shape_.leaf_size};
+    }
+
+    /// The box around all primitives; empty for none.
+    aabb box() const { return shape_.box; }
+
+    bvh_statistics statistics() const {
+        return {.primitives = tree_.slots.size() - static_cast<std::size_t>(std::count(
+                                                       tree_.slots.begin(), tree_.slots.end(), no_primitive)),
+                .nodes = tree_.nodes.size(),
+                .leaves = tree_.leaves(),
+                .levels = tree_.levels,
+                .cost = shape_.cost,
+                .bytes = tree_.nodes.size() * sizeof(tree_node<Width>) + tree_.slots.size() * sizeof(std::uint32_t) +
+                         tree_.leaves() * sizeof(leaf<Range, Width>)};
+    }
+
+  private:
+    template <class Any, class Policy>
+    void build_by(const Any& builder, const Policy& policy, const Range& range) {
+        if (range.size() >= leaf_bit) throw usage_error{"bvh: more than 2147483647 primitives in one tree; split them"};
+        tree_ = builder.template operator()<Width>(policy, range);
+        insonify::refit(policy, tree_, range, shape_);
+        cost_as_built_ = shape_.cost;
+        count_ = range.size();
+        refits_ = 0;
+    }
+
+    topology<Width> tree_{};
+    tree_shape<Range, Width> shape_{};
+    double cost_as_built_ = 0;
+    std::size_t count_ = 0;
+    std::uint32_t refits_ = 0; ///< since it was built
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,91 @@
+#include <insonify/bvh/build_morton.hpp>
+#include <insonify/bvh/bvh.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <doctest/doctest.h>
+#include <limits>
+
+using namespace insonify;
+
+namespace build_morton_test {
+namespace {
+
+using morton_tree = bvh<mesh_view, simd_width, build_morton>;
+
+vec3 random_point(std::uint64_t seed, std::uint64_t i) {
+    return {2 * hash_uniform(seed, 3 * i) - 1, 2 * hash_uniform(seed, 3 * i + 1) - 1,
+            2 * hash_uniform(seed, 3 * i + 2) - 1};
+}
+
+mesh random_triangles(std::uint64_t seed, std::uint32_t count, float size) {
+    mesh m;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const vec3 centre = random_point(seed, 4 * std::uint64_t{i});
+        for (std::uint64_t corner = 1; corner <= 3; ++corner)
+            m.positions.push_back(centre + size * random_point(seed, 4 * std::uint64_t{i} + corner));
+        m.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    return m;
+}
+
+int missed_or_invented(const mesh& m, std::uint64_t seed) {
+    const morton_tree tree{exec::par, mesh_view{m}};
+    int wrong = 0;
+    std::vector<hit> hits;
+    for (std::uint64_t i = 0; i < 500; ++i) {
+        const ray r{.origin = 1.5F * random_point(seed, 2 * i), .direction = random_point(seed, 2 * i + 1)};
+        std::vector<std::uint32_t> found, expected;
+        tree.all(r, hits);
+        for (const hit& h : hits) found.push_back(h.primitive);
+        const sheared_ray sheared{r};
+        for (std::uint32_t p = 0; p < m.faces.size(); ++p)
+            if (const hit h = intersect(sheared, mesh_view{m}[p]); h && h.distance >= 0) expected.push_back(p);
+        std::sort(found.begin(), found.end());
+        wrong += found != expected;
+    }
+    return wrong;
+}
+
+} // namespace
+} // namespace build_morton_test
+
+TEST_CASE("a tree along the curve finds what brute force finds") {
+    for (const std::uint32_t count : {0U, 1U, 2U, 7U, 8U, 9U, 24U, 25U, 64U, 65U, 300U, 6000U})
+        CHECK(build_morton_test::missed_or_invented(build_morton_test::random_triangles(count, count, 0.3F), 7) == 0);
+}
+
+TEST_CASE("a tree along the curve holds every primitive once, whatever the policy") {
+    const mesh m = make_sphere({0, 0, 0}, 1, 6); // 81,920: several parts
+    const build_morton_test::morton_tree one{exec::seq, mesh_view{m}}, many{exec::par.threads(3), mesh_view{m}};
+    const auto slots = one.view_of().slots, same = many.view_of().slots;
+    REQUIRE(slots.size() == same.size());
+    CHECK(std::equal(slots.begin(), slots.end(), same.begin()));
+    CHECK(one.statistics().cost == many.statistics().cost);
+    std::vector<int> times(m.faces.size());
+    for (const std::uint32_t slot : slots)
+        if (slot != no_primitive) ++times[slot];
+    CHECK(std::all_of(times.begin(), times.end(), [](int n) { return n == 1; }));
+}
+
+TEST_CASE("a tree along the curve is at most a quarter dearer than one by area") {
+    const mesh m = make_sphere({0, 0, 0}, 1, 6);
+    const build_morton_test::morton_tree quick{exec::par, mesh_view{m}};
+    const bvh best{exec::par, m};
+    CHECK(quick.statistics().cost < 1.25 * best.statistics().cost);
+    CHECK(quick.statistics().leaves < m.faces.size() * 3 / (2 * std::size_t{simd_width}));
+}
+
+TEST_CASE("identical primitives and wild ones make trees along the curve") {
+    mesh m{.positions = {{-1, -1, 1}, {1, -1, 1}, {0, 1, 1}}, .faces = {}};
+    m.faces.assign(50'000, {0, 1, 2});
+    m.positions.push_back({std::numeric_limits<float>::quiet_NaN(), 0, 0});
+    m.faces[3] = {0, 1, 3};
+    m.positions.push_back({FLT_MAX, -FLT_MAX, FLT_MAX});
+    m.faces[9] = {0, 1, 4};
+    const build_morton_test::morton_tree tree{exec::par, mesh_view{m}};
+    CHECK(tree.statistics().primitives == 49'999);
+    CHECK(tree.statistics().levels <= most_levels<simd_width>);
+    std::vector<hit> hits;
+    tree.all({}, hits);
+    CHECK(hits.size() == 49'998);
+}

@@ -1,0 +1,128 @@
+#include <insonify/bvh/bvh.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <doctest/doctest.h>
+#include <limits>
+
+using namespace insonify;
+
+namespace ray_packet_test {
+namespace {
+
+constexpr int width = simd_width;
+
+vec3 random_point(std::uint64_t seed, std::uint64_t i) {
+    return {2 * hash_uniform(seed, 3 * i) - 1, 2 * hash_uniform(seed, 3 * i + 1) - 1,
+            2 * hash_uniform(seed, 3 * i + 2) - 1};
+}
+
+mesh bumpy_sphere(vec3 centre) {
+    mesh m = make_sphere({0, 0, 0}, 1, 4);
+    for (std::size_t i = 0; i < m.positions.size(); ++i)
+        m.positions[i] = m.positions[i] * (1 + 0.1F * hash_uniform(1, i)) + centre;
+    return m;
+}
+
+// Rows of rays in every direction, diverging, parallel and converging, some of them ending early or starting late.
+std::vector<ray> rows(std::uint64_t seed, std::size_t count, vec3 centre) {
+    std::vector<ray> rays;
+    for (std::uint64_t row = 0; rays.size() < count; ++row) {
+        const vec3 from = centre + 2.0F * random_point(seed, 4 * row);
+        vec3 along = normalize(random_point(seed, 4 * row + 1));
+        if (row % 5 == 0) along = vec3{0, 0, row % 2 == 0 ? 1 : -1}; // along an axis
+        const vec3 step = 0.01F * random_point(seed, 4 * row + 2), turn = 0.01F * random_point(seed, 4 * row + 3);
+        for (int i = 0; i < width; ++i) {
+            ray r{.origin = from + static_cast<float>(i) * step, .direction = along + static_cast<float>(i) * turn};
+            if (row % 3 == 0) r.direction = along;
+            if (row % 7 == 1) r.max_distance = 1.5F + 0.1F * static_cast<float>(i);
+            if (row % 7 == 2) r.min_distance = 1 + 0.1F * static_cast<float>(i);
+            rays.push_back(r);
+        }
+    }
+    return rays;
+}
+
+std::size_t together(const std::vector<ray>& rays, const bvh_view<mesh_view>& tree) {
+    std::size_t packets = 0;
+    ray_packet<width> packet;
+    for (std::size_t i = 0; i + width <= rays.size(); i += width)
+        packets += packet.prepare(rays.data() + i, tree.reach, tree.leaf_size);
+    return packets;
+}
+
+} // namespace
+} // namespace ray_packet_test
+
+TEST_CASE("rays in packets get bit for bit what they get alone, near the origin and far from it") {
+    for (const float offset : {0.0F, 30.0F}) {
+        const vec3 centre{offset, -offset, offset};
+        const mesh m = ray_packet_test::bumpy_sphere(centre);
+        const bvh tree{exec::par, m};
+        const std::vector<ray> rays = ray_packet_test::rows(2, 100'000, centre);
+        CHECK(ray_packet_test::together(rays, tree.view_of()) > rays.size() / simd_width / 2);
+        std::vector<hit> hits(rays.size());
+        std::vector<std::uint8_t> met(rays.size());
+        std::vector<std::vector<hit>> all(rays.size());
+        tree.closest(exec::par_unseq, rays, hits);
+        tree.any(exec::par_unseq, rays, met);
+        tree.all(exec::par_unseq, rays, all);
+        int wrong = 0;
+        std::vector<hit> alone;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            tree.all(rays[i], alone);
+            wrong += hits[i] != tree.closest(rays[i]) || (met[i] != 0) != tree.any(rays[i]) || all[i] != alone;
+        }
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("no packet leaks out of a closed surface, through faces, vertices or edges") {
+    const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
+    const bvh tree{exec::par, m};
+    std::vector<ray> rays;
+    for (std::uint64_t row = 0; row < 20'000; ++row) { // a row from one place through a vertex, an edge, and beyond
+        const vec3 from = 0.3F * ray_packet_test::random_point(5, row);
+        const uvec3 face = m.faces[hash_bits(6, row) % m.faces.size()];
+        const vec3 a = m.positions[face.x], b = m.positions[face.y];
+        for (int i = 0; i < simd_width; ++i)
+            rays.push_back({.origin = from, .direction = a + 0.25F * static_cast<float>(i) * (b - a) - from});
+    }
+    CHECK(ray_packet_test::together(rays, tree.view_of()) > 5000);
+    std::vector<std::vector<hit>> hits(rays.size());
+    std::vector<hit> closest(rays.size());
+    tree.all(exec::par, rays, hits);
+    tree.closest(exec::par, rays, closest);
+    int leaks = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) leaks += hits[i].size() % 2 == 0 || !closest[i];
+    CHECK(leaks == 0);
+}
+
+TEST_CASE("rays that do not go together make no packet") {
+    const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
+    const bvh tree{exec::par, m};
+    const std::vector<ray> row(simd_width, ray{.origin = {0, 0, -3}});
+    CHECK(ray_packet_test::together(row, tree.view_of()) == 1);
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (const ray& odd :
+         {ray{.origin = {0, 0, 3}, .direction = {0, 0, -1}}, ray{.direction = {1, 0, 0.5F}}, ray{.origin = {nan, 0, 0}},
+          ray{.direction = {0, 0, 0}}, ray{.direction = {0, nan, 1}}, ray{.min_distance = -1}, ray{.min_distance = nan},
+          ray{.origin = {0.5F, 0.5F, -3}, .direction = {0.9F, -0.9F, 1}}}) {
+        std::vector<ray> rays = row;
+        rays[2] = odd;
+        CHECK(ray_packet_test::together(rays, tree.view_of()) == 0);
+        std::vector<hit> hits(rays.size());
+        tree.closest(exec::seq, rays, hits);
+        for (std::size_t i = 0; i < rays.size(); ++i) CHECK(hits[i] == tree.closest(rays[i]));
+    }
+}
+
+TEST_CASE("a limit that is no number stops its own ray of a packet only") {
+    const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
+    const bvh tree{exec::par, m};
+    std::vector<ray> rays(simd_width, ray{.origin = {0, 0, -3}});
+    rays[1].max_distance = std::numeric_limits<float>::quiet_NaN();
+    rays[2].max_distance = 1;
+    std::vector<hit> hits(rays.size());
+    tree.closest(exec::seq, rays, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i) CHECK(static_cast<bool>(hits[i]) == (i != 1 && i != 2));
+}

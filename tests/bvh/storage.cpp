@@ -1,0 +1,95 @@
+#include <insonify/bvh/storage.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/geometry/mesh.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <doctest/doctest.h>
+
+using namespace insonify;
+
+namespace storage_test {
+namespace {
+
+void shake(mesh& m, const mesh& rest, float by, std::uint64_t seed) {
+    for (std::size_t i = 0; i < rest.positions.size(); ++i)
+        m.positions[i] = rest.positions[i] + by * (vec3{hash_uniform(seed, 3 * i), hash_uniform(seed, 3 * i + 1),
+                                                        hash_uniform(seed, 3 * i + 2)} -
+                                                   vec3{0.5F});
+}
+
+bool all_inside_are_hit(const bvh_view<mesh_view>& tree) {
+    for (std::uint64_t i = 0; i < 300; ++i)
+        if (!tree.any(
+                {.direction = vec3{hash_uniform(1, 3 * i), hash_uniform(1, 3 * i + 1), hash_uniform(1, 3 * i + 2)} -
+                              vec3{0.5F}}))
+            return false;
+    return true;
+}
+
+} // namespace
+} // namespace storage_test
+
+TEST_CASE("update refits what keeps its shape, and rebuilds what refitting has worn off") {
+    const mesh rest = make_sphere({0, 0, 0}, 1, 4);
+    mesh moving = rest;
+    bvh_storage<mesh_view> tree;
+    tree.build(exec::par, mesh_view{moving});
+    for (std::uint64_t frame = 0; frame < 20; ++frame) { // a little: refits for ever
+        storage_test::shake(moving, rest, 0.005F, frame);
+        CHECK(tree.update(exec::par, mesh_view{moving}) == way_of_update::refit);
+        CHECK(storage_test::all_inside_are_hit(tree.view_of(mesh_view{moving})));
+    }
+    std::reverse(moving.faces.begin(), moving.faces.end()); // every leaf now holds faces of somewhere else
+    std::rotate(moving.faces.begin(), moving.faces.begin() + 1234, moving.faces.end());
+    for (std::size_t i = 1; i < moving.faces.size(); i += 2) // from all over the sphere
+        std::swap(moving.faces[i], moving.faces[hash_bits(3, i) % moving.faces.size()]);
+    CHECK(tree.update(exec::par, mesh_view{moving}) == way_of_update::rebuild); // it lasted 20 frames
+    CHECK(tree.degradation() == 1);
+    for (std::size_t i = 1; i < moving.faces.size(); i += 2)
+        std::swap(moving.faces[i], moving.faces[hash_bits(4, i) % moving.faces.size()]);
+    CHECK(tree.update(exec::par, mesh_view{moving}) == way_of_update::quick_rebuild); // and this one
+    CHECK(tree.degradation() == 1);
+    CHECK(storage_test::all_inside_are_hit(tree.view_of(mesh_view{moving})));
+}
+
+TEST_CASE("update refuses another number of primitives") {
+    mesh m = make_sphere({0, 0, 0}, 1, 1);
+    bvh_storage<mesh_view> tree;
+    tree.build(exec::seq, mesh_view{m});
+    m.faces.pop_back();
+    CHECK_THROWS_AS(tree.update(exec::seq, mesh_view{m}), geometry_error);
+}
+
+TEST_CASE("a tree takes less than 80 bytes a triangle") {
+    const mesh m = make_sphere({0, 0, 0}, 1, 6);
+    bvh_storage<mesh_view> tree;
+    tree.build(exec::par, mesh_view{m});
+    CHECK(tree.statistics().bytes < 80 * m.faces.size());
+}
+
+TEST_CASE("the tree and its costs are bit for bit the same for any number of threads, built, rebuilt or refitted") {
+    const mesh rest = make_sphere({0, 0, 0}, 1, 7); // 327,680: large groups are cut in blocks
+    mesh moving = rest;
+    bvh_storage<mesh_view> one, three;
+    one.build(exec::seq, mesh_view{moving});
+    three.build(exec::par.threads(3), mesh_view{moving});
+    const auto same = [&] {
+        const auto a = one.view_of(mesh_view{moving}), b = three.view_of(mesh_view{moving});
+        if (a.nodes.size() != b.nodes.size() || a.slots.size() != b.slots.size()) return false;
+        for (std::size_t i = 0; i < a.nodes.size(); ++i)
+            if (!std::equal(a.nodes[i].child, a.nodes[i].child + simd_width, b.nodes[i].child) ||
+                !std::equal(a.nodes[i].sides, a.nodes[i].sides + 6 * simd_width, b.nodes[i].sides))
+                return false;
+        return std::equal(a.slots.begin(), a.slots.end(), b.slots.begin()) &&
+               one.statistics().cost == three.statistics().cost;
+    };
+    CHECK(same());
+    storage_test::shake(moving, rest, 0.01F, 1);
+    one.refit(exec::seq, mesh_view{moving});
+    three.refit(exec::par.threads(3), mesh_view{moving});
+    CHECK(same());
+    std::reverse(moving.faces.begin(), moving.faces.end());
+    for (std::size_t i = 1; i < moving.faces.size(); i += 2)
+        std::swap(moving.faces[i], moving.faces[hash_bits(3, i) % moving.faces.size()]);
+    CHECK(one.update(exec::seq, mesh_view{moving}) == three.update(exec::par.threads(3), mesh_view{moving}));
+    CHECK(same());
+}
