@@ -4662,6 +4662,7 @@ concept primitive_range = std::copyable<Range> && primitive<range_primitive_t<Ra
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <memory>
@@ -4772,6 +4773,7 @@ class morton_order {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -5988,6 +5990,7 @@ struct bvh_view {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -6255,6 +6258,7 @@ inline double enclosed_volume(const mesh_view& m) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 #include <span>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -6807,6 +6811,7 @@ class media_stack {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -7011,6 +7016,7 @@ struct slice_frame {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -7327,6 +7333,7 @@ inline bool overlaps(const slice_region& region, const aabb& box) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 
 /// Which faces go through slices: those whose corners differ in level (see `slice_frame`).
 namespace insonify::inline INSONIFY_ABI {
@@ -7417,6 +7424,7 @@ void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -7577,6 +7585,7 @@ class slice_cut {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -9364,6 +9373,7 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -9500,6 +9510,7 @@ class path_estimate {
 #ifndef INSONIFY_TRACING_PATHS_HPP
 #define INSONIFY_TRACING_PATHS_HPP
 
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -9814,6 +9825,7 @@ struct perspective_camera {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

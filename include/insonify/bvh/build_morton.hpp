@@ -3,6 +3,7 @@
 
 #include <insonify/bvh/assemble.hpp>
 #include <insonify/bvh/morton_order.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

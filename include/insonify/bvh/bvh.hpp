@@ -4,6 +4,7 @@
 #include <insonify/bvh/storage.hpp>
 #include <insonify/bvh/traverse_packet.hpp>
 #include <insonify/geometry/mesh.hpp>
+#include <algorithm>
 #include <span>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -3,6 +3,7 @@
 
 #include <insonify/bvh/concepts.hpp>
 #include <insonify/execution/for_each.hpp>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <memory>

@@ -6,6 +6,7 @@
 #include <insonify/bvh/refit.hpp>
 #include <insonify/bvh/traverse.hpp>
 #include <insonify/core/error.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -3,6 +3,7 @@
 
 #include <insonify/geometry/triangle.hpp>
 #include <insonify/scene/slice_frame.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -4,6 +4,7 @@
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/scene/media_stack.hpp>
 #include <insonify/scene/scene.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

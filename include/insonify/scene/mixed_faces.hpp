@@ -6,6 +6,7 @@
 #include <insonify/scene/face_groups.hpp>
 #include <insonify/scene/slice_frame.hpp>
 #include <insonify/scene/slice_region.hpp>
+#include <algorithm>
 
 /// Which faces go through slices: those whose corners differ in level (see `slice_frame`).
 namespace insonify::inline INSONIFY_ABI {

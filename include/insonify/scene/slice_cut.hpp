@@ -5,6 +5,7 @@
 #include <insonify/scene/cut_face.hpp>
 #include <insonify/scene/mixed_faces.hpp>
 #include <insonify/scene/scene.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -4,6 +4,7 @@
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/acoustics/fresnel.hpp>
 #include <insonify/tracing/label.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

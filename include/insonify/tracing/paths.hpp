@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/tracing/beams.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -5,6 +5,7 @@
 #include <insonify/fwd.hpp>
 #include <insonify/tracing/beams.hpp>
 #include <insonify/tracing/camera.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

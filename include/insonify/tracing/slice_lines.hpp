@@ -3,6 +3,7 @@
 
 #include <insonify/scene/line_layers.hpp>
 #include <insonify/scene/slice_cut.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
