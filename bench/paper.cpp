@@ -104,25 +104,30 @@ std::vector<double> complete_frames(const std::string& name, const std::vector<m
     const scene body = paper::scene_of(objects);
     const embree_pixels peer{objects};
     const orthographic_camera camera = paper::over_the_slice();
-    std::vector<float> theirs, packets;
+    std::vector<float> theirs, recursive, packets;
     peer.trace(embree_pixels::rays::single, embree_pixels::shade::intensities, theirs);
+    peer.trace(embree_pixels::rays::recursive, embree_pixels::shade::intensities, recursive);
     peer.trace(embree_pixels::rays::packets, embree_pixels::shade::intensities, packets);
     paper::frames<> beams, slice;
     beams(search::rays, body);
     slice(search::slices, body);
+    compare(name + ", Embree hit by hit", recursive, theirs);
     compare(name + ", Embree's packets", packets, theirs);
     compare(name + ", beams", beams.lines.values, theirs);
     compare(name + ", slice", slice.lines.values, theirs);
     compare(name + ", pixels", trace_pixels(exec::par_unseq, body, probe, at, model, frame).values, theirs);
     return milliseconds_of(
-        {{"Embree", [&] { peer.trace(embree_pixels::rays::single, embree_pixels::shade::intensities, theirs); }},
+        {{"Embree hit by hit",
+          [&] { peer.trace(embree_pixels::rays::recursive, embree_pixels::shade::intensities, recursive); }},
+         {"Embree", [&] { peer.trace(embree_pixels::rays::single, embree_pixels::shade::intensities, theirs); }},
          {"Embree packets",
           [&] { peer.trace(embree_pixels::rays::packets, embree_pixels::shade::intensities, packets); }},
          {"pixels", [&] { trace_pixels(exec::par_unseq, body, probe, at, model, frame, camera); }},
          {"beams", [&] { beams(search::rays, body); }},
          {"slice", [&] { slice(search::slices, body); }}});
 }
-const std::vector<std::string> complete_curves{"Embree, one ray", "Embree, packets", "pixels", "beams", "slice"};
+const std::vector<std::string> complete_curves{
+    "Embree, hit by hit", "Embree, filter", "Embree, packets", "pixels", "beams", "slice"};
 
 std::vector<double> frames_without_intensities(const std::vector<mesh>& objects) {
     const scene body = paper::scene_of(objects);
@@ -239,8 +244,10 @@ void draw(const std::string& folder) {
         << "set terminal pngcairo size 900,1100\nset output '" << folder << "/figure_4.png'\n"
         << "set key outside below\nset grid\nset logscale xy\nset xlabel 'triangles'\nset ylabel 'ms'\n"
         << "set multiplot layout 2,1\nset title 'Test 1: a complete, b without intensities, c without secondary rays'\n"
-        << "plot " << curves("test_1a", {"a Embree", "a Embree packets", "a pixels", "a beams", "a slice"}) << ", "
-        << curves("test_1b", {"b Embree", "b Embree packets", "b beams", "b slice"}) << ", "
+        << "plot "
+        << curves("test_1a",
+                  {"a Embree hit by hit", "a Embree filter", "a Embree packets", "a pixels", "a beams", "a slice"})
+        << ", " << curves("test_1b", {"b Embree", "b Embree packets", "b beams", "b slice"}) << ", "
         << curves("test_1c", {"c Embree", "c Embree packets", "c pixels"}) << '\n'
         << "set title 'Test 1d: every vertex moves in every frame'\nplot "
         << curves("test_1d", {"Embree, rebuilt", "Embree, refitted", "beams, refitted", "slice, no tree"})
@@ -248,8 +255,13 @@ void draw(const std::string& folder) {
         << "set title 'Test 2: no acceleration structure'\nplot "
         << curves("test_2", {"a pixels", "beams", "a slice", "b slice"}) << "\nset output '" << folder
         << "/figure_6.png'\nset title 'Tests 3 and 4: cubes behind one another, separate cubes'\nset xlabel 'cubes'\n"
-        << "plot " << curves("test_3", {"3 Embree", "3 Embree packets", "3 pixels", "3 beams", "3 slice"}) << ", "
-        << curves("test_4", {"4 Embree", "4 Embree packets", "4 pixels", "4 beams", "4 slice"}) << '\n';
+        << "plot "
+        << curves("test_3",
+                  {"3 Embree hit by hit", "3 Embree filter", "3 Embree packets", "3 pixels", "3 beams", "3 slice"})
+        << ", "
+        << curves("test_4",
+                  {"4 Embree hit by hit", "4 Embree filter", "4 Embree packets", "4 pixels", "4 beams", "4 slice"})
+        << '\n';
     file.close();
     if (std::system("command -v gnuplot > /dev/null") != 0)
         std::printf("\ngnuplot is not installed; `gnuplot %s` draws the figures elsewhere\n", script.c_str());
@@ -266,8 +278,8 @@ int main(int count, char** arguments) {
 
     test whole{"Test 1a, complete", "triangles", complete_curves};
     test crossings{
-        "Test 1b, without intensities", "triangles", {"Embree, one ray", "Embree, packets", "beams", "slice"}};
-    test primary{"Test 1c, without secondary rays", "triangles", {"Embree, one ray", "Embree, packets", "pixels"}};
+        "Test 1b, without intensities", "triangles", {"Embree, filter", "Embree, packets", "beams", "slice"}};
+    test primary{"Test 1c, without secondary rays", "triangles", {"Embree, filter", "Embree, packets", "pixels"}};
     test moving{"Test 1d, every vertex moves", "triangles", {"Embree, rebuilt", "Embree, refitted", "beams", "slice"}};
     test treeless{"Test 2, no tree", "triangles", {"pixels", "beams", "slice", "slice, without intensities"}};
     for (std::uint32_t subdivisions = 0; subdivisions <= 8; ++subdivisions) {

@@ -22,16 +22,23 @@ void measure_resting(table& into, const std::string& work, const std::string& da
     paper::frames<> ours;
     std::vector<float> theirs;
     ours(search::best, body);
-    peer.trace(embree_pixels::rays::single, embree_pixels::shade::intensities, theirs);
-    const double different = share_that_differs(ours.lines.values, theirs);
-    into.measure({.work = work, .data = data, .unit = "ms", .must = must, .different = different},
-                 {{"insonify", [&] { ours(search::best, body); }},
-                  {"its algorithm on Embree",
-                   [&] { peer.trace(embree_pixels::rays::single, embree_pixels::shade::intensities, theirs); }}});
-    into.measure({.work = work, .data = data, .unit = "ms", .different = different},
-                 {{"insonify", [&] { ours(search::best, body); }},
-                  {"the same, packets of 8",
-                   [&] { peer.trace(embree_pixels::rays::packets, embree_pixels::shade::intensities, theirs); }}});
+    struct {
+        embree_pixels::rays how;
+        const char* name;
+        double must;
+    } const peers[] = {{embree_pixels::rays::recursive, "its algorithm on Embree, hit by hit", must},
+                       {embree_pixels::rays::single, "the same, filter function", 0},
+                       {embree_pixels::rays::packets, "the same, packets of 8", 0}};
+    for (const auto& one : peers) {
+        peer.trace(one.how, embree_pixels::shade::intensities, theirs);
+        into.measure({.work = work,
+                      .data = data,
+                      .unit = "ms",
+                      .must = one.must,
+                      .different = share_that_differs(ours.lines.values, theirs)},
+                     {{"insonify", [&] { ours(search::best, body); }},
+                      {one.name, [&] { peer.trace(one.how, embree_pixels::shade::intensities, theirs); }}});
+    }
 }
 
 void measure_moving(table& into, const std::string& data, const mesh& cube) {

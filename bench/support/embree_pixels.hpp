@@ -10,11 +10,12 @@
 namespace bench::paper {
 
 /// The paper's algorithm, pixel by pixel, on Embree. A ray r1 from the camera finds the point on the slice, a rectangle
-/// in a scene of its own. From there r2 goes back to the transducer and collects all crossings through a filter function,
-/// and r3 away from it, to see whether an interface is within reach.
+/// in a scene of its own. From there r2 goes back to the transducer and meets all crossings, and r3 away from it, to see
+/// whether an interface is within reach.
 class embree_pixels {
   public:
-    enum class rays { single, packets };
+    /// The paper's recursion from hit to hit, or all crossings of a ray at once through a filter function, or of eight.
+    enum class rays { recursive, single, packets };
     enum class shade { intensities, crossings, none };
 
     /// @param moves  MEDIUM: built as well as can be; LOW: built fast; REFIT: refitted when it moves
@@ -62,9 +63,9 @@ class embree_pixels {
             auto found = std::make_unique<collector>();
             vec3 points[8];
             for (std::uint32_t k = 0; k < samples; ++k) {
-                how == rays::single ? find_points_single(begin, k, points) : find_points_packet(begin, k, points);
+                how == rays::packets ? find_points_packet(begin, k, points) : find_points_single(begin, k, points);
                 if (what != shade::none)
-                    how == rays::single ? collect_single(points, *found) : collect_packet(points, *found);
+                    how == rays::packets ? collect_packet(points, *found) : collect_single(points, *found, how);
                 for (std::size_t i = 0; i < 8; ++i)
                     pixels[(begin + i) * samples + k] =
                         what == shade::intensities ? intensity(found->line[i], points[i].z)
@@ -145,20 +146,37 @@ class embree_pixels {
         for (unsigned i = 0; i < 8; ++i) points[i] = r1_of(begin + i, sample).at(r1.ray.tfar[i]);
     }
 
-    void collect_single(const vec3 (&points)[8], collector& found) const {
+    void collect_single(const vec3 (&points)[8], collector& found, rays how) const {
         for (unsigned i = 0; i < 8; ++i) {
             const vec3 p = points[i];
             found.line[i].count = 0;
             rtcInitIntersectContext(&found.context);
-            found.context.filter = take;
-            RTCRay r2{p.x, p.y, p.z, 0, 0, 0, -1, 0, p.z, ~0U, i, 0};
-            rtcOccluded1(scene_, &found.context, &r2);
+            if (how == rays::recursive) {
+                step_back(p, found.line[i], found.context);
+            } else {
+                found.context.filter = take;
+                RTCRay r2{p.x, p.y, p.z, 0, 0, 0, -1, 0, p.z, ~0U, i, 0};
+                rtcOccluded1(scene_, &found.context, &r2);
+            }
             rtcInitIntersectContext(&found.context);
             RTCRay r3{p.x, p.y, p.z, 0, 0, 0, 1, 0, model.reflection_length, ~0U, i, 0};
             rtcOccluded1(scene_, &found.context, &r3);
             found.line[i].ahead = r3.tfar < 0;
         }
     }
+    // r2 from the nearest hit to the next, each time a little further on.
+    void step_back(vec3 p, crossings& line, RTCIntersectContext& context) const {
+        for (float begin = 0;;) {
+            RTCRayHit r2{{p.x, p.y, p.z, begin, 0, 0, -1, 0, p.z, ~0U, 0, 0},
+                         {0, 0, 0, 0, 0, RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID}}};
+            rtcIntersect1(scene_, &context, &r2);
+            if (r2.hit.geomID == RTC_INVALID_GEOMETRY_ID || line.count == 130) return;
+            line.distance[line.count] = r2.ray.tfar;
+            line.object[line.count++] = r2.hit.geomID;
+            begin = r2.ray.tfar + 1e-7F;
+        }
+    }
+
     void collect_packet(const vec3 (&points)[8], collector& found) const {
         alignas(32) static constexpr int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
         RTCRay8 r2{};

@@ -56,10 +56,15 @@ struct b_mode_workspace {
 /// @return the picture, which is good until `own` is used again
 /// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, class Model>
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
 const image& b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                     const b_mode_settings& settings, const Model& model, b_mode_workspace<Probe, Model>& own) {
+    static_assert(
+        std::same_as<typename Model::sample_type, vec2>,
+        "b_mode needs a model that makes complex echoes, such as physical; trace and scan_convert draw others");
     probe.check();
+    if (!is_finite(settings.tgc) || !(settings.tgc >= 0))
+        throw usage_error{"b_mode: `tgc` must be a finite number of dB/m at 1 MHz, or 0 for the background's"};
     const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
     const pulse sent = nominal_pulse(probe);
     const std::uint32_t samples =
@@ -80,7 +85,7 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
     own.picture = scan_convert(policy, own.lines, map, std::move(own.picture));
     return own.picture;
 }
-template <exec::policy Policy, transducer Probe, class Model = physical<>>
+template <exec::policy Policy, transducer Probe, acoustic_model Model = physical<>>
 image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
              const b_mode_settings& settings = {}, const Model& model = {}) {
     b_mode_workspace<Probe, Model> own;

@@ -425,17 +425,38 @@ struct beam_sample {
     float line_spacing = 0;      ///< metres to the next line
     float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
     vec2 alike{0, 0}; ///< m^2: mean square distance between what they have in common, across the lines and the planes
+    float surface_incoherent = 1; ///< the same of the diffuse echoes of surfaces
+    vec2 surface_alike{0, 0};
 };
 
 /// Beam samples for equal parts of the displayed depth, from the face on.
 struct line_beam {
     view<const beam_sample> samples{};
-    float spacing = 1; ///< metres
+    float spacing = 1;                 ///< metres
+    view<const float> plane_offsets{}; ///< metres out of the slice plane
+    view<const float> plane_weights{}; ///< for each sample those of all planes; together 1
 
     INSONIFY_FN beam_sample at(float depth) const {
         if (samples.empty()) return {};
-        const float place = clamped(depth / spacing, 0, static_cast<float>(samples.size() - 1));
-        return samples[static_cast<std::size_t>(place)];
+        return samples[index(depth)];
+    }
+
+    /// What the planes leave of echoes whose depth changes by `slope` metres a metre out of the slice: the sum of their
+    /// weights, each as high on a pulse of deviation `sigma` and turned by as much phase as its depth is off.
+    INSONIFY_FN float across_the_planes(float depth, float slope, float sigma, float phase_per_metre) const {
+        if (plane_offsets.empty() || slope == 0) return 1;
+        const float* weights = plane_weights.first + index(depth) * plane_offsets.size();
+        float sum = 0;
+        for (std::size_t i = 0; i < plane_offsets.size(); ++i) {
+            const float deeper = slope * plane_offsets[i], sigmas = deeper / sigma;
+            sum += weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre * deeper);
+        }
+        return std::fabs(sum);
+    }
+
+  private:
+    INSONIFY_FN std::size_t index(float depth) const {
+        return static_cast<std::size_t>(clamped(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
     }
 };
 
@@ -1547,11 +1568,19 @@ struct gaussian_numbers {
 struct poisson_numbers {
     float density = 20e9F; ///< scatterers in a cubic metre, of media that state none: 20 in a cubic millimetre
 
+    /// @throws usage_error  where there are none
+    void check() const {
+        if (!is_finite(density) || !(density > 0))
+            throw usage_error{
+                "poisson_numbers: `density` must be a finite number above 0; `no_scatterers` is no texture"};
+    }
+
     /// @param volume  of a cell, m^3
     /// @param stated  the medium's scatterers in a cubic metre; 0: `density`
     template <int N>
     INSONIFY_FN complex_lanes<N> operator()(const bit_lanes<N>& index, float volume, float stated) const {
         const float mean = (stated > 0 ? stated : density) * volume;
+        if (mean > 32) return gaussian_numbers{}.operator()<N>(index, volume, stated); // nobody could tell them apart
         std::uint32_t each[N];
         store_bits<N>(index, each);
         float real[N], imaginary[N];
@@ -1625,7 +1654,7 @@ struct any_emit {
 
 /// What a scattering field must do: emit(run) for the scatterers of one object between two distances along a line.
 ///
-/// `spacing` metres of line hold a mean power of 1, whatever the field; `covariance` says how alike the amplitudes on
+/// `spacing` metres of tissue at rest hold a mean power of 1, whatever the field; `covariance` says how alike the amplitudes on
 /// two lines are that lie so many metres apart and differ in direction by so many radians, 1 to 0.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
@@ -1663,7 +1692,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// Directions on the six sides of a cube, an eighth of half an edge apart: 7 degrees in the middle of a side.
 inline constexpr float view_steps = 8;
 
-/// How alike the choices of two lines are whose directions lie so many radians apart: they agree with this probability.
+/// How alike the choices of two lines are whose directions lie so many radians apart: they agree with this probability in
+/// the middle of a side; towards the edges of the cube, where the directions lie closer, less often.
 INSONIFY_FN inline float same_view(float radians) { return greater(0, 1 - view_steps * std::fabs(radians)); }
 
 /// One of the four directions of the lattice around `towards`, the nearer the likelier.
@@ -1712,6 +1742,13 @@ struct cell_field {
     float cell = 0.2e-3F; ///< metres, across the line
     Numbers numbers{};
     Material material{};
+
+    /// @throws usage_error  where the cells have no size
+    void check() const {
+        if (!is_finite(cell) || !(cell > 0))
+            throw usage_error{"cell_field: `cell` must be a finite number of metres above 0, such as 0.2_mm"};
+        if constexpr (requires { numbers.check(); }) numbers.check();
+    }
 
     /// Mean of what two lines have in common, whose values are linear between cells and scaled to power 1.
     /// @param apart   metres
@@ -1796,7 +1833,7 @@ struct cell_field {
             const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
             const floats right = x - floats_of<N>(column), upper = y - floats_of<N>(row);
             const floats left = one - right, lower = one - upper;
-            const bits cell_of = own + column * next_column + row * next_row;
+            const bits cell_of = own + column * next_column + row * next_row + 0x51ED270BU;
             const complex_lanes<N> a = number.template operator()<N>(cell_of, volume, density),
                                    b = number.template operator()<N>(cell_of + next_column, volume, density),
                                    c = number.template operator()<N>(cell_of + next_row, volume, density),
@@ -1934,7 +1971,6 @@ class echo_line {
 
     /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i times its complex amplitude.
     /// @param step       not below 0
-    /// @param real       with room to be read as if `count` were rounded up to whole `lanes`; and so `imaginary`
     INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
                          float scale, float ratio) const {
         constexpr int width = simd_width;
@@ -1953,7 +1989,7 @@ class echo_line {
         const auto inside = static_cast<std::uint32_t>(samples_.size()) - 1; // of a sample with a next one
         const floats turn_x(turn_on.x), turn_y(turn_on.y), one(1.0F);
         for (std::uint32_t first = 0; first < count; first += width) {
-            const floats x = load<width>(real + first), y = load<width>(imaginary + first);
+            const floats x = some_of(real + first, count - first), y = some_of(imaginary + first, count - first);
             const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
             const floats number = floats_of<width>(steps_of_bits<width>(first, 1));
             const floats place = (floats(depth) + number * floats(step)) * floats(per_spacing_) - floats(0.5F);
@@ -1992,6 +2028,14 @@ class echo_line {
         const float below = std::floor(place);
         const float share = place - below;
         put_parts(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - share) * value, share * value);
+    }
+
+    // As many as a register holds; zeros after the last.
+    INSONIFY_FN INSONIFY_INLINE static lanes<simd_width> some_of(const float* from, std::uint32_t count) {
+        if (count >= simd_width) return load<simd_width>(from);
+        float some[simd_width] = {};
+        for (std::uint32_t i = 0; i < count; ++i) some[i] = from[i];
+        return load<simd_width>(some);
     }
 
     template <class Lanes>
@@ -2300,7 +2344,8 @@ enum class timing { sound_speed, uniform };
 /// Angle at which beams meet surfaces: as they do, or as if each were met head on.
 enum class angle { oblique, normal };
 
-/// How attenuation treats the pulse: as one frequency, or as a band of them (see `attenuated`).
+/// How attenuation treats the pulse: as one frequency, or as a band of them, which loses less (see `attenuated`). The
+/// echo's carrier stays where it is: `attenuated` tells by how much it would sink.
 enum class pulse_band { narrow, broad };
 
 /// What has become of the sound on its way along a line.
@@ -2315,6 +2360,9 @@ struct echo_path {
 ///     interface   r(i) exp(-2 k^2 h^2 cos^2 i) L(phi) + diffuse,  at its travel time        specular echo, roughness
 ///     between     backscatter * 10^(-55/20) * complex Gaussian field                         texture of the tissue
 ///     both times  product of what interfaces let through there and back * 10^(-loss / 20)    what arrives
+///
+/// Of the echo of a tilted surface `convolve` and the planes of the slice take a part, for its phase differs from line to
+/// line; L contains that already, so it is divided out beforehand.
 ///
 /// Amplitude 1 is the echo of a perfect mirror met head on without attenuation. An echo a displayed at depth z is written
 /// as a exp(-j 4 pi f0 z / c0), divided between the two samples beside it.
@@ -2345,6 +2393,17 @@ struct physical {
         return {boundary, field, specular, timing, angle, band, texture_db, shadow_floor_db, seed};
     }
 
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        if (!is_finite(texture_db)) throw usage_error{"physical: `texture_db` must be a finite number of dB"};
+        if (!(shadow_floor_db <= 0))
+            throw usage_error{
+                "physical: `shadow_floor_db` must be 0 or below, such as -20; by default there is no floor"};
+        if (!is_finite(specular.power) || !(specular.power >= 0))
+            throw usage_error{"physical: `specular.power` must be a finite number, 0 or more"};
+        if constexpr (requires { scattering.check(); }) scattering.check();
+    }
+
     /// Samples of a line where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
     INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
         return samples_for(depth, nominal_sigma(frequency));
@@ -2358,8 +2417,11 @@ struct physical {
         return 1e-3F + (timing == insonify::timing::sound_speed ? depth * fastest / display_speed : depth);
     }
 
-    /// Of texture on neighbouring lines; see `scattering_field`.
+    /// Of texture on neighbouring lines, and of the diffuse echoes of rough surfaces; see `scattering_field`.
     INSONIFY_FN float covariance(float apart, float turned) const { return scattering.covariance(apart, turned); }
+    INSONIFY_FN float surface_covariance(float apart, float turned) const {
+        return surface_field().covariance(apart, turned);
+    }
 
     /// Adds the echoes of one line to samples that start at 0; sample k stands at displayed depth (k + 1/2) * spacing.
     template <class Policy>
@@ -2395,9 +2457,10 @@ struct physical {
         const float arrived = arriving(line, path.passed, path.lost_db, path.shown);
 
         const float wavelengths = greater(path.shown, 1e-4F) * line.frequency / display_speed;
-        const float collected =
-            specular(tilt.x, beam.fnumber, wavelengths) * specular(tilt.y, beam.elevation_fnumber, wavelengths) /
-            across_the_lines(line, std::tan(lesser(std::fabs(tilt.x), 1.4F)) * stretch(before), beam);
+        const vec2 slope = stretch(before) * slope_of(tilt);
+        const float collected = specular(tilt.x, beam.fnumber, wavelengths) *
+                                specular(tilt.y, beam.elevation_fnumber, wavelengths) /
+                                (across_the_lines(line, slope.x, beam) * across_the_planes(line, slope.y, path.shown));
         const float coherent = arrived * met.reflected * coherent_amplitude(meeting) * collected;
         if (coherent != 0) echoes.add(path.shown, {coherent, 0});
 
@@ -2405,7 +2468,7 @@ struct physical {
         const float scattered = met.reflected * met.reflected * diffuse_energy(meeting);
         const float diffuse =
             arrived * std::sqrt(scattered * 0.166F / (beam.fnumber * beam.elevation_fnumber)) * cosine;
-        if (diffuse > 0) add_diffuse(line, below, tilt, diffuse * beam.incoherent, path, echoes);
+        if (diffuse > 0) add_diffuse(line, below, stretch(before), slope, diffuse, path, echoes);
         return met;
     }
 
@@ -2422,6 +2485,10 @@ struct physical {
     // Of a pulse of 2.5 cycles, whose bandwidth is 1.61 / 2.5.
     INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
 
+    INSONIFY_FN static float sigma_of(const traced_line& line) {
+        return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+    }
+
     // Amplitude that arrives and comes back, `lost_db` down a line at displayed depth `shown`.
     INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown) const {
         const float frequency = line.frequency;
@@ -2434,16 +2501,15 @@ struct physical {
     }
 
     INSONIFY_FN static float nominal_bandwidth(const traced_line& line) {
-        const float sigma = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
-        return axial_sigma(sigma, line.frequency); // the formula is its own inverse
+        return axial_sigma(sigma_of(line), line.frequency); // the formula is its own inverse
     }
 
     INSONIFY_FN void add_texture(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const echo_line& echoes) const {
         if (!(m.backscatter > 0)) return;
-        const float slot = display_speed / (8 * line.frequency); // metres of tissue
         const float shrink = stretch(m), loss = echo_loss(m, line.frequency);
-        const float sigma = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+        const float sigma = sigma_of(line);
+        const float slot = lesser(slot_of(line.frequency), 0.5F * sigma / shrink); // fine for slow media too
         const float along = std::sqrt(std::sqrt(pi) * sigma / (slot * shrink)); // root of the pulse's power over slots
         const float level = m.backscatter * amplitude_of(texture_db) / along;
         const pose place = line.places.empty() ? pose{} : line.places[here.place];
@@ -2471,9 +2537,9 @@ struct physical {
     // its spectrum at the phase's slope of 4 pi f0 s / c0 and at the nearest aliases of the lines.
     INSONIFY_FN static float across_the_lines(const traced_line& line, float slope, const beam_sample& beam) {
         if (!(beam.lateral_sigma > 0) || !(beam.line_spacing > 0)) return 1;
-        const float sigma_z = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+        const float sigma_z = sigma_of(line);
         const float narrowed = 1 / std::sqrt(1 + square(beam.lateral_sigma * slope / sigma_z));
-        const float phase = 4 * pi * line.frequency / display_speed * slope, alias = 2 * pi / beam.line_spacing;
+        const float phase = phase_per_metre(line.frequency) * slope, alias = 2 * pi / beam.line_spacing;
         const float nearest = phase - alias * std::floor(phase / alias + 0.5F);
         float met = 0, all = 0;
         for (int i = -1; i <= 1; ++i) {
@@ -2484,30 +2550,56 @@ struct physical {
         return greater(narrowed * met / all, 0.05F);
     }
 
+    // The same for the planes of the slice.
+    INSONIFY_FN static float across_the_planes(const traced_line& line, float slope, float shown) {
+        const float left = line.beam.across_the_planes(shown, slope, sigma_of(line), phase_per_metre(line.frequency));
+        return greater(left, 0.05F);
+    }
+
+    // Metres of displayed depth a metre across, for a surface so much tilted.
+    INSONIFY_FN static vec2 slope_of(vec2 tilt) {
+        return {std::tan(clamped(tilt.x, -1.4F, 1.4F)), std::tan(clamped(tilt.y, -1.4F, 1.4F))};
+    }
+
+    // Radians of an echo's phase a metre of displayed depth.
+    INSONIFY_FN static float phase_per_metre(float frequency) { return 4 * pi * frequency / display_speed; }
+
     // The level of texture is that of scatterers whose echoes on neighbouring lines have one depth. On a slope their
     // phases part: of two lines d apart by 4 pi f0 s d / c0, and what they have in common counts by its cosine.
     INSONIFY_FN static float upright(float frequency, vec2 slope, const beam_sample& beam) {
-        const float phase = 4 * pi * frequency / display_speed;
-        const vec2 spread = phase * phase * slope * slope * beam.alike; // mean square of the angles
+        const vec2 spread =
+            square(phase_per_metre(frequency)) * slope * slope * beam.alike; // mean square of the angles
         return std::exp(0.25F * lesser(spread.x + spread.y, 4));
     }
 
+    INSONIFY_FN gaussian_field<> surface_field() const { return {.seed = seed}; }
+
+    // Metres along the line that a scatterer of texture stands for.
+    INSONIFY_FN static float slot_of(float frequency) { return display_speed / (8 * frequency); }
+
     // A rough surface is spread over the depths that the line's width covers on it: independent parts, of one power in
     // all, for otherwise a steep one would be a staircase.
-    INSONIFY_FN void add_diffuse(const traced_line& line, const layer& below, vec2 tilt, float amplitude,
+    //
+    // Its level is that of a surface met head on. On a slope two lines d apart meet it s d deeper: other slots, with
+    // other phases. Both Gaussian, what they have in common falls by exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l are 0.632
+    // slots, over which the field is alike, and k the phase a metre.
+    INSONIFY_FN void add_diffuse(const traced_line& line, const layer& below, float shrink, vec2 slope, float amplitude,
                                  const echo_path& path, const echo_line& echoes) const {
         const pose place = line.places.empty() ? pose{} : line.places[below.place];
         const material_line inside = in_object(line.frame, place, below.object);
-        const gaussian_field<> surface{.seed = seed};
-        const float slot = display_speed / (8 * line.frequency);
-        const float spacing = line.beam.at(path.shown).line_spacing;
-        const float spread = lesser(spacing * std::tan(lesser(std::fabs(tilt.x), 1.4F)), 2e-3F);
-        const float part = greater(0.5F * nominal_sigma(line.frequency), 1e-6F);
+        const gaussian_field<> surface = surface_field();
+        const beam_sample beam = line.beam.at(path.shown);
+        const float slot = slot_of(line.frequency);
+        const float per_metre = 1 / square(0.632F * slot) + square(phase_per_metre(line.frequency));
+        const vec2 apart = vec2{1, 1} + slope * slope * beam.surface_alike * per_metre;
+        const float spread = lesser(beam.line_spacing * std::fabs(slope.x), 2e-3F);
+        const float part = greater(0.5F * sigma_of(line), 1e-6F);
         const auto parts = static_cast<int>(std::ceil(spread / part)) + 1;
+        const float each = amplitude * beam.surface_incoherent * std::sqrt(std::sqrt(apart.x * apart.y)) /
+                           std::sqrt(static_cast<float>(parts));
         for (int i = 0; i < parts; ++i) {
-            const float offset = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
-            const vec2 value = surface.value(inside, below.begin + offset, slot);
-            echoes.add(path.shown + offset, value * (amplitude / std::sqrt(static_cast<float>(parts))));
+            const float deeper = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
+            echoes.add(path.shown + deeper, surface.value(inside, below.begin + deeper / shrink, slot) * each);
         }
     }
 
@@ -3221,7 +3313,7 @@ struct pulse_envelope {
 
     /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, the same summed from x - L/2 to x + L/2.
     INSONIFY_FN float operator()(float x) const {
-        if (!(burst > 0)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
+        if (!(burst > 1e-2F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
         const float scale = 0.70710678F / sigma, half = 0.5F * burst;
         return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale));
     }
@@ -3744,7 +3836,7 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
 ///
 /// Along: the pulse's envelope, of peak 1. Across: a Gaussian in metres, `beam_model::lateral_sigma` wide,
 /// whose weights sum to 1 over the lines that exist, also at the ends. So a plate keeps its amplitude at every depth,
-/// sampling and line spacing. Beyond the ends of a line there is nothing. In place: pass std::move(echoes).
+/// sampling and line spacing. Beyond the ends of a line there is nothing, so texture fades within two deviations of the pulse from them. In place: pass std::move(echoes).
 /// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
 /// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse;
 ///                      where the pulse is not at the probe's frequency, or a setting makes no sense
@@ -4167,7 +4259,7 @@ class elevation_planes {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What an acoustic model must know of the beam, for every line: made once a frame.
+/// What an acoustic model must know of the beam, for every line.
 ///
 /// Independent echoes lose level where the beam averages them, and how much depends on the lines and planes that there
 /// are; `incoherent`, g, makes up for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w
@@ -4176,9 +4268,10 @@ class beam_table {
   public:
     static constexpr std::uint32_t depths = 128;
 
-    template <class Policy, transducer Probe, class Covariance>
+    /// @param texture, surface  covariances of the echoes of tissue, and of rough surfaces
+    template <class Policy, transducer Probe, class Texture, class Surface>
     beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
-               const Covariance& covariance)
+               const Texture& texture, const Surface& surface)
         : lines_{probe.lines}, spacing_{depth / depths} {
         const beam_model beam = beam_of(probe, depth);
         // One step of the kernel for each of the depths.
@@ -4186,43 +4279,28 @@ class beam_table {
             make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
         border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
+        for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
+        plane_weights_.resize(depths * planes.count());
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             float weight[elevation_planes::most];
             planes.weights(z, weight);
-            float power = 0, apart_squared = 0;
-            for (std::uint32_t i = 0; i < planes.count(); ++i)
-                for (std::uint32_t j = 0; j < planes.count(); ++j) {
-                    const float apart = planes.offset(i) - planes.offset(j);
-                    const float common = weight[i] * weight[j] * (i == j ? 1.0F : covariance(apart, 0));
-                    power += common;
-                    apart_squared += common * apart * apart;
-                }
+            std::copy_n(weight, planes.count(),
+                        plane_weights_.begin() + static_cast<std::ptrdiff_t>(k * planes.count()));
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
-            const auto between_lines = [&](int lag) {
-                const auto lines = static_cast<float>(lag);
-                return lag == 0 ? 1.0F : covariance(lines * across.spacing, lines * turned);
-            };
-            std::vector<float> gain(border_ + 1, 1.0F), level(border_ + 1);
-            const auto gain_of = [&](std::uint32_t line) { return gain[to_border(line)]; };
-            for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: settle
-                for (std::uint32_t line = 0; line <= border_; ++line)
-                    level[line] = power * across.power(line, between_lines, gain_of);
-                for (std::uint32_t line = 0; line <= border_; ++line) gain[line] /= std::sqrt(level[line]);
-            }
-            const auto lag_squared = [&](int lag) {
-                const float apart = static_cast<float>(lag) * across.spacing;
-                return between_lines(lag) * apart * apart;
-            };
+            const levels of_texture = levels_of(across, turned, planes, weight, texture);
+            const levels of_surface = levels_of(across, turned, planes, weight, surface);
             for (std::uint32_t line = 0; line <= border_; ++line)
-                samples_[std::size_t{line} * depths + k] = {
-                    .fnumber = beam.fnumber(z),
-                    .elevation_fnumber = beam.elevation_fnumber(),
-                    .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
-                    .line_spacing = across.spacing,
-                    .incoherent = gain[line],
-                    .alike = {power * across.power(line, lag_squared, gain_of), apart_squared / power}};
+                samples_[std::size_t{line} * depths + k] = {.fnumber = beam.fnumber(z),
+                                                            .elevation_fnumber = beam.elevation_fnumber(),
+                                                            .lateral_sigma =
+                                                                probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                                                            .line_spacing = across.spacing,
+                                                            .incoherent = of_texture.gain[line],
+                                                            .alike = of_texture.alike[line],
+                                                            .surface_incoherent = of_surface.gain[line],
+                                                            .surface_alike = of_surface.alike[line]};
         });
     }
 
@@ -4231,10 +4309,51 @@ class beam_table {
 
     line_beam of_line(std::uint32_t line) const {
         if (samples_.empty()) return {};
-        return {{samples_.data() + std::size_t{to_border(line)} * depths, depths}, spacing_};
+        return {.samples = {samples_.data() + std::size_t{to_border(line)} * depths, depths},
+                .spacing = spacing_,
+                .plane_offsets = plane_offsets_,
+                .plane_weights = plane_weights_};
     }
 
   private:
+    // By distance from the border.
+    struct levels {
+        std::vector<float> gain{};
+        std::vector<vec2> alike{};
+    };
+
+    template <class Covariance>
+    levels levels_of(const lateral_weights& across, float turned, const elevation_planes& planes,
+                     const float (&weight)[elevation_planes::most], const Covariance& covariance) const {
+        float power = 0, apart_squared = 0;
+        for (std::uint32_t i = 0; i < planes.count(); ++i)
+            for (std::uint32_t j = 0; j < planes.count(); ++j) {
+                const float apart = planes.offset(i) - planes.offset(j);
+                const float common = weight[i] * weight[j] * (i == j ? 1.0F : covariance(apart, 0));
+                power += common;
+                apart_squared += common * apart * apart;
+            }
+        const auto between_lines = [&](int lag) {
+            const auto lines = static_cast<float>(lag);
+            return lag == 0 ? 1.0F : covariance(lines * across.spacing, lines * turned);
+        };
+        const auto lag_squared = [&](int lag) {
+            const float apart = static_cast<float>(lag) * across.spacing;
+            return between_lines(lag) * apart * apart;
+        };
+        levels found{std::vector<float>(border_ + 1, 1.0F), std::vector<vec2>(border_ + 1)};
+        const auto gain_of = [&](std::uint32_t line) { return found.gain[to_border(line)]; };
+        std::vector<float> level(border_ + 1);
+        for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: settle
+            for (std::uint32_t line = 0; line <= border_; ++line)
+                level[line] = power * across.power(line, between_lines, gain_of);
+            for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(level[line]);
+        }
+        for (std::uint32_t line = 0; line <= border_; ++line)
+            found.alike[line] = {power * across.power(line, lag_squared, gain_of), apart_squared / power};
+        return found;
+    }
+
     static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(lesser(0.5F * length(a - b), 1)); }
 
     // Which table a line has: its distance from the nearer end, as far as that matters.
@@ -4244,6 +4363,8 @@ class beam_table {
     std::uint32_t border_ = 0;
     float spacing_ = 0;
     std::vector<beam_sample> samples_{};
+    std::vector<float> plane_offsets_{};
+    std::vector<float> plane_weights_{};
 };
 
 /// The table for a model that says how alike independent echoes are on two lines, with a member
@@ -4252,8 +4373,17 @@ template <class Policy, transducer Probe, class Model>
 beam_table make_beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
                            const Model& model) {
     if constexpr (requires { model.covariance(depth, depth); })
-        return {policy, probe, depth, planes,
-                [&](float apart, float turned) { return model.covariance(apart, turned); }};
+        return {policy,
+                probe,
+                depth,
+                planes,
+                [&](float apart, float turned) { return model.covariance(apart, turned); },
+                [&](float apart, float turned) {
+                    if constexpr (requires { model.surface_covariance(apart, turned); })
+                        return model.surface_covariance(apart, turned);
+                    else
+                        return model.covariance(apart, turned);
+                }};
     else
         return {};
 }
@@ -4295,8 +4425,23 @@ class kept_beam_table {
 #ifndef INSONIFY_SCENE_SCENE_HPP
 #define INSONIFY_SCENE_SCENE_HPP
 
-#ifndef INSONIFY_GEOMETRY_POINT_BOUNDS_HPP
-#define INSONIFY_GEOMETRY_POINT_BOUNDS_HPP
+#ifndef INSONIFY_SCENE_OBJECT_HPP
+#define INSONIFY_SCENE_OBJECT_HPP
+
+#ifndef INSONIFY_BVH_BVH_HPP
+#define INSONIFY_BVH_BVH_HPP
+
+#ifndef INSONIFY_BVH_STORAGE_HPP
+#define INSONIFY_BVH_STORAGE_HPP
+
+#ifndef INSONIFY_BVH_BUILD_MORTON_HPP
+#define INSONIFY_BVH_BUILD_MORTON_HPP
+
+#ifndef INSONIFY_BVH_ASSEMBLE_HPP
+#define INSONIFY_BVH_ASSEMBLE_HPP
+
+#ifndef INSONIFY_BVH_NODE_HPP
+#define INSONIFY_BVH_NODE_HPP
 
 #ifndef INSONIFY_GEOMETRY_AABB_HPP
 #define INSONIFY_GEOMETRY_AABB_HPP
@@ -4358,52 +4503,6 @@ INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The box around all points that are finite; empty for none.
-inline aabb bounds_of(view<const vec3> points) {
-    // Eight points at a time, coordinate by coordinate: the inner loops are SIMD wherever the compiler has any.
-    constexpr std::size_t step = 8;
-    float lower[3 * step], upper[3 * step];
-    for (std::size_t i = 0; i < 3 * step; ++i) lower[i] = FLT_MAX, upper[i] = -FLT_MAX;
-    const std::size_t whole = points.size() / step * step;
-    for (std::size_t begin = 0; begin < whole; begin += step) {
-        const float* const p = &points[begin].x;
-        for (std::size_t i = 0; i < 3 * step; ++i) lower[i] = p[i] < lower[i] ? p[i] : lower[i]; // never takes a NaN
-        for (std::size_t i = 0; i < 3 * step; ++i) upper[i] = upper[i] < p[i] ? p[i] : upper[i];
-    }
-    aabb box;
-    for (std::size_t i = 0; i < 3 * step; i += 3)
-        box = merged(box, aabb{{lower[i], lower[i + 1], lower[i + 2]}, {upper[i], upper[i + 1], upper[i + 2]}});
-    for (std::size_t i = whole; i < points.size(); ++i) box = merged(box, points[i]);
-    if (is_finite(box) || points.empty()) return box;
-    box = {};
-    for (const vec3& p : points)
-        if (is_finite(p)) box = merged(box, p);
-    return box;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_SCENE_OBJECT_HPP
-#define INSONIFY_SCENE_OBJECT_HPP
-
-#ifndef INSONIFY_BVH_BVH_HPP
-#define INSONIFY_BVH_BVH_HPP
-
-#ifndef INSONIFY_BVH_STORAGE_HPP
-#define INSONIFY_BVH_STORAGE_HPP
-
-#ifndef INSONIFY_BVH_BUILD_MORTON_HPP
-#define INSONIFY_BVH_BUILD_MORTON_HPP
-
-#ifndef INSONIFY_BVH_ASSEMBLE_HPP
-#define INSONIFY_BVH_ASSEMBLE_HPP
-
-#ifndef INSONIFY_BVH_NODE_HPP
-#define INSONIFY_BVH_NODE_HPP
-
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -6509,6 +6608,45 @@ inline aabb placed_box(const aabb& local, const pose& at) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_SCENE_POINT_BOUNDS_HPP
+#define INSONIFY_SCENE_POINT_BOUNDS_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The box around all points that are finite; empty for none.
+INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
+    // As many points at a time as there are lanes fill three registers: x y z x, y z x y, z x y z.
+    constexpr int width = simd_width;
+    using floats = lanes<width>;
+    floats lower[3] = {floats(FLT_MAX), floats(FLT_MAX), floats(FLT_MAX)};
+    floats upper[3] = {floats(-FLT_MAX), floats(-FLT_MAX), floats(-FLT_MAX)};
+    const std::size_t whole = points.size() / width * width;
+    for (std::size_t begin = 0; begin < whole; begin += width)
+        for (int k = 0; k < 3; ++k) {
+            const floats p = load<width>(&points[begin].x + k * width);
+            lower[k] = select(p < lower[k], p, lower[k]); // which never takes a NaN
+            upper[k] = select(upper[k] < p, p, upper[k]);
+        }
+    float lowest[3 * width], highest[3 * width];
+    for (int k = 0; k < 3; ++k) {
+        store(lower[k], lowest + k * width);
+        store(upper[k], highest + k * width);
+    }
+    aabb box;
+    for (int i = 0; i < 3 * width; i += 3)
+        box =
+            merged(box, aabb{{lowest[i], lowest[i + 1], lowest[i + 2]}, {highest[i], highest[i + 1], highest[i + 2]}});
+    for (std::size_t i = whole; i < points.size(); ++i) box = merged(box, points[i]);
+    if (is_finite(box) || points.empty()) return box;
+    box = {};
+    for (const vec3& p : points)
+        if (is_finite(p)) box = merged(box, p);
+    return box;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #include <algorithm>
 #include <numeric>
 #include <optional>
@@ -6752,6 +6890,7 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
                                 const acquisition& settings) {
     body.require_built();
     probe.check();
+    if constexpr (requires { model.check(); }) model.check();
     if (!is_rigid(at)) throw geometry_error{"trace: the pose of the probe is no rigid motion; make it with look_at"};
     if (!is_finite(settings.depth) || !(settings.depth > 0))
         throw usage_error{"trace: `depth` must be a finite number of metres above 0, such as 80_mm"};
@@ -7610,13 +7749,14 @@ class slice_lines {
 
     /// Whether cutting the scene is faster than tracing rays; always where a tree waits.
     ///
-    /// A ray costs about as much for each object that it comes near as three faces that are cut, and a slice goes through
-    /// about 2 sqrt(faces) of an object: so cutting pays for coarse meshes and many objects, rays for few lines and meshes
-    /// finer than their spacing. Both grow alike with the number of slices.
+    /// Cutting costs as much as 100 faces before the first one, and a slice goes through about 2 sqrt(faces) of an object;
+    /// a ray costs about as much as 1.6 of them for each object that it comes near. So cutting pays for coarse meshes and
+    /// many objects, rays for few lines and meshes finer than their spacing (where packets of rays are slower than single
+    /// ones). Both grow alike with the number of slices.
     INSONIFY_LAZY bool pays(const scene& body, const pose& at) const {
         const float middle = 0;
         const slice_frame frame{at * fan_.upright(), {&middle, 1}};
-        float rays = 0, cuts = 0;
+        float rays = 0, cuts = 100;
         for (const object& one : body.objects()) {
             if (!one.tree_follows) return true;
             const std::uint32_t lines = one.box.empty() ? 0 : lines_near(one.box, frame);
@@ -7624,7 +7764,7 @@ class slice_lines {
             rays += static_cast<float>(lines);
             cuts += 2 * std::sqrt(static_cast<float>(one.surface.faces.size()));
         }
-        return cuts <= 3 * rays;
+        return cuts <= 1.6F * rays;
     }
 
     /// Cuts the scene by the slices of the probe that was taken; see `slice_cut::cut`.
@@ -7993,10 +8133,15 @@ struct b_mode_workspace {
 /// @return the picture, which is good until `own` is used again
 /// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, class Model>
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
 const image& b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                     const b_mode_settings& settings, const Model& model, b_mode_workspace<Probe, Model>& own) {
+    static_assert(
+        std::same_as<typename Model::sample_type, vec2>,
+        "b_mode needs a model that makes complex echoes, such as physical; trace and scan_convert draw others");
     probe.check();
+    if (!is_finite(settings.tgc) || !(settings.tgc >= 0))
+        throw usage_error{"b_mode: `tgc` must be a finite number of dB/m at 1 MHz, or 0 for the background's"};
     const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
     const pulse sent = nominal_pulse(probe);
     const std::uint32_t samples =
@@ -8017,7 +8162,7 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
     own.picture = scan_convert(policy, own.lines, map, std::move(own.picture));
     return own.picture;
 }
-template <exec::policy Policy, transducer Probe, class Model = physical<>>
+template <exec::policy Policy, transducer Probe, acoustic_model Model = physical<>>
 image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
              const b_mode_settings& settings = {}, const Model& model = {}) {
     b_mode_workspace<Probe, Model> own;
@@ -9122,7 +9267,8 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 ///     density          kg/m^3                        sound_speed         m/s
 ///     attenuation      dB/cm at 1 MHz                attenuation_power   exponent of the frequency
 ///     backscatter_db   relative to liver             roughness_um        rms height
-///     priority         a whole number: of objects that overlap the highest counts
+///     scatterers_per_mm3   for sparse texture       priority            a whole number: of objects that overlap the
+///                                                                       highest counts
 ///
 /// With density and sound_speed they describe the medium completely; with fewer they change the tissue of that name.
 /// A name without any key, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.
@@ -9195,7 +9341,7 @@ class persistence {
             throw usage_error{"persistence: the share of the past must be from 0 to below 1"};
     }
 
-    /// Takes in one more frame. The past is forgotten where the pose of the probe, the number of lines or of samples,
+    /// Takes in one more frame. Call `reset` first where another probe or other settings made it. The past is forgotten where the pose of the probe, the number of lines or of samples,
     /// or the depth differs from the frame before.
     /// @return what is to be shown; good until the next call
     template <exec::policy Policy>
@@ -9527,7 +9673,8 @@ struct path_settings {
 ///
 /// Sound goes out along a path and comes back along the same one (the only paths that all return to where they began),
 /// so each surface met on the way adds its echo, weakened by all that the path has met twice. A slab thus gives the
-/// ladder of its reverberations, a mirror the image behind it, and a tilted layer shifts what lies below.
+/// ladder of its reverberations, a mirror the image behind it, and a tilted layer shifts what lies below. The face of the
+/// probe, where it reflects, is a plane without end; curved surfaces do not spread or gather the sound.
 template <class Boundary, class Scattering>
 class path_tracer {
   public:
@@ -9551,6 +9698,8 @@ class path_tracer {
         face_ = frame;
         const echo_line echoes{out, spacing, line_.frequency};
         find_crossings(body_, {.origin = frame.origin, .direction = frame.along}, reach(echoes, 0), found_);
+        for (const crossing& at : found_.crossings) // those at the face belong to the face
+            if (at.distance <= touching_distance) found_.inside.toggle(at.rank);
         waiting_.clear();
         waiting_.push_back({.frame = frame, .inside = found_.inside});
         while (!waiting_.empty()) {
@@ -9638,7 +9787,8 @@ class path_tracer {
               const echo_line& echoes) {
         const object& one = body_.ranked(at.rank);
         const surface_incidence smooth = incidence_on(one, at.primitive, now.frame);
-        vec3 normal = one.at.direction(normalize(area_vector(mesh_view{one.surface}[at.primitive])));
+        const vec3 smooth_normal = one.at.direction(normalize(area_vector(mesh_view{one.surface}[at.primitive])));
+        vec3 normal = smooth_normal;
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         if (settings_.samples > 0 && rms_height(before, after) > 0)
             normal = perturbed_normal(dot(normal, now.frame.along) > 0 ? -normal : normal, settings_.rough_power,
@@ -9652,13 +9802,21 @@ class path_tracer {
         const float mirrored = random ? 1.0F : coherent_amplitude({before, after, smooth.cosine, line_.frequency});
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
+        // A facet that would send the path to the wrong side of the surface gives way to the surface as a whole.
+        const auto crosses = [&](vec3 direction) {
+            return dot(direction, smooth_normal) * dot(now.frame.along, smooth_normal) > 0;
+        };
+        const auto onwards = [&](vec3 facet) {
+            if (model_.timing != timing::sound_speed) return now.frame.along;
+            return refracted(now.frame.along, facet, before, after);
+        };
+        const auto mirrored_by = [&](vec3 facet) { return now.frame.along - 2 * dot(now.frame.along, facet) * facet; };
+        const vec3 through = onwards(normal), thrown = mirrored_by(normal);
         branch on = now, off = now;
         on.inside = beyond;
-        const bool bends = model_.timing == timing::sound_speed;
-        on.frame =
-            turned(now.frame, point, bends ? refracted(now.frame.along, normal, before, after) : now.frame.along);
+        on.frame = turned(now.frame, point, crosses(through) ? through : onwards(smooth_normal));
+        off.frame = turned(now.frame, point, crosses(thrown) ? mirrored_by(smooth_normal) : thrown);
         on.path.passed *= met.transmitted;
-        off.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, normal) * normal);
         off.path.passed *= back;
         ++off.bounces;
         if (random) { // one of the two, with the probability of its share: its weight stays
@@ -10380,6 +10538,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     m.attenuation_power = value("attenuation_power").value_or(m.attenuation_power);
     if (const auto decibels = value("backscatter_db")) m.backscatter = std::pow(10.0F, *decibels / 20);
     if (const auto micrometres = value("roughness_um")) m.roughness = 1e-6F * *micrometres;
+    if (const auto per_cubic_mm = value("scatterers_per_mm3")) m.scatterer_density = 1e9F * *per_cubic_mm;
     if (!is_valid(m))
         throw io_error{source + ": newmtl " + name +
                        ": density and sound_speed must be above 0, the other values not below, and none out of bounds"};

@@ -47,6 +47,11 @@ TEST_CASE("poisson_numbers have power 1, and as many scatterers as density says"
         CHECK(m.power == doctest::Approx(1).epsilon(0.02));
         CHECK(m.fourth == doctest::Approx(2 + 3 / static_cast<double>(mean)).epsilon(0.05));
     }
+    for (const float mean : {40.0F, 5000.0F}) { // more than can be told from Gaussian numbers
+        const auto m = scatter_numbers_test::of(poisson_numbers{.density = mean * 1e9F}, 1e-9F);
+        CHECK(m.power == doctest::Approx(1).epsilon(0.02));
+    }
     const auto stated = scatter_numbers_test::of(poisson_numbers{}, 1e-9F, 2e9F);
     CHECK(stated.fourth == doctest::Approx(3.5).epsilon(0.05));
+    CHECK_THROWS_AS(poisson_numbers{.density = 0}.check(), usage_error);
 }

@@ -41,6 +41,37 @@ TEST_CASE("paths and beams agree where nothing bends and nothing is reflected tw
     CHECK(worst < 1e-3F * largest);
 }
 
+TEST_CASE("paths and beams agree on a probe that stands on a surface, above it or in it, and inside nested objects") {
+    for (const float shift : {-5_mm, -0.3_um, 0.0F, 0.3_um, 1_mm}) {
+        scene body{medium{.density = 1000, .sound_speed = 1540}};
+        body.add(paths_test::slab(shift, 30_mm), medium{.density = 1200, .sound_speed = 1540, .attenuation = 50});
+        body.add(make_sphere({0, 0, 4_mm}, 9_mm, 4), medium{.density = 1100, .sound_speed = 1540, .attenuation = 80});
+        body.build(exec::par);
+        const acquisition scan{.depth = 40_mm, .samples = 1600};
+        const iq_lines beams = trace_beams(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan);
+        const iq_lines paths =
+            trace_paths(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan, {.bounces = 0});
+        float largest = 0, worst = 0;
+        for (std::size_t i = 0; i < beams.values.size(); ++i) {
+            largest = std::max(largest, length(beams.values[i]));
+            worst = std::max(worst, length(beams.values[i] - paths.values[i]));
+        }
+        CHECK(largest > 1e-3F);
+        CHECK(worst < 1e-3F * largest);
+    }
+}
+
+TEST_CASE("water in water has no echo along any path, random ones among them") {
+    scene body{tissue::water};
+    body.add(make_sphere({1_mm, 0, 20_mm}, 8_mm, 4), tissue::water);
+    body.build(exec::par);
+    for (const std::uint32_t samples : {0U, 20U})
+        for (const vec2 v : trace_paths(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{},
+                                        {.depth = 40_mm, .samples = 1600}, {.samples = samples})
+                                .values)
+            CHECK(v == vec2{0, 0});
+}
+
 TEST_CASE("a metal needle rings: a ladder of echoes, at its thickness and its loss a bounce") { // V20
     // Z 1.698 MRayl against steel: r = 0.9278; 0.718 mm of 5740 m/s are 0.1926 mm as displayed.
     medium steel = tissue::steel;

@@ -23,6 +23,16 @@ medium of_impedance(float rayl, float speed, float attenuation) {
 }
 constexpr linear_array probe(float frequency) { return {.lines = 16, .width = 10_mm, .frequency = frequency}; }
 
+// One scatterer in the middle of what it is asked for.
+struct one_scatterer {
+    template <class Emit>
+    void scatter(const material_line&, float begin, float end, float, Emit&& emit) const {
+        const float real = 1, imaginary = 0;
+        emit(scatterer_run{.first = 0.5F * (begin + end), .count = 1, .real = &real, .imaginary = &imaginary});
+    }
+    float covariance(float, float) const { return 0; }
+};
+
 } // namespace
 } // namespace physical_test
 
@@ -280,6 +290,82 @@ TEST_CASE("a tilted plate, traced and convolved, fades as a simulated aperture's
             CHECK(std::fabs(level[i] - level[0] - row.level[i - 1]) < 1);
         }
     }
+}
+
+TEST_CASE("a plate that is tilted out of the slice fades by the aperture's height, however many planes there are") {
+    const linear_array probe{.lines = 61,
+                             .width = 12.2_mm,
+                             .frequency = 5_MHz,
+                             .focus = 30_mm,
+                             .elevation_height = 7.5_mm,
+                             .elevation_focus = 30_mm}; // F/4
+    const specular_return lobe{.lobe = specular_lobe::exact};
+    for (const std::uint32_t planes : {1U, 5U, 7U}) {
+        double level[4];
+        for (int i = 0; i < 4; ++i) {
+            const float tilt = static_cast<float>(i) * 1.5_deg;
+            const pose turned = look_at({0, 0, 30_mm}, {0, std::sin(tilt), 30_mm + std::cos(tilt)}, {1, 0, 0});
+            scene body{medium{.density = 1000, .sound_speed = 1540}};
+            body.add(make_box({-60_mm, -60_mm, 0}, {60_mm, 60_mm, 40_mm}), medium{.density = 1200, .sound_speed = 1540},
+                     {.at = turned});
+            body.build(exec::par);
+            const acquisition scan{.depth = 40_mm, .samples = 4000, .planes = planes};
+            const iq_lines echoes = trace(exec::par, body, probe, pose{}, physical<>{.specular = lobe}, scan);
+            const scan_lines seen = envelope(exec::par, convolve(exec::par, echoes, pulse{}, probe));
+            float most = 0;
+            for (std::uint32_t k = 0; k < seen.samples; ++k) most = std::max(most, seen(30, k));
+            level[i] = 20 * std::log10(static_cast<double>(most));
+            const double expected = 20 * std::log10(static_cast<double>(lobe(tilt, 4, 30e-3F * 5e6F / 1540)));
+            MESSAGE(planes, " planes, ", (1.5 * i), " degrees: ", level[i] - level[0], " dB, expected ", expected);
+            if (i > 0 && expected > -12) CHECK(std::fabs(level[i] - level[0] - expected) < 1);
+        }
+    }
+}
+
+TEST_CASE("a rough surface scatters at its calibrated level, at any tilt, with any texture beside it") {
+    // RMS sqrt(R (1 - exp(-4 k^2 h^2 cos^2 i)) cos^2 i 0.166 / (F#x F#y)); 200 um leave nothing of the mirror echo.
+    const linear_array probe{.lines = 300, .width = 30_mm, .frequency = 5_MHz, .focus = 20_mm}; // F/2, F/4 in elevation
+    const medium rough{.density = 1500, .sound_speed = 1540, .roughness = 200_um};
+    for (const float degrees : {0.0F, 5.0F, 20.0F})
+        for (const float cell : {0.2_mm, 0.5_mm}) {
+            const float tilt = degrees * 1_deg;
+            double power = 0, count = 0;
+            for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+                const pose turned = look_at({0, 0, 20_mm}, {std::sin(tilt), 0, 20_mm + std::cos(tilt)},
+                                            {std::cos(tilt), 0, -std::sin(tilt)});
+                scene body{medium{.density = 1000, .sound_speed = 1540}};
+                body.add(make_box({-60_mm, -60_mm, 0}, {60_mm, 60_mm, 60_mm}), rough, {.at = turned});
+                body.build(exec::par);
+                const physical<> model{.scattering = {.cell = cell}, .seed = seed};
+                const iq_lines echoes =
+                    trace(exec::par, body, probe, pose{}, model, {.depth = 30_mm, .samples = 3000, .planes = 3});
+                const iq_lines seen = convolve(exec::par, echoes, pulse{}, probe);
+                for (std::uint32_t line = 30; line < 270; ++line) { // where the line meets the plate
+                    const double x = (line + 0.5) / 300 * 30 - 15;
+                    const double z = 20 - x * std::tan(static_cast<double>(tilt));
+                    const auto k = static_cast<std::uint32_t>(z / 30 * 3000);
+                    power += std::pow(static_cast<double>(length(seen(line, k))), 2), count += 1;
+                }
+            }
+            const double r = 0.2, cosine = std::cos(static_cast<double>(tilt)); // (1500 - 1000) / 2500 at any angle
+            const double expected = 10 * std::log10(r * r * cosine * cosine * 0.166 / (2 * 4));
+            MESSAGE(degrees, " degrees, cells of ", (cell * 1e3F), " mm: ", 10 * std::log10(power / count),
+                    " dB, expected ", expected);
+            CHECK(std::fabs(10 * std::log10(power / count) - expected) < 1);
+        }
+}
+
+TEST_CASE("a field of a user's may emit single scatterers, and senseless settings are refused") {
+    const scene body = scene{tissue::muscle}.build(exec::seq);
+    const linear_array probe{.lines = 3};
+    const acquisition scan{.depth = 20_mm, .samples = 800};
+    const auto model = physical{}.with_scattering(physical_test::one_scatterer{});
+    const iq_lines lines = trace(exec::par, body, probe, pose{}, model, scan);
+    CHECK(echoes_test::echoes_of(lines, 1).size() == 1);
+    CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, physical<>{.scattering = {.cell = 0}}, scan), usage_error);
+    CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, physical<>{.texture_db = NAN}, scan), usage_error);
+    CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, physical<>{.shadow_floor_db = 3}, scan), usage_error);
+    CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, physical<>{.specular = {.power = -1}}, scan), usage_error);
 }
 
 TEST_CASE("the edges of a shadow follow the lines: constant for parallel ones, growing where they fan out") { // V18

@@ -4,6 +4,7 @@
 #include <insonify/acoustics/scatter_numbers.hpp>
 #include <insonify/acoustics/scattering.hpp>
 #include <insonify/acoustics/view_direction.hpp>
+#include <insonify/core/error.hpp>
 #include <insonify/execution/simd_math.hpp>
 #include <type_traits>
 
@@ -23,6 +24,13 @@ struct cell_field {
     float cell = 0.2e-3F; ///< metres, across the line
     Numbers numbers{};
     Material material{};
+
+    /// @throws usage_error  where the cells have no size
+    void check() const {
+        if (!is_finite(cell) || !(cell > 0))
+            throw usage_error{"cell_field: `cell` must be a finite number of metres above 0, such as 0.2_mm"};
+        if constexpr (requires { numbers.check(); }) numbers.check();
+    }
 
     /// Mean of what two lines have in common, whose values are linear between cells and scaled to power 1.
     /// @param apart   metres
@@ -107,7 +115,7 @@ struct cell_field {
             const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
             const floats right = x - floats_of<N>(column), upper = y - floats_of<N>(row);
             const floats left = one - right, lower = one - upper;
-            const bits cell_of = own + column * next_column + row * next_row;
+            const bits cell_of = own + column * next_column + row * next_row + 0x51ED270BU;
             const complex_lanes<N> a = number.template operator()<N>(cell_of, volume, density),
                                    b = number.template operator()<N>(cell_of + next_column, volume, density),
                                    c = number.template operator()<N>(cell_of + next_row, volume, density),

@@ -26,7 +26,6 @@ class echo_line {
 
     /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i times its complex amplitude.
     /// @param step       not below 0
-    /// @param real       with room to be read as if `count` were rounded up to whole `lanes`; and so `imaginary`
     INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
                          float scale, float ratio) const {
         constexpr int width = simd_width;
@@ -45,7 +44,7 @@ class echo_line {
         const auto inside = static_cast<std::uint32_t>(samples_.size()) - 1; // of a sample with a next one
         const floats turn_x(turn_on.x), turn_y(turn_on.y), one(1.0F);
         for (std::uint32_t first = 0; first < count; first += width) {
-            const floats x = load<width>(real + first), y = load<width>(imaginary + first);
+            const floats x = some_of(real + first, count - first), y = some_of(imaginary + first, count - first);
             const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
             const floats number = floats_of<width>(steps_of_bits<width>(first, 1));
             const floats place = (floats(depth) + number * floats(step)) * floats(per_spacing_) - floats(0.5F);
@@ -84,6 +83,14 @@ class echo_line {
         const float below = std::floor(place);
         const float share = place - below;
         put_parts(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - share) * value, share * value);
+    }
+
+    // As many as a register holds; zeros after the last.
+    INSONIFY_FN INSONIFY_INLINE static lanes<simd_width> some_of(const float* from, std::uint32_t count) {
+        if (count >= simd_width) return load<simd_width>(from);
+        float some[simd_width] = {};
+        for (std::uint32_t i = 0; i < count; ++i) some[i] = from[i];
+        return load<simd_width>(some);
     }
 
     template <class Lanes>

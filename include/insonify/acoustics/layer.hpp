@@ -36,17 +36,38 @@ struct beam_sample {
     float line_spacing = 0;      ///< metres to the next line
     float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
     vec2 alike{0, 0}; ///< m^2: mean square distance between what they have in common, across the lines and the planes
+    float surface_incoherent = 1; ///< the same of the diffuse echoes of surfaces
+    vec2 surface_alike{0, 0};
 };
 
 /// Beam samples for equal parts of the displayed depth, from the face on.
 struct line_beam {
     view<const beam_sample> samples{};
-    float spacing = 1; ///< metres
+    float spacing = 1;                 ///< metres
+    view<const float> plane_offsets{}; ///< metres out of the slice plane
+    view<const float> plane_weights{}; ///< for each sample those of all planes; together 1
 
     INSONIFY_FN beam_sample at(float depth) const {
         if (samples.empty()) return {};
-        const float place = clamped(depth / spacing, 0, static_cast<float>(samples.size() - 1));
-        return samples[static_cast<std::size_t>(place)];
+        return samples[index(depth)];
+    }
+
+    /// What the planes leave of echoes whose depth changes by `slope` metres a metre out of the slice: the sum of their
+    /// weights, each as high on a pulse of deviation `sigma` and turned by as much phase as its depth is off.
+    INSONIFY_FN float across_the_planes(float depth, float slope, float sigma, float phase_per_metre) const {
+        if (plane_offsets.empty() || slope == 0) return 1;
+        const float* weights = plane_weights.first + index(depth) * plane_offsets.size();
+        float sum = 0;
+        for (std::size_t i = 0; i < plane_offsets.size(); ++i) {
+            const float deeper = slope * plane_offsets[i], sigmas = deeper / sigma;
+            sum += weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre * deeper);
+        }
+        return std::fabs(sum);
+    }
+
+  private:
+    INSONIFY_FN std::size_t index(float depth) const {
+        return static_cast<std::size_t>(clamped(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
     }
 };
 

@@ -7,6 +7,7 @@
 #include <insonify/acoustics/fresnel.hpp>
 #include <insonify/acoustics/roughness.hpp>
 #include <insonify/acoustics/specular.hpp>
+#include <insonify/core/error.hpp>
 #include <insonify/execution/policy.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -17,7 +18,8 @@ enum class timing { sound_speed, uniform };
 /// Angle at which beams meet surfaces: as they do, or as if each were met head on.
 enum class angle { oblique, normal };
 
-/// How attenuation treats the pulse: as one frequency, or as a band of them (see `attenuated`).
+/// How attenuation treats the pulse: as one frequency, or as a band of them, which loses less (see `attenuated`). The
+/// echo's carrier stays where it is: `attenuated` tells by how much it would sink.
 enum class pulse_band { narrow, broad };
 
 /// What has become of the sound on its way along a line.
@@ -32,6 +34,9 @@ struct echo_path {
 ///     interface   r(i) exp(-2 k^2 h^2 cos^2 i) L(phi) + diffuse,  at its travel time        specular echo, roughness
 ///     between     backscatter * 10^(-55/20) * complex Gaussian field                         texture of the tissue
 ///     both times  product of what interfaces let through there and back * 10^(-loss / 20)    what arrives
+///
+/// Of the echo of a tilted surface `convolve` and the planes of the slice take a part, for its phase differs from line to
+/// line; L contains that already, so it is divided out beforehand.
 ///
 /// Amplitude 1 is the echo of a perfect mirror met head on without attenuation. An echo a displayed at depth z is written
 /// as a exp(-j 4 pi f0 z / c0), divided between the two samples beside it.
@@ -62,6 +67,17 @@ struct physical {
         return {boundary, field, specular, timing, angle, band, texture_db, shadow_floor_db, seed};
     }
 
+    /// @throws usage_error  naming the setting that makes no sense
+    void check() const {
+        if (!is_finite(texture_db)) throw usage_error{"physical: `texture_db` must be a finite number of dB"};
+        if (!(shadow_floor_db <= 0))
+            throw usage_error{
+                "physical: `shadow_floor_db` must be 0 or below, such as -20; by default there is no floor"};
+        if (!is_finite(specular.power) || !(specular.power >= 0))
+            throw usage_error{"physical: `specular.power` must be a finite number, 0 or more"};
+        if constexpr (requires { scattering.check(); }) scattering.check();
+    }
+
     /// Samples of a line where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
     INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
         return samples_for(depth, nominal_sigma(frequency));
@@ -75,8 +91,11 @@ struct physical {
         return 1e-3F + (timing == insonify::timing::sound_speed ? depth * fastest / display_speed : depth);
     }
 
-    /// Of texture on neighbouring lines; see `scattering_field`.
+    /// Of texture on neighbouring lines, and of the diffuse echoes of rough surfaces; see `scattering_field`.
     INSONIFY_FN float covariance(float apart, float turned) const { return scattering.covariance(apart, turned); }
+    INSONIFY_FN float surface_covariance(float apart, float turned) const {
+        return surface_field().covariance(apart, turned);
+    }
 
     /// Adds the echoes of one line to samples that start at 0; sample k stands at displayed depth (k + 1/2) * spacing.
     template <class Policy>
@@ -112,9 +131,10 @@ struct physical {
         const float arrived = arriving(line, path.passed, path.lost_db, path.shown);
 
         const float wavelengths = greater(path.shown, 1e-4F) * line.frequency / display_speed;
-        const float collected =
-            specular(tilt.x, beam.fnumber, wavelengths) * specular(tilt.y, beam.elevation_fnumber, wavelengths) /
-            across_the_lines(line, std::tan(lesser(std::fabs(tilt.x), 1.4F)) * stretch(before), beam);
+        const vec2 slope = stretch(before) * slope_of(tilt);
+        const float collected = specular(tilt.x, beam.fnumber, wavelengths) *
+                                specular(tilt.y, beam.elevation_fnumber, wavelengths) /
+                                (across_the_lines(line, slope.x, beam) * across_the_planes(line, slope.y, path.shown));
         const float coherent = arrived * met.reflected * coherent_amplitude(meeting) * collected;
         if (coherent != 0) echoes.add(path.shown, {coherent, 0});
 
@@ -122,7 +142,7 @@ struct physical {
         const float scattered = met.reflected * met.reflected * diffuse_energy(meeting);
         const float diffuse =
             arrived * std::sqrt(scattered * 0.166F / (beam.fnumber * beam.elevation_fnumber)) * cosine;
-        if (diffuse > 0) add_diffuse(line, below, tilt, diffuse * beam.incoherent, path, echoes);
+        if (diffuse > 0) add_diffuse(line, below, stretch(before), slope, diffuse, path, echoes);
         return met;
     }
 
@@ -139,6 +159,10 @@ struct physical {
     // Of a pulse of 2.5 cycles, whose bandwidth is 1.61 / 2.5.
     INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
 
+    INSONIFY_FN static float sigma_of(const traced_line& line) {
+        return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+    }
+
     // Amplitude that arrives and comes back, `lost_db` down a line at displayed depth `shown`.
     INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown) const {
         const float frequency = line.frequency;
@@ -151,16 +175,15 @@ struct physical {
     }
 
     INSONIFY_FN static float nominal_bandwidth(const traced_line& line) {
-        const float sigma = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
-        return axial_sigma(sigma, line.frequency); // the formula is its own inverse
+        return axial_sigma(sigma_of(line), line.frequency); // the formula is its own inverse
     }
 
     INSONIFY_FN void add_texture(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const echo_line& echoes) const {
         if (!(m.backscatter > 0)) return;
-        const float slot = display_speed / (8 * line.frequency); // metres of tissue
         const float shrink = stretch(m), loss = echo_loss(m, line.frequency);
-        const float sigma = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+        const float sigma = sigma_of(line);
+        const float slot = lesser(slot_of(line.frequency), 0.5F * sigma / shrink); // fine for slow media too
         const float along = std::sqrt(std::sqrt(pi) * sigma / (slot * shrink)); // root of the pulse's power over slots
         const float level = m.backscatter * amplitude_of(texture_db) / along;
         const pose place = line.places.empty() ? pose{} : line.places[here.place];
@@ -188,9 +211,9 @@ struct physical {
     // its spectrum at the phase's slope of 4 pi f0 s / c0 and at the nearest aliases of the lines.
     INSONIFY_FN static float across_the_lines(const traced_line& line, float slope, const beam_sample& beam) {
         if (!(beam.lateral_sigma > 0) || !(beam.line_spacing > 0)) return 1;
-        const float sigma_z = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+        const float sigma_z = sigma_of(line);
         const float narrowed = 1 / std::sqrt(1 + square(beam.lateral_sigma * slope / sigma_z));
-        const float phase = 4 * pi * line.frequency / display_speed * slope, alias = 2 * pi / beam.line_spacing;
+        const float phase = phase_per_metre(line.frequency) * slope, alias = 2 * pi / beam.line_spacing;
         const float nearest = phase - alias * std::floor(phase / alias + 0.5F);
         float met = 0, all = 0;
         for (int i = -1; i <= 1; ++i) {
@@ -201,30 +224,56 @@ struct physical {
         return greater(narrowed * met / all, 0.05F);
     }
 
+    // The same for the planes of the slice.
+    INSONIFY_FN static float across_the_planes(const traced_line& line, float slope, float shown) {
+        const float left = line.beam.across_the_planes(shown, slope, sigma_of(line), phase_per_metre(line.frequency));
+        return greater(left, 0.05F);
+    }
+
+    // Metres of displayed depth a metre across, for a surface so much tilted.
+    INSONIFY_FN static vec2 slope_of(vec2 tilt) {
+        return {std::tan(clamped(tilt.x, -1.4F, 1.4F)), std::tan(clamped(tilt.y, -1.4F, 1.4F))};
+    }
+
+    // Radians of an echo's phase a metre of displayed depth.
+    INSONIFY_FN static float phase_per_metre(float frequency) { return 4 * pi * frequency / display_speed; }
+
     // The level of texture is that of scatterers whose echoes on neighbouring lines have one depth. On a slope their
     // phases part: of two lines d apart by 4 pi f0 s d / c0, and what they have in common counts by its cosine.
     INSONIFY_FN static float upright(float frequency, vec2 slope, const beam_sample& beam) {
-        const float phase = 4 * pi * frequency / display_speed;
-        const vec2 spread = phase * phase * slope * slope * beam.alike; // mean square of the angles
+        const vec2 spread =
+            square(phase_per_metre(frequency)) * slope * slope * beam.alike; // mean square of the angles
         return std::exp(0.25F * lesser(spread.x + spread.y, 4));
     }
 
+    INSONIFY_FN gaussian_field<> surface_field() const { return {.seed = seed}; }
+
+    // Metres along the line that a scatterer of texture stands for.
+    INSONIFY_FN static float slot_of(float frequency) { return display_speed / (8 * frequency); }
+
     // A rough surface is spread over the depths that the line's width covers on it: independent parts, of one power in
     // all, for otherwise a steep one would be a staircase.
-    INSONIFY_FN void add_diffuse(const traced_line& line, const layer& below, vec2 tilt, float amplitude,
+    //
+    // Its level is that of a surface met head on. On a slope two lines d apart meet it s d deeper: other slots, with
+    // other phases. Both Gaussian, what they have in common falls by exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l are 0.632
+    // slots, over which the field is alike, and k the phase a metre.
+    INSONIFY_FN void add_diffuse(const traced_line& line, const layer& below, float shrink, vec2 slope, float amplitude,
                                  const echo_path& path, const echo_line& echoes) const {
         const pose place = line.places.empty() ? pose{} : line.places[below.place];
         const material_line inside = in_object(line.frame, place, below.object);
-        const gaussian_field<> surface{.seed = seed};
-        const float slot = display_speed / (8 * line.frequency);
-        const float spacing = line.beam.at(path.shown).line_spacing;
-        const float spread = lesser(spacing * std::tan(lesser(std::fabs(tilt.x), 1.4F)), 2e-3F);
-        const float part = greater(0.5F * nominal_sigma(line.frequency), 1e-6F);
+        const gaussian_field<> surface = surface_field();
+        const beam_sample beam = line.beam.at(path.shown);
+        const float slot = slot_of(line.frequency);
+        const float per_metre = 1 / square(0.632F * slot) + square(phase_per_metre(line.frequency));
+        const vec2 apart = vec2{1, 1} + slope * slope * beam.surface_alike * per_metre;
+        const float spread = lesser(beam.line_spacing * std::fabs(slope.x), 2e-3F);
+        const float part = greater(0.5F * sigma_of(line), 1e-6F);
         const auto parts = static_cast<int>(std::ceil(spread / part)) + 1;
+        const float each = amplitude * beam.surface_incoherent * std::sqrt(std::sqrt(apart.x * apart.y)) /
+                           std::sqrt(static_cast<float>(parts));
         for (int i = 0; i < parts; ++i) {
-            const float offset = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
-            const vec2 value = surface.value(inside, below.begin + offset, slot);
-            echoes.add(path.shown + offset, value * (amplitude / std::sqrt(static_cast<float>(parts))));
+            const float deeper = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
+            echoes.add(path.shown + deeper, surface.value(inside, below.begin + deeper / shrink, slot) * each);
         }
     }
 

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
 #define INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
 
+#include <insonify/core/error.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/execution/simd_bits.hpp>
 
@@ -39,11 +40,19 @@ struct gaussian_numbers {
 struct poisson_numbers {
     float density = 20e9F; ///< scatterers in a cubic metre, of media that state none: 20 in a cubic millimetre
 
+    /// @throws usage_error  where there are none
+    void check() const {
+        if (!is_finite(density) || !(density > 0))
+            throw usage_error{
+                "poisson_numbers: `density` must be a finite number above 0; `no_scatterers` is no texture"};
+    }
+
     /// @param volume  of a cell, m^3
     /// @param stated  the medium's scatterers in a cubic metre; 0: `density`
     template <int N>
     INSONIFY_FN complex_lanes<N> operator()(const bit_lanes<N>& index, float volume, float stated) const {
         const float mean = (stated > 0 ? stated : density) * volume;
+        if (mean > 32) return gaussian_numbers{}.operator()<N>(index, volume, stated); // nobody could tell them apart
         std::uint32_t each[N];
         store_bits<N>(index, each);
         float real[N], imaginary[N];

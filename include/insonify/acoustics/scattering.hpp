@@ -42,7 +42,7 @@ struct any_emit {
 
 /// What a scattering field must do: emit(run) for the scatterers of one object between two distances along a line.
 ///
-/// `spacing` metres of line hold a mean power of 1, whatever the field; `covariance` says how alike the amplitudes on
+/// `spacing` metres of tissue at rest hold a mean power of 1, whatever the field; `covariance` says how alike the amplitudes on
 /// two lines are that lie so many metres apart and differ in direction by so many radians, 1 to 0.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {

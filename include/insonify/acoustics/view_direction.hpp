@@ -11,7 +11,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// Directions on the six sides of a cube, an eighth of half an edge apart: 7 degrees in the middle of a side.
 inline constexpr float view_steps = 8;
 
-/// How alike the choices of two lines are whose directions lie so many radians apart: they agree with this probability.
+/// How alike the choices of two lines are whose directions lie so many radians apart: they agree with this probability in
+/// the middle of a side; towards the edges of the cube, where the directions lie closer, less often.
 INSONIFY_FN inline float same_view(float radians) { return greater(0, 1 - view_steps * std::fabs(radians)); }
 
 /// One of the four directions of the lattice around `towards`, the nearer the likelier.

@@ -120,6 +120,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     m.attenuation_power = value("attenuation_power").value_or(m.attenuation_power);
     if (const auto decibels = value("backscatter_db")) m.backscatter = std::pow(10.0F, *decibels / 20);
     if (const auto micrometres = value("roughness_um")) m.roughness = 1e-6F * *micrometres;
+    if (const auto per_cubic_mm = value("scatterers_per_mm3")) m.scatterer_density = 1e9F * *per_cubic_mm;
     if (!is_valid(m))
         throw io_error{source + ": newmtl " + name +
                        ": density and sound_speed must be above 0, the other values not below, and none out of bounds"};

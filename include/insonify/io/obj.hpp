@@ -32,7 +32,8 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 ///     density          kg/m^3                        sound_speed         m/s
 ///     attenuation      dB/cm at 1 MHz                attenuation_power   exponent of the frequency
 ///     backscatter_db   relative to liver             roughness_um        rms height
-///     priority         a whole number: of objects that overlap the highest counts
+///     scatterers_per_mm3   for sparse texture       priority            a whole number: of objects that overlap the
+///                                                                       highest counts
 ///
 /// With density and sound_speed they describe the medium completely; with fewer they change the tissue of that name.
 /// A name without any key, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.

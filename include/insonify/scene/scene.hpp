@@ -2,8 +2,8 @@
 #define INSONIFY_SCENE_SCENE_HPP
 
 #include <insonify/core/error.hpp>
-#include <insonify/geometry/point_bounds.hpp>
 #include <insonify/scene/object.hpp>
+#include <insonify/scene/point_bounds.hpp>
 #include <algorithm>
 #include <numeric>
 #include <optional>

@@ -78,7 +78,7 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
 ///
 /// Along: the pulse's envelope, of peak 1. Across: a Gaussian in metres, `beam_model::lateral_sigma` wide,
 /// whose weights sum to 1 over the lines that exist, also at the ends. So a plate keeps its amplitude at every depth,
-/// sampling and line spacing. Beyond the ends of a line there is nothing. In place: pass std::move(echoes).
+/// sampling and line spacing. Beyond the ends of a line there is nothing, so texture fades within two deviations of the pulse from them. In place: pass std::move(echoes).
 /// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
 /// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse;
 ///                      where the pulse is not at the probe's frequency, or a setting makes no sense

@@ -19,7 +19,7 @@ struct pulse_envelope {
 
     /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, the same summed from x - L/2 to x + L/2.
     INSONIFY_FN float operator()(float x) const {
-        if (!(burst > 0)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
+        if (!(burst > 1e-2F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
         const float scale = 0.70710678F / sigma, half = 0.5F * burst;
         return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale));
     }

@@ -19,6 +19,7 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
                                 const acquisition& settings) {
     body.require_built();
     probe.check();
+    if constexpr (requires { model.check(); }) model.check();
     if (!is_rigid(at)) throw geometry_error{"trace: the pose of the probe is no rigid motion; make it with look_at"};
     if (!is_finite(settings.depth) || !(settings.depth > 0))
         throw usage_error{"trace: `depth` must be a finite number of metres above 0, such as 80_mm"};

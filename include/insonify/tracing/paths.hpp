@@ -20,7 +20,8 @@ struct path_settings {
 ///
 /// Sound goes out along a path and comes back along the same one (the only paths that all return to where they began),
 /// so each surface met on the way adds its echo, weakened by all that the path has met twice. A slab thus gives the
-/// ladder of its reverberations, a mirror the image behind it, and a tilted layer shifts what lies below.
+/// ladder of its reverberations, a mirror the image behind it, and a tilted layer shifts what lies below. The face of the
+/// probe, where it reflects, is a plane without end; curved surfaces do not spread or gather the sound.
 template <class Boundary, class Scattering>
 class path_tracer {
   public:
@@ -44,6 +45,8 @@ class path_tracer {
         face_ = frame;
         const echo_line echoes{out, spacing, line_.frequency};
         find_crossings(body_, {.origin = frame.origin, .direction = frame.along}, reach(echoes, 0), found_);
+        for (const crossing& at : found_.crossings) // those at the face belong to the face
+            if (at.distance <= touching_distance) found_.inside.toggle(at.rank);
         waiting_.clear();
         waiting_.push_back({.frame = frame, .inside = found_.inside});
         while (!waiting_.empty()) {
@@ -131,7 +134,8 @@ class path_tracer {
               const echo_line& echoes) {
         const object& one = body_.ranked(at.rank);
         const surface_incidence smooth = incidence_on(one, at.primitive, now.frame);
-        vec3 normal = one.at.direction(normalize(area_vector(mesh_view{one.surface}[at.primitive])));
+        const vec3 smooth_normal = one.at.direction(normalize(area_vector(mesh_view{one.surface}[at.primitive])));
+        vec3 normal = smooth_normal;
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         if (settings_.samples > 0 && rms_height(before, after) > 0)
             normal = perturbed_normal(dot(normal, now.frame.along) > 0 ? -normal : normal, settings_.rough_power,
@@ -145,13 +149,21 @@ class path_tracer {
         const float mirrored = random ? 1.0F : coherent_amplitude({before, after, smooth.cosine, line_.frequency});
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
+        // A facet that would send the path to the wrong side of the surface gives way to the surface as a whole.
+        const auto crosses = [&](vec3 direction) {
+            return dot(direction, smooth_normal) * dot(now.frame.along, smooth_normal) > 0;
+        };
+        const auto onwards = [&](vec3 facet) {
+            if (model_.timing != timing::sound_speed) return now.frame.along;
+            return refracted(now.frame.along, facet, before, after);
+        };
+        const auto mirrored_by = [&](vec3 facet) { return now.frame.along - 2 * dot(now.frame.along, facet) * facet; };
+        const vec3 through = onwards(normal), thrown = mirrored_by(normal);
         branch on = now, off = now;
         on.inside = beyond;
-        const bool bends = model_.timing == timing::sound_speed;
-        on.frame =
-            turned(now.frame, point, bends ? refracted(now.frame.along, normal, before, after) : now.frame.along);
+        on.frame = turned(now.frame, point, crosses(through) ? through : onwards(smooth_normal));
+        off.frame = turned(now.frame, point, crosses(thrown) ? mirrored_by(smooth_normal) : thrown);
         on.path.passed *= met.transmitted;
-        off.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, normal) * normal);
         off.path.passed *= back;
         ++off.bounces;
         if (random) { // one of the two, with the probability of its share: its weight stays

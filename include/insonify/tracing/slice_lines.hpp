@@ -28,13 +28,14 @@ class slice_lines {
 
     /// Whether cutting the scene is faster than tracing rays; always where a tree waits.
     ///
-    /// A ray costs about as much for each object that it comes near as three faces that are cut, and a slice goes through
-    /// about 2 sqrt(faces) of an object: so cutting pays for coarse meshes and many objects, rays for few lines and meshes
-    /// finer than their spacing. Both grow alike with the number of slices.
+    /// Cutting costs as much as 100 faces before the first one, and a slice goes through about 2 sqrt(faces) of an object;
+    /// a ray costs about as much as 1.6 of them for each object that it comes near. So cutting pays for coarse meshes and
+    /// many objects, rays for few lines and meshes finer than their spacing (where packets of rays are slower than single
+    /// ones). Both grow alike with the number of slices.
     INSONIFY_LAZY bool pays(const scene& body, const pose& at) const {
         const float middle = 0;
         const slice_frame frame{at * fan_.upright(), {&middle, 1}};
-        float rays = 0, cuts = 0;
+        float rays = 0, cuts = 100;
         for (const object& one : body.objects()) {
             if (!one.tree_follows) return true;
             const std::uint32_t lines = one.box.empty() ? 0 : lines_near(one.box, frame);
@@ -42,7 +43,7 @@ class slice_lines {
             rays += static_cast<float>(lines);
             cuts += 2 * std::sqrt(static_cast<float>(one.surface.faces.size()));
         }
-        return cuts <= 3 * rays;
+        return cuts <= 1.6F * rays;
     }
 
     /// Cuts the scene by the slices of the probe that was taken; see `slice_cut::cut`.
