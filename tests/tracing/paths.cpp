@@ -95,6 +95,26 @@ TEST_CASE("a metal needle rings: a ladder of echoes, at its thickness and its lo
     }
 }
 
+TEST_CASE("the water in a needle rings: a ladder of its own") { // V20
+    // Z 1.479 MRayl against 45.3: r = 0.9368, twice a bounce; 0.413 mm of 1482 m/s are 0.429 mm as displayed.
+    medium steel = tissue::steel, water = tissue::water;
+    steel.attenuation = water.attenuation = 0;
+    steel.roughness = 0;
+    scene body{steel};
+    body.add(paths_test::slab(20_mm, 20.413_mm), water);
+    body.build(exec::par);
+    const acquisition scan{.depth = 12_mm, .samples = 1200}; // 20 mm of steel are 5.4 mm as displayed
+    const auto found = paths_test::echoes_of(
+        trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan, {.bounces = 12}), 0);
+    REQUIRE(found.size() > 6);
+    MESSAGE("V20, lumen: ", found[2].decibels() - found[1].decibels(), " dB a bounce (expected -1.134), spacing ",
+            (found[2].depth - found[1].depth) * 1e3, " mm (expected 0.429)");
+    for (std::size_t i = 1; i < 6; ++i) {
+        CHECK(std::fabs(found[i].depth - found[i - 1].depth - 0.4292e-3) < 5e-6); // half a sample
+        if (i > 1) CHECK(std::fabs(found[i].decibels() - found[i - 1].decibels() + 1.134) < 0.05);
+    }
+}
+
 TEST_CASE("a plate and the probe's face reverberate at n z with (r_plate r_face)^n") { // V20
     scene body{medium{.density = 1000, .sound_speed = 1540}};
     body.add(paths_test::slab(10_mm, 90_mm), medium{.density = 2000, .sound_speed = 1540}); // r = 1/3

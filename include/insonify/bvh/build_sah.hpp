@@ -2,8 +2,8 @@
 #define INSONIFY_BVH_BUILD_SAH_HPP
 
 #include <insonify/bvh/assemble.hpp>
+#include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/bvh/sah_bins.hpp>
-#include <algorithm>
 #include <memory>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -46,13 +46,16 @@ class sah_splitter {
         std::vector<piece> pieces(blocks(range.size()));
         exec::for_each_block(policy, range.size(), block_size, [&](std::size_t begin, std::size_t end) {
             piece one;
-            for (std::size_t i = begin; i < end; ++i) {
-                const aabb box = bounds(range[i]);
-                if (!is_finite(box)) continue;
-                const sah_box item{box, static_cast<std::uint32_t>(i)};
-                one.box.add(item);
-                one.centres.add(item.half_centre(), item.half_centre());
-                boxes_[0][begin + one.used++] = item;
+            for (std::size_t i = begin; i < end; i += Width) {
+                const box_rows<Width> rows = leaf<Range, Width>::boxes(range, i, end - i);
+                for (int k = 0; k < Width; ++k) {
+                    const sah_box item{rows.box(k), static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(k)};
+                    if (!(-item.row[0] <= item.row[4])) continue; // not finite, or not there
+                    one.box.add(item);
+                    const lanes<4> centre = item.half_centre();
+                    one.centres.add(centre, centre);
+                    boxes_[0][begin + one.used++] = item;
+                }
             }
             pieces[begin / block_size] = one;
         });

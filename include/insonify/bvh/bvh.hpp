@@ -1,8 +1,8 @@
 #ifndef INSONIFY_BVH_BVH_HPP
 #define INSONIFY_BVH_BVH_HPP
 
+#include <insonify/bvh/batch.hpp>
 #include <insonify/bvh/storage.hpp>
-#include <insonify/bvh/traverse_packet.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <algorithm>
 #include <span>
@@ -59,29 +59,23 @@ class bvh {
     /// fan and the pixels of a row side by side. @throws usage_error  where the sizes differ
     template <exec::policy Policy>
     void closest(const Policy& policy, std::span<const ray> rays, std::span<hit> hits) const {
-        for_each_group(
-            policy, rays, hits.size(),
-            [&](const auto& tree, auto& packet, std::size_t i) { insonify::closest(tree, packet, hits.data() + i); },
-            [&](const auto& tree, std::size_t i) { hits[i] = tree.closest(rays[i]); });
+        check_sizes(rays.size(), hits.size());
+        ask(policy, view_of(), rays, closest_query{hits.data()});
     }
 
     /// 1 for each ray that hits something, 0 for the others. @throws usage_error  where the sizes differ
     template <exec::policy Policy>
     void any(const Policy& policy, std::span<const ray> rays, std::span<std::uint8_t> met) const {
-        for_each_group(
-            policy, rays, met.size(),
-            [&](const auto& tree, auto& packet, std::size_t i) { insonify::any(tree, packet, met.data() + i); },
-            [&](const auto& tree, std::size_t i) { met[i] = tree.any(rays[i]) ? 1 : 0; });
+        check_sizes(rays.size(), met.size());
+        ask(policy, view_of(), rays, any_query{met.data()});
     }
 
     /// Every hit of each ray, nearest first. Replaces what `hits` held, and allocates where that is not enough.
     /// @throws usage_error  where the sizes differ
     template <exec::policy Policy>
     void all(const Policy& policy, std::span<const ray> rays, std::span<std::vector<hit>> hits) const {
-        for_each_group(
-            policy, rays, hits.size(),
-            [&](const auto& tree, auto& packet, std::size_t i) { insonify::all(tree, packet, hits.data() + i); },
-            [&](const auto&, std::size_t i) { all(rays[i], hits[i]); });
+        check_sizes(rays.size(), hits.size());
+        ask(policy, view_of(), rays, all_query{hits.data()});
     }
 
     /// The primitives whose bounds overlap a box or a plane, in ascending order. Replaces what `primitives` held.
@@ -117,23 +111,8 @@ class bvh {
     bvh_view<Range, Width> view_of() const { return storage_.view_of(range_); }
 
   private:
-    // Rays in packets where they go together, else alone; the packets begin at fixed places.
-    template <class Policy, class Together, class Alone>
-    void for_each_group(const Policy& policy, std::span<const ray> rays, std::size_t results, const Together& together,
-                        const Alone& alone) const {
-        if (rays.size() != results) throw usage_error{"bvh: as many results as rays are needed"};
-        exec::for_each_block(policy, rays.size(), 256, [&, tree = view_of()](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; i += Width) {
-                if constexpr (triangle_range<Range>) {
-                    ray_packet<Width> packet;
-                    if (i + Width <= end && packet.prepare(rays.data() + i, tree.reach, tree.leaf_size)) {
-                        together(tree, packet, i);
-                        continue;
-                    }
-                }
-                for (std::size_t k = i; k < std::min<std::size_t>(i + Width, end); ++k) alone(tree, k);
-            }
-        });
+    static void check_sizes(std::size_t rays, std::size_t results) {
+        if (rays != results) throw usage_error{"bvh: as many results as rays are needed"};
     }
 
     Range range_{};

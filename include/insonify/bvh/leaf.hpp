@@ -21,6 +21,17 @@ struct leaf {
         return whole;
     }
 
+    /// The boxes of consecutive primitives, Width at most; empty ones for those that are not finite or not there.
+    static box_rows<Width> boxes(const Range& range, std::size_t first, std::size_t count) {
+        box_rows<Width> rows;
+        for (int i = 0; i < Width; ++i) {
+            const std::size_t place = static_cast<std::size_t>(i);
+            const aabb box = place < count ? bounds(range[first + place]) : aabb{};
+            rows.set_box(i, is_finite(box) ? box : aabb{});
+        }
+        return rows;
+    }
+
     /// Calls visit(hit) for every primitive met between the ray's min_distance and max_distance, which visit may move.
     INSONIFY_VISITS
     template <class Visit>

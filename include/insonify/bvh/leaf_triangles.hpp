@@ -56,21 +56,21 @@ struct alignas(64) leaf<Range, Width> {
     std::uint32_t usable = 0;       ///< a bit for each triangle that is there and finite
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        aabb whole;
-        usable = 0;
-        for (int i = 0; i < Width && slots[i] != no_primitive; ++i) {
-            const triangle t = range[slots[i]];
-            const aabb box = bounds(t);
-            if (box.empty()) continue;
-            whole = merged(whole, box);
-            usable |= 1U << static_cast<unsigned>(i);
-            for (int axis = 0; axis < 3; ++axis) {
-                corner[0][axis][i] = t.a[axis];
-                corner[1][axis][i] = t.b[axis];
-                corner[2][axis][i] = t.c[axis];
-            }
-        }
-        return whole;
+        for (int i = 0; i < Width; ++i)
+            if (slots[i] != no_primitive)
+                set(i, range[slots[i]]);
+            else
+                clear(i);
+        return fit().all();
+    }
+    static box_rows<Width> boxes(const Range& range, std::size_t first, std::size_t count) {
+        leaf group;
+        for (int i = 0; i < Width; ++i)
+            if (static_cast<std::size_t>(i) < count)
+                group.set(i, range[first + static_cast<std::size_t>(i)]);
+            else
+                group.clear(i);
+        return group.fit();
     }
 
     /// Calls visit(hit) for every triangle that the ray meets.
@@ -150,6 +150,42 @@ struct alignas(64) leaf<Range, Width> {
         return {{corner[0][0][i], corner[0][1][i], corner[0][2][i]},
                 {corner[1][0][i], corner[1][1][i], corner[1][2][i]},
                 {corner[2][0][i], corner[2][1][i], corner[2][2][i]}};
+    }
+
+  private:
+    void set(int i, const triangle& t) {
+        float* const from = &corner[0][0][i];
+        const vec3* const corners[3] = {&t.a, &t.b, &t.c};
+        for (int c = 0; c < 3; ++c) {
+            from[(3 * c) * Width] = corners[c]->x;
+            from[(3 * c + 1) * Width] = corners[c]->y;
+            from[(3 * c + 2) * Width] = corners[c]->z;
+        }
+    }
+    void clear(int i) { corner[0][0][i] = __builtin_nanf(""); }
+
+    // Finds which triangles are usable, and their boxes.
+    box_rows<Width> fit() {
+        using floats = lanes<Width>;
+        box_rows<Width> rows;
+        std::uint32_t finite = ~0U;
+        floats low[3], high[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            const floats a = load<Width>(corner[0][axis]), b = load<Width>(corner[1][axis]);
+            const floats c = load<Width>(corner[2][axis]), most(FLT_MAX);
+            low[axis] = lesser(lesser(a, b), c);
+            high[axis] = greater(greater(a, b), c);
+            finite &= bits_of(absolute(a) <= most && absolute(b) <= most && absolute(c) <= most);
+        }
+        usable = finite;
+        for (int axis = 0; axis < 3; ++axis) {
+            store(low[axis], rows.sides + axis * Width);
+            store(high[axis], rows.sides + (3 + axis) * Width);
+        }
+        constexpr std::uint32_t all = (1U << static_cast<unsigned>(Width)) - 1;
+        for (std::uint32_t left = all & ~finite; left != 0; left &= left - 1)
+            rows.set_box(static_cast<int>(lowest_bit(left)), {});
+        return rows;
     }
 };
 

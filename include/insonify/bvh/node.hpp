@@ -29,12 +29,10 @@ template <int Width>
 inline constexpr std::uint32_t
     most_levels = free_levels + 33 / static_cast<std::uint32_t>(std::bit_width(static_cast<unsigned>(Width)) - 1);
 
-/// The boxes of the children, side by side for SIMD: three rows of lower sides, x, y, z, then three of upper ones; and
-/// the children's codes. 256 bytes at a width of 8: four lines of cache.
+/// Boxes side by side for SIMD: three rows of lower sides, x, y, z, then three of upper ones.
 template <int Width>
-struct alignas(64) tree_node {
+struct box_rows {
     float sides[6 * Width];
-    std::uint32_t child[Width];
 
     /// Where the row of a side begins in `sides`. @param upper  0 or 1
     INSONIFY_FN static constexpr std::uint32_t row(std::uint32_t upper, std::uint32_t axis) {
@@ -53,13 +51,13 @@ struct alignas(64) tree_node {
         side[4 * Width] = b.upper.y;
         side[5 * Width] = b.upper.z;
     }
-    /// The box around all children.
+    /// The box around all.
     INSONIFY_FN aabb all() const {
         const auto lowest = [this](int row) { return least(load<Width>(sides + row * Width)); };
         const auto highest = [this](int row) { return greatest(load<Width>(sides + row * Width)); };
         return {{lowest(0), lowest(1), lowest(2)}, {highest(3), highest(4), highest(5)}};
     }
-    /// The surface of all children's boxes, halved; square metres.
+    /// The surface of all, halved; square metres.
     INSONIFY_FN float half_area() const {
         using floats = lanes<Width>;
         const auto size = [this](int axis) {
@@ -68,6 +66,12 @@ struct alignas(64) tree_node {
         const floats x = size(0), y = size(1), z = size(2);
         return sum(x * y + y * z + z * x);
     }
+};
+
+/// The boxes of the children, and their codes. 256 bytes at a width of 8: four lines of cache.
+template <int Width>
+struct alignas(64) tree_node : box_rows<Width> {
+    std::uint32_t child[Width];
 };
 
 /// What a builder makes. Node 0 is the root; a child's index is above its parent's. No nodes: an empty tree.

@@ -29,7 +29,8 @@ struct prepared_ray {
     bool legal = false; ///< finite, with a direction; a ray that is not meets nothing
 
     /// @param reach  no coordinate of a box is further from 0
-    INSONIFY_FN INSONIFY_INLINE prepared_ray(const ray& r, float reach) : source{r} {
+    INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
+        source = r;
         vec3& along = source.direction;
         slabs[0] = slab_of(0, r.origin.x, along.x, reach);
         slabs[1] = slab_of(1, r.origin.y, along.y, reach);

@@ -49,7 +49,7 @@ class bvh_storage {
     /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
     /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
     ///
-    /// Measured in refits, a rebuild by `build_sah` costs about 8, by `build_morton` 2 to 3; the latter's trees are
+    /// Counted in refits, a rebuild by `build_sah` costs about 10, by `build_morton` about 5; the latter's trees are
     /// about 1.1 times as dear. So the former pays where it lasts: spread over 16 updates it costs half a refit each.
     /// The choice depends on the primitives' positions alone.
     /// @throws geometry_error  where the number of primitives has changed

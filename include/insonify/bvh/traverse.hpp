@@ -6,6 +6,9 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+template <primitive_range Range, int Width>
+struct tree_walk;
+
 /// A tree as traversal sees it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
 template <primitive_range Range, int Width = simd_width>
 struct bvh_view {
@@ -18,51 +21,6 @@ struct bvh_view {
 
     /// Each node pops one entry and pushes at most Width.
     static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
-
-    /// Calls visit(hit) for everything met between the ray's limits, in no order; visit may lower `max_distance`.
-    ///
-    /// Children are taken nearest first, so that a visitor that lowers the limit to its best hit skips the rest.
-    /// @tparam Stop  bool(): asked after each leaf, true ends the search
-    INSONIFY_VISITS
-    template <class Visit, class Stop>
-    INSONIFY_FN void search(const ray& source, float& max_distance, Visit&& visit, Stop&& stop) const {
-        const prepared_ray<Width> r{source, reach};
-        if (!r.legal || nodes.empty()) return;
-        std::int64_t stack[stack_size];
-        std::uint32_t waiting = 0;
-        std::uint32_t next = 0;
-        for (;;) {
-            if ((next & leaf_bit) == 0) {
-                const box_entries<Width> boxes = enter(nodes[next], r, max_distance);
-                if (std::uint32_t left = boxes.met; left != 0) {
-                    const std::uint32_t* const child = nodes[next].child;
-                    next = child[lowest_bit(left)];
-                    if ((left & (left - 1)) == 0) continue;
-                    alignas(sizeof(float) * Width) float distance[Width];
-                    store(boxes.distance, distance);
-                    std::int64_t nearest = key_of(distance[lowest_bit(left)], next);
-                    prefetch(next);
-                    while ((left &= left - 1) != 0) {
-                        const std::uint32_t i = lowest_bit(left);
-                        const std::int64_t key = key_of(distance[i], child[i]);
-                        prefetch(child[i]);
-                        stack[waiting++] = key < nearest ? nearest : key;
-                        nearest = key < nearest ? key : nearest;
-                    }
-                    next = static_cast<std::uint32_t>(nearest);
-                    continue;
-                }
-            } else if (next != no_child) {
-                const std::uint32_t index = next ^ leaf_bit;
-                leaves[index].intersect_all(r, max_distance, range, slots.first + std::size_t{index} * Width, visit);
-                if (stop()) return;
-            }
-            do {
-                if (waiting == 0) return;
-                next = static_cast<std::uint32_t>(stack[--waiting]);
-            } while (distance_of(stack[waiting]) > max_distance);
-        }
-    }
 
     /// Asks for what a child's code stands for, long before it is looked at.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
@@ -93,24 +51,16 @@ struct bvh_view {
     /// The nearest hit; of equally near ones the lowest primitive.
     INSONIFY_FN hit closest(const ray& r) const {
         hit best;
-        float limit = r.max_distance;
-        search(
-            r, limit,
-            [&](const hit& found) {
-                if (!nearer(found, best)) return;
-                best = found;
-                limit = found.distance;
-            },
-            [] { return false; });
+        tree_walk<Range, Width> walk;
+        for (bool more = walk.start(*this, r); more;) more = walk.step_closest(*this, best);
         return best;
     }
 
     /// Whether anything is hit.
     INSONIFY_FN bool any(const ray& r) const {
         bool met = false;
-        float limit = r.max_distance;
-        search(
-            r, limit, [&](const hit&) { met = true; }, [&] { return met; });
+        tree_walk<Range, Width> walk;
+        for (bool more = walk.start(*this, r); more && !met;) more = walk.step(*this, [&](const hit&) { met = true; });
         return met;
     }
 
@@ -118,8 +68,8 @@ struct bvh_view {
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void for_each_hit(const ray& r, Visit&& visit) const {
-        float limit = r.max_distance;
-        search(r, limit, visit, [] { return false; });
+        tree_walk<Range, Width> walk;
+        for (bool more = walk.start(*this, r); more;) more = walk.step(*this, visit);
     }
 
     /// Calls visit(primitive) for every primitive whose bounds overlap the shape: an `aabb` or a `plane`.
@@ -145,6 +95,77 @@ struct bvh_view {
                 }
             }
         }
+    }
+};
+
+/// One ray on its way through a tree, a node or a leaf at each step. Between two steps the memory that the next one
+/// needs is on its way too, so several rays that take turns wait less than one after the other.
+template <primitive_range Range, int Width>
+struct tree_walk {
+    using tree_view = bvh_view<Range, Width>;
+
+    prepared_ray<Width> r{};
+    float limit = 0;           ///< what a hit must not be beyond; a visitor may lower it
+    std::uint32_t next = 0;    ///< the child's code that the next step looks at
+    std::uint32_t waiting = 0; ///< so many on the stack
+    std::int64_t stack[tree_view::stack_size];
+
+    /// @return false where there is nothing to meet
+    INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
+        r.prepare(source, tree.reach);
+        limit = source.max_distance;
+        next = 0;
+        waiting = 0;
+        return r.legal && !tree.nodes.empty();
+    }
+
+    /// Calls visit(hit) for what is met between the ray's limits, in no order. Children are taken nearest first, so that
+    /// a visitor that lowers the limit to its best hit skips the rest. @return false at the end of the way
+    INSONIFY_VISITS
+    template <class Visit>
+    INSONIFY_FN INSONIFY_INLINE bool step(const tree_view& tree, Visit&& visit) {
+        if ((next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[next];
+            const box_entries<Width> boxes = enter(node, r, limit);
+            if (std::uint32_t left = boxes.met; left != 0) {
+                const std::uint32_t first = lowest_bit(left);
+                next = node.child[first];
+                if ((left &= left - 1) == 0) {
+                    tree.prefetch(next);
+                    return true;
+                }
+                alignas(sizeof(float) * Width) float distance[Width];
+                store(boxes.distance, distance);
+                std::int64_t nearest = tree_view::key_of(distance[first], next);
+                do {
+                    const std::uint32_t i = lowest_bit(left);
+                    const std::int64_t key = tree_view::key_of(distance[i], node.child[i]);
+                    stack[waiting++] = key < nearest ? nearest : key;
+                    nearest = key < nearest ? key : nearest;
+                } while ((left &= left - 1) != 0);
+                next = static_cast<std::uint32_t>(nearest);
+                tree.prefetch(next);
+                return true;
+            }
+        } else if (next != no_child) {
+            const std::size_t index = next ^ leaf_bit;
+            tree.leaves[index].intersect_all(r, limit, tree.range, tree.slots.first + index * Width, visit);
+        }
+        do {
+            if (waiting == 0) return false;
+            next = static_cast<std::uint32_t>(stack[--waiting]);
+        } while (tree_view::distance_of(stack[waiting]) > limit);
+        tree.prefetch(next);
+        return true;
+    }
+
+    /// A step towards the nearest hit; of equally near ones the lowest primitive.
+    INSONIFY_FN INSONIFY_INLINE bool step_closest(const tree_view& tree, hit& best) {
+        return step(tree, [&](const hit& found) {
+            if (!nearer(found, best)) return;
+            best = found;
+            limit = found.distance;
+        });
     }
 };
 

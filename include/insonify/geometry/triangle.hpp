@@ -34,13 +34,15 @@ struct sheared_ray {
     sheared_ray() = default;
     INSONIFY_FN explicit sheared_ray(const ray& r) {
         const vec3 size = absolute(r.direction);
-        z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+        const bool y_over_x = !(size.x > size.y); // without branches: no one foresees the way of a ray
+        z = (y_over_x ? size.y : size.x) > size.z ? static_cast<int>(y_over_x) : 2;
         x = z == 2 ? 0 : z + 1;
-        y = x == 2 ? 0 : x + 1;
-        begin = in_order(r.origin);
-        const vec3 along = in_order(r.direction);
-        const float scale = 1 / along.z;
-        shear = {along.x * scale, along.y * scale, scale};
+        y = z == 0 ? 2 : z - 1;
+        const float origin[3] = {r.origin.x, r.origin.y, r.origin.z};
+        const float along[3] = {r.direction.x, r.direction.y, r.direction.z};
+        begin = {origin[x], origin[y], origin[z]};
+        const float scale = 1 / along[z];
+        shear = {along[x] * scale, along[y] * scale, scale};
     }
 
     /// A vector with its axes in the order of the ray's.
