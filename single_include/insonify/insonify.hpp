@@ -427,6 +427,7 @@ struct beam_sample {
     vec2 alike{0, 0}; ///< m^2: mean square distance between what they have in common, across the lines and the planes
     float surface_incoherent = 1; ///< the same of the diffuse echoes of surfaces
     vec2 surface_alike{0, 0};
+    float independent = 1; ///< the same of echoes that have nothing in common
 };
 
 /// Beam samples for equal parts of the displayed depth, from the face on.
@@ -469,6 +470,7 @@ struct traced_line {
     line_frame frame{};
     line_beam beam{};
     float pulse_sigma = 0; ///< metres of displayed depth, of the Gaussian that `convolve` will apply along the line
+    float height = 0;      ///< metres out of the slice plane that the line stands for, where there are several planes
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -2531,6 +2533,9 @@ struct physical {
         });
     }
 
+    // No echo is raised further than by one over this: of a surface that is curved or small less is taken.
+    static constexpr float least_share = 0.15F;
+
     // What `convolve` will take from the echo of a tilted surface, because its phase and depth differ from line to line.
     // The specular return contains that already, so it is divided out. A slope of s metres of depth a metre across gives
     // the lines' Gaussian, narrowed to where the pulse still reaches, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and
@@ -2547,13 +2552,13 @@ struct physical {
             met += std::exp(-0.5F * square(narrowed * beam.lateral_sigma * (nearest + shift)));
             all += std::exp(-0.5F * square(beam.lateral_sigma * shift));
         }
-        return greater(narrowed * met / all, 0.05F);
+        return greater(narrowed * met / all, least_share);
     }
 
     // The same for the planes of the slice.
     INSONIFY_FN static float across_the_planes(const traced_line& line, float slope, float shown) {
         const float left = line.beam.across_the_planes(shown, slope, sigma_of(line), phase_per_metre(line.frequency));
-        return greater(left, 0.05F);
+        return greater(left, least_share);
     }
 
     // Metres of displayed depth a metre across, for a surface so much tilted.
@@ -2577,12 +2582,12 @@ struct physical {
     // Metres along the line that a scatterer of texture stands for.
     INSONIFY_FN static float slot_of(float frequency) { return display_speed / (8 * frequency); }
 
-    // A rough surface is spread over the depths that the line's width covers on it: independent parts, of one power in
-    // all, for otherwise a steep one would be a staircase.
+    // A rough surface is spread over the depths that the line's width and height cover on it: independent parts, of one
+    // power in all, for otherwise a steep one would be a staircase.
     //
     // Its level is that of a surface met head on. On a slope two lines d apart meet it s d deeper: other slots, with
     // other phases. Both Gaussian, what they have in common falls by exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l are 0.632
-    // slots, over which the field is alike, and k the phase a metre.
+    // slots, over which the field is alike, and k the phase a metre; at the end they have nothing in common.
     INSONIFY_FN void add_diffuse(const traced_line& line, const layer& below, float shrink, vec2 slope, float amplitude,
                                  const echo_path& path, const echo_line& echoes) const {
         const pose place = line.places.empty() ? pose{} : line.places[below.place];
@@ -2592,11 +2597,11 @@ struct physical {
         const float slot = slot_of(line.frequency);
         const float per_metre = 1 / square(0.632F * slot) + square(phase_per_metre(line.frequency));
         const vec2 apart = vec2{1, 1} + slope * slope * beam.surface_alike * per_metre;
-        const float spread = lesser(beam.line_spacing * std::fabs(slope.x), 2e-3F);
+        const float spread = lesser(beam.line_spacing * std::fabs(slope.x) + line.height * std::fabs(slope.y), 3e-3F);
         const float part = greater(0.5F * sigma_of(line), 1e-6F);
         const auto parts = static_cast<int>(std::ceil(spread / part)) + 1;
-        const float each = amplitude * beam.surface_incoherent * std::sqrt(std::sqrt(apart.x * apart.y)) /
-                           std::sqrt(static_cast<float>(parts));
+        const float level = lesser(beam.surface_incoherent * std::sqrt(std::sqrt(apart.x * apart.y)), beam.independent);
+        const float each = amplitude * level / std::sqrt(static_cast<float>(parts));
         for (int i = 0; i < parts; ++i) {
             const float deeper = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
             echoes.add(path.shown + deeper, surface.value(inside, below.begin + deeper / shrink, slot) * each);
@@ -4211,7 +4216,8 @@ class elevation_planes {
             const float inner = i == 0 ? 0 : deviations[(i + 1) / 2 - 1];
             const bool last = i + 2 >= count;
             const float outer = last ? deviations[(i + 1) / 2] : deviations[(i + 1) / 2 + 1];
-            width_[i] = i == 0 ? 2 * outer : outer - inner; // of the strip that the plane stands for, halved for pairs
+            width_[i] = i == 0 ? 2 * outer : outer - inner; // twice the strip that the plane stands for
+            height_[i] = count == 1 ? 0 : 0.5F * width_[i] * sigma;
         }
         if (count == 1) width_[0] = 1;
     }
@@ -4220,6 +4226,9 @@ class elevation_planes {
 
     /// Metres out of the slice plane.
     float offset(std::uint32_t plane) const { return offset_[plane]; }
+
+    /// Metres out of the slice plane that a plane stands for; 0 of a plane alone.
+    float height(std::uint32_t plane) const { return height_[plane]; }
 
     /// What each plane counts for at a depth in metres; together 1.
     INSONIFY_LAZY void weights(float depth, float (&weight)[most]) const {
@@ -4248,6 +4257,7 @@ class elevation_planes {
     std::uint32_t count_;
     float offset_[most] = {};
     float width_[most] = {};
+    float height_[most] = {};
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -4291,6 +4301,7 @@ class beam_table {
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             const levels of_texture = levels_of(across, turned, planes, weight, texture);
             const levels of_surface = levels_of(across, turned, planes, weight, surface);
+            const levels of_noise = levels_of(across, turned, planes, weight, [](float, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {.fnumber = beam.fnumber(z),
                                                             .elevation_fnumber = beam.elevation_fnumber(),
@@ -4300,7 +4311,8 @@ class beam_table {
                                                             .incoherent = of_texture.gain[line],
                                                             .alike = of_texture.alike[line],
                                                             .surface_incoherent = of_surface.gain[line],
-                                                            .surface_alike = of_surface.alike[line]};
+                                                            .surface_alike = of_surface.alike[line],
+                                                            .independent = of_noise.gain[line]};
         });
     }
 
@@ -8204,7 +8216,8 @@ line_grid<typename Model::sample_type> trace_lines(const Policy& policy, search 
                                  .places = body.places(),
                                  .frame = frame,
                                  .beam = beams.of_line(i),
-                                 .pulse_sigma = pulse_sigma};
+                                 .pulse_sigma = pulse_sigma,
+                                 .height = planes.height(plane)};
         const view<sample_type> line{lines.values.data() + std::size_t{i} * samples, samples};
         if (plane == 0) clear(line);
         if (planes.count() == 1) {
@@ -9914,10 +9927,13 @@ class path_tracer {
         for (const medium& m : body.media()) fastest_ = greater(fastest_, m.sound_speed);
     }
 
-    /// Adds the echoes of one line. @param random  numbers the line's random paths: a different stream for each
-    void operator()(const line_frame& frame, const line_beam& beam, std::uint64_t random, float spacing,
+    /// Adds the echoes of one line.
+    /// @param height  metres out of the slice plane that the line stands for
+    /// @param random  numbers the line's random paths: a different stream for each
+    void operator()(const line_frame& frame, const line_beam& beam, float height, std::uint64_t random, float spacing,
                     view<vec2> out) {
         line_.beam = beam;
+        line_.height = height;
         random_ = random;
         face_ = frame;
         const echo_line echoes{out, spacing, line_.frequency};
@@ -10126,7 +10142,7 @@ iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe
                 const line_frame frame{beam.origin + planes.offset(plane) * elevation, beam.direction, elevation};
                 std::fill(slice.begin(), slice.end(), vec2{0, 0});
                 for (std::uint64_t sample = 0; sample < times; ++sample)
-                    tracer(frame, beams.of_line(static_cast<std::uint32_t>(i)),
+                    tracer(frame, beams.of_line(static_cast<std::uint32_t>(i)), planes.height(plane),
                            hash_bits(i * planes.count() + plane, sample), spacing, slice);
                 const float* weight = weights.data() + std::size_t{plane} * samples;
                 const float share = 1 / static_cast<float>(times);

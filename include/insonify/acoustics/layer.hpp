@@ -38,6 +38,7 @@ struct beam_sample {
     vec2 alike{0, 0}; ///< m^2: mean square distance between what they have in common, across the lines and the planes
     float surface_incoherent = 1; ///< the same of the diffuse echoes of surfaces
     vec2 surface_alike{0, 0};
+    float independent = 1; ///< the same of echoes that have nothing in common
 };
 
 /// Beam samples for equal parts of the displayed depth, from the face on.
@@ -80,6 +81,7 @@ struct traced_line {
     line_frame frame{};
     line_beam beam{};
     float pulse_sigma = 0; ///< metres of displayed depth, of the Gaussian that `convolve` will apply along the line
+    float height = 0;      ///< metres out of the slice plane that the line stands for, where there are several planes
 };
 
 } // namespace insonify::inline INSONIFY_ABI

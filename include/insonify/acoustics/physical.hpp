@@ -205,6 +205,9 @@ struct physical {
         });
     }
 
+    // No echo is raised further than by one over this: of a surface that is curved or small less is taken.
+    static constexpr float least_share = 0.15F;
+
     // What `convolve` will take from the echo of a tilted surface, because its phase and depth differ from line to line.
     // The specular return contains that already, so it is divided out. A slope of s metres of depth a metre across gives
     // the lines' Gaussian, narrowed to where the pulse still reaches, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and
@@ -221,13 +224,13 @@ struct physical {
             met += std::exp(-0.5F * square(narrowed * beam.lateral_sigma * (nearest + shift)));
             all += std::exp(-0.5F * square(beam.lateral_sigma * shift));
         }
-        return greater(narrowed * met / all, 0.05F);
+        return greater(narrowed * met / all, least_share);
     }
 
     // The same for the planes of the slice.
     INSONIFY_FN static float across_the_planes(const traced_line& line, float slope, float shown) {
         const float left = line.beam.across_the_planes(shown, slope, sigma_of(line), phase_per_metre(line.frequency));
-        return greater(left, 0.05F);
+        return greater(left, least_share);
     }
 
     // Metres of displayed depth a metre across, for a surface so much tilted.
@@ -251,12 +254,12 @@ struct physical {
     // Metres along the line that a scatterer of texture stands for.
     INSONIFY_FN static float slot_of(float frequency) { return display_speed / (8 * frequency); }
 
-    // A rough surface is spread over the depths that the line's width covers on it: independent parts, of one power in
-    // all, for otherwise a steep one would be a staircase.
+    // A rough surface is spread over the depths that the line's width and height cover on it: independent parts, of one
+    // power in all, for otherwise a steep one would be a staircase.
     //
     // Its level is that of a surface met head on. On a slope two lines d apart meet it s d deeper: other slots, with
     // other phases. Both Gaussian, what they have in common falls by exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l are 0.632
-    // slots, over which the field is alike, and k the phase a metre.
+    // slots, over which the field is alike, and k the phase a metre; at the end they have nothing in common.
     INSONIFY_FN void add_diffuse(const traced_line& line, const layer& below, float shrink, vec2 slope, float amplitude,
                                  const echo_path& path, const echo_line& echoes) const {
         const pose place = line.places.empty() ? pose{} : line.places[below.place];
@@ -266,11 +269,11 @@ struct physical {
         const float slot = slot_of(line.frequency);
         const float per_metre = 1 / square(0.632F * slot) + square(phase_per_metre(line.frequency));
         const vec2 apart = vec2{1, 1} + slope * slope * beam.surface_alike * per_metre;
-        const float spread = lesser(beam.line_spacing * std::fabs(slope.x), 2e-3F);
+        const float spread = lesser(beam.line_spacing * std::fabs(slope.x) + line.height * std::fabs(slope.y), 3e-3F);
         const float part = greater(0.5F * sigma_of(line), 1e-6F);
         const auto parts = static_cast<int>(std::ceil(spread / part)) + 1;
-        const float each = amplitude * beam.surface_incoherent * std::sqrt(std::sqrt(apart.x * apart.y)) /
-                           std::sqrt(static_cast<float>(parts));
+        const float level = lesser(beam.surface_incoherent * std::sqrt(std::sqrt(apart.x * apart.y)), beam.independent);
+        const float each = amplitude * level / std::sqrt(static_cast<float>(parts));
         for (int i = 0; i < parts; ++i) {
             const float deeper = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
             echoes.add(path.shown + deeper, surface.value(inside, below.begin + deeper / shrink, slot) * each);

@@ -45,6 +45,7 @@ class beam_table {
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             const levels of_texture = levels_of(across, turned, planes, weight, texture);
             const levels of_surface = levels_of(across, turned, planes, weight, surface);
+            const levels of_noise = levels_of(across, turned, planes, weight, [](float, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {.fnumber = beam.fnumber(z),
                                                             .elevation_fnumber = beam.elevation_fnumber(),
@@ -54,7 +55,8 @@ class beam_table {
                                                             .incoherent = of_texture.gain[line],
                                                             .alike = of_texture.alike[line],
                                                             .surface_incoherent = of_surface.gain[line],
-                                                            .surface_alike = of_surface.alike[line]};
+                                                            .surface_alike = of_surface.alike[line],
+                                                            .independent = of_noise.gain[line]};
         });
     }
 

@@ -27,7 +27,8 @@ class elevation_planes {
             const float inner = i == 0 ? 0 : deviations[(i + 1) / 2 - 1];
             const bool last = i + 2 >= count;
             const float outer = last ? deviations[(i + 1) / 2] : deviations[(i + 1) / 2 + 1];
-            width_[i] = i == 0 ? 2 * outer : outer - inner; // of the strip that the plane stands for, halved for pairs
+            width_[i] = i == 0 ? 2 * outer : outer - inner; // twice the strip that the plane stands for
+            height_[i] = count == 1 ? 0 : 0.5F * width_[i] * sigma;
         }
         if (count == 1) width_[0] = 1;
     }
@@ -36,6 +37,9 @@ class elevation_planes {
 
     /// Metres out of the slice plane.
     float offset(std::uint32_t plane) const { return offset_[plane]; }
+
+    /// Metres out of the slice plane that a plane stands for; 0 of a plane alone.
+    float height(std::uint32_t plane) const { return height_[plane]; }
 
     /// What each plane counts for at a depth in metres; together 1.
     INSONIFY_LAZY void weights(float depth, float (&weight)[most]) const {
@@ -64,6 +68,7 @@ class elevation_planes {
     std::uint32_t count_;
     float offset_[most] = {};
     float width_[most] = {};
+    float height_[most] = {};
 };
 
 } // namespace insonify::inline INSONIFY_ABI

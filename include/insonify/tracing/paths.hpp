@@ -37,10 +37,13 @@ class path_tracer {
         for (const medium& m : body.media()) fastest_ = greater(fastest_, m.sound_speed);
     }
 
-    /// Adds the echoes of one line. @param random  numbers the line's random paths: a different stream for each
-    void operator()(const line_frame& frame, const line_beam& beam, std::uint64_t random, float spacing,
+    /// Adds the echoes of one line.
+    /// @param height  metres out of the slice plane that the line stands for
+    /// @param random  numbers the line's random paths: a different stream for each
+    void operator()(const line_frame& frame, const line_beam& beam, float height, std::uint64_t random, float spacing,
                     view<vec2> out) {
         line_.beam = beam;
+        line_.height = height;
         random_ = random;
         face_ = frame;
         const echo_line echoes{out, spacing, line_.frequency};
@@ -249,7 +252,7 @@ iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe
                 const line_frame frame{beam.origin + planes.offset(plane) * elevation, beam.direction, elevation};
                 std::fill(slice.begin(), slice.end(), vec2{0, 0});
                 for (std::uint64_t sample = 0; sample < times; ++sample)
-                    tracer(frame, beams.of_line(static_cast<std::uint32_t>(i)),
+                    tracer(frame, beams.of_line(static_cast<std::uint32_t>(i)), planes.height(plane),
                            hash_bits(i * planes.count() + plane, sample), spacing, slice);
                 const float* weight = weights.data() + std::size_t{plane} * samples;
                 const float share = 1 / static_cast<float>(times);

@@ -58,7 +58,8 @@ line_grid<typename Model::sample_type> trace_lines(const Policy& policy, search 
                                  .places = body.places(),
                                  .frame = frame,
                                  .beam = beams.of_line(i),
-                                 .pulse_sigma = pulse_sigma};
+                                 .pulse_sigma = pulse_sigma,
+                                 .height = planes.height(plane)};
         const view<sample_type> line{lines.values.data() + std::size_t{i} * samples, samples};
         if (plane == 0) clear(line);
         if (planes.count() == 1) {
