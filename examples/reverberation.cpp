@@ -31,11 +31,12 @@ int main() {
     const auto below = [&](const scan_lines& lines) {
         float most = 0;
         for (std::uint32_t k = 0; k < lines.samples; ++k)
-            if (const float z = (static_cast<float>(k) + 0.5F) * lines.depth / 1600; z > 13_mm && z < 15_mm)
+            if (const float z = (static_cast<float>(k) + 0.5F) * lines.depth / static_cast<float>(lines.samples);
+                z > 13_mm && z < 15_mm)
                 most = std::max(most, lines(128, k));
         return most;
     };
-    std::printf("largest echo 1.3 to 3.3 mm below the needle: %g straight, %g by paths\n",
+    std::printf("largest echo 1.6 to 3.6 mm below the needle: %g straight, %g by paths\n",
                 static_cast<double>(below(straight)), static_cast<double>(below(bouncing)));
     return below(bouncing) > 10 * below(straight) ? 0 : 1;
 }

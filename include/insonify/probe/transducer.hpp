@@ -15,19 +15,16 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// The frame: x lateral, y elevation, z depth, the face at z = 0 in the middle of the array.
 /// - `std::uint32_t lines`, `float frequency` (hertz): members;
-/// - `ray beam(float line) const`: from the face, in a direction of length 1. Line i of N stands at ((i + 1/2) / N -
-/// 1/2)
+/// - `ray beam(float line) const`: from the face, in a direction of length 1. Line i of N stands at (i + 1/2) / N - 1/2
 ///   of the aperture or field of view; `line` may lie between two, and the field ends at -1/2 and N - 1/2;
-/// - `vec2 locate(vec2 point) const`, its inverse: from {x, z} in metres to {line, depth along the beam in metres},
-/// also
+/// - `vec2 locate(vec2 point) const`, its inverse: from {x, z} in metres to {line, depth along the beam in metres}, also
 ///   outside the field;
 /// - `void check() const`: throws usage_error where the settings make no sense.
 /// `beam` and `locate` are marked INSONIFY_FN where they shall run on a device.
 template <class Probe>
 concept transducer = requires(const Probe& probe, float line, vec2 point) {
-    requires std::same_as<std::remove_cvref_t<decltype(probe.lines)>, std::uint32_t>;
-    requires std::same_as < std::remove_cvref_t<decltype(probe.frequency)>,
-    float > ;
+    { probe.lines } -> std::same_as<const std::uint32_t&>;
+    { probe.frequency } -> std::same_as<const float&>;
     { probe.beam(line) } -> std::same_as<ray>;
     { probe.locate(point) } -> std::same_as<vec2>;
     probe.check();
