@@ -1447,6 +1447,7 @@ struct law2011 {
 #ifndef INSONIFY_ACOUSTICS_ATTENUATION_HPP
 #define INSONIFY_ACOUSTICS_ATTENUATION_HPP
 
+#include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -1457,6 +1458,20 @@ INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
     const float megahertz = frequency * 1e-6F;
     return 2 * m.attenuation * (m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power));
 }
+
+/// What an attenuation law must say: law(medium, frequency), the dB that an echo loses a metre of the medium, there and
+/// back.
+template <class Law>
+concept attenuation_law = requires(const Law& law, const medium& m, float frequency) {
+    { law(m, frequency) } -> std::convertible_to<float>;
+};
+
+/// The usual one: `echo_loss`.
+struct power_law {
+    INSONIFY_FN float operator()(const medium& m, float frequency) const { return echo_loss(m, frequency); }
+
+    friend bool operator==(const power_law&, const power_law&) = default;
+};
 
 /// A pulse of finite bandwidth on its way through media whose attenuation grows with frequency: the high frequencies
 /// suffer most, so its centre moves down and its peak loses less than one frequency would.
@@ -2205,6 +2220,7 @@ struct fresnel {
 #define INSONIFY_ACOUSTICS_ROUGHNESS_HPP
 
 #include <cfloat>
+#include <concepts>
 
 /// What a rough surface takes from the mirror echo and scatters instead: Kirchhoff's approximation for heights that are
 /// normally distributed, with the rms height h, the wave number k = 2 pi f / c of the medium before the interface and the
@@ -2237,6 +2253,22 @@ INSONIFY_FN inline float diffuse_energy(const incidence& at) {
     return -std::expm1(-spread * spread);
 }
 
+/// What a roughness law must say of a meeting with a surface: law.coherent(at), the factor on the amplitude of the mirror
+/// echo, and law.diffuse(at), the share of the reflected energy that is scattered instead; both 0 to 1.
+template <class Law>
+concept roughness_law = requires(const Law& law, const incidence& at) {
+    { law.coherent(at) } -> std::convertible_to<float>;
+    { law.diffuse(at) } -> std::convertible_to<float>;
+};
+
+/// The usual one: `coherent_amplitude` and `diffuse_energy`.
+struct kirchhoff {
+    INSONIFY_FN float coherent(const incidence& at) const { return coherent_amplitude(at); }
+    INSONIFY_FN float diffuse(const incidence& at) const { return diffuse_energy(at); }
+
+    friend bool operator==(const kirchhoff&, const kirchhoff&) = default;
+};
+
 /// How a diffuse surface spreads what it scatters: power per steradian over intensity times area, cos i cos s / pi.
 ///
 /// @param cosine_in   of the angle between the arriving sound and the normal, 0 to 1
@@ -2266,8 +2298,16 @@ INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 unifo
 #ifndef INSONIFY_ACOUSTICS_SPECULAR_HPP
 #define INSONIFY_ACOUSTICS_SPECULAR_HPP
 
+#include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// What a specular law must say: law(angle, fnumber, wavelengths), the share of a smooth facet's echo that an aperture
+/// collects, as amplitude; see `specular_return`.
+template <class Law>
+concept specular_law = requires(const Law& law, float x) {
+    { law(x, x, x) } -> std::convertible_to<float>;
+};
 
 /// How the echo of a smooth surface fades as the surface turns away from the beam by an angle phi.
 enum class specular_lobe {
@@ -2309,6 +2349,12 @@ struct specular_return {
         if (lobe == specular_lobe::aperture) return greater(0, 1 - std::fabs(angle) / edge);
         const float scale = 2 * std::sqrt(wavelengths);
         return length(collected(scale * std::fabs(angle), scale * edge)) / length(collected(0, scale * edge));
+    }
+
+    /// @throws usage_error  where the power makes no sense
+    void check() const {
+        if (!is_finite(power) || !(power >= 0))
+            throw usage_error{"specular_return: `power` must be a finite number, 0 or more"};
     }
 
     friend bool operator==(const specular_return&, const specular_return&) = default;
@@ -2370,29 +2416,51 @@ struct echo_path {
 /// as a exp(-j 4 pi f0 z / c0), divided between the two samples beside it.
 /// @tparam Boundary    an `interface_law`: what is reflected and what goes on
 /// @tparam Scattering  a `scattering_field`: the texture
-template <interface_law Boundary = fresnel, scattering_field Scattering = gaussian_field<>>
+/// @tparam Specular    a `specular_law`: what the aperture collects of mirror echoes
+/// @tparam Roughness   a `roughness_law`: what rough surfaces take from them and scatter
+/// @tparam Attenuation an `attenuation_law`
+template <interface_law Boundary = fresnel, scattering_field Scattering = gaussian_field<>,
+          specular_law Specular = specular_return, roughness_law Roughness = kirchhoff,
+          attenuation_law Attenuation = power_law>
 struct physical {
     using sample_type = vec2;
 
     Boundary boundary{};
     Scattering scattering{};
-    specular_return specular{};
+    Specular specular{};
     insonify::timing timing = insonify::timing::sound_speed;
     insonify::angle angle = insonify::angle::oblique;
     insonify::pulse_band band = insonify::pulse_band::narrow;
     float texture_db = -55;           ///< echo of liver's texture against a perfect mirror
     float shadow_floor_db = -FLT_MAX; ///< no shadow is deeper than this below what the background would let through
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
+    Roughness roughness{};
+    Attenuation attenuation{};
 
     /// The same model with another law at interfaces.
     template <interface_law Law>
-    physical<Law, Scattering> with_boundary(const Law& law) const {
-        return {law, scattering, specular, timing, angle, band, texture_db, shadow_floor_db, seed};
+    physical<Law, Scattering, Specular, Roughness, Attenuation> with_boundary(const Law& law) const {
+        return with(law, scattering, specular, roughness, attenuation);
     }
     /// The same model with another texture.
     template <scattering_field Field>
-    physical<Boundary, Field> with_scattering(const Field& field) const {
-        return {boundary, field, specular, timing, angle, band, texture_db, shadow_floor_db, seed};
+    physical<Boundary, Field, Specular, Roughness, Attenuation> with_scattering(const Field& field) const {
+        return with(boundary, field, specular, roughness, attenuation);
+    }
+    /// The same model with another specular return.
+    template <specular_law Law>
+    physical<Boundary, Scattering, Law, Roughness, Attenuation> with_specular(const Law& law) const {
+        return with(boundary, scattering, law, roughness, attenuation);
+    }
+    /// The same model with other rough surfaces.
+    template <roughness_law Law>
+    physical<Boundary, Scattering, Specular, Law, Attenuation> with_roughness(const Law& law) const {
+        return with(boundary, scattering, specular, law, attenuation);
+    }
+    /// The same model with another attenuation.
+    template <attenuation_law Law>
+    physical<Boundary, Scattering, Specular, Roughness, Law> with_attenuation(const Law& law) const {
+        return with(boundary, scattering, specular, roughness, law);
     }
 
     /// @throws usage_error  naming the setting that makes no sense
@@ -2401,9 +2469,8 @@ struct physical {
         if (!(shadow_floor_db <= 0))
             throw usage_error{
                 "physical: `shadow_floor_db` must be 0 or below, such as -20; by default there is no floor"};
-        if (!is_finite(specular.power) || !(specular.power >= 0))
-            throw usage_error{"physical: `specular.power` must be a finite number, 0 or more"};
         if constexpr (requires { scattering.check(); }) scattering.check();
+        if constexpr (requires { specular.check(); }) specular.check();
     }
 
     /// Samples of a line where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
@@ -2443,7 +2510,7 @@ struct physical {
         const medium& m = line.media[here.medium];
         add_texture(line, here, m, path, echoes);
         path.shown += (here.end - here.begin) * stretch(m);
-        path.lost_db += (here.end - here.begin) * echo_loss(m, line.frequency);
+        path.lost_db += (here.end - here.begin) * attenuation(m, line.frequency);
     }
 
     /// Adds the echo of the surface between two layers, at which `path` stands; returns what the law says of it.
@@ -2463,11 +2530,11 @@ struct physical {
         const float collected = specular(tilt.x, beam.fnumber, wavelengths) *
                                 specular(tilt.y, beam.elevation_fnumber, wavelengths) /
                                 (across_the_lines(line, slope.x, beam) * across_the_planes(line, slope.y, path.shown));
-        const float coherent = arrived * met.reflected * coherent_amplitude(meeting) * collected;
+        const float coherent = arrived * met.reflected * roughness.coherent(meeting) * collected;
         if (coherent != 0) echoes.add(path.shown, {coherent, 0});
 
         // A Lambert lobe over the array's solid angle, by an independent calibration: 0.166 / (F#x F#y).
-        const float scattered = met.reflected * met.reflected * diffuse_energy(meeting);
+        const float scattered = met.reflected * met.reflected * roughness.diffuse(meeting);
         const float diffuse =
             arrived * std::sqrt(scattered * 0.166F / (beam.fnumber * beam.elevation_fnumber)) * cosine;
         if (diffuse > 0) add_diffuse(line, below, stretch(before), slope, diffuse, path, echoes);
@@ -2477,6 +2544,11 @@ struct physical {
     friend bool operator==(const physical&, const physical&) = default;
 
   private:
+    template <class A, class B, class C, class D, class E>
+    physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
+        return {a, b, c, timing, angle, band, texture_db, shadow_floor_db, seed, d, e};
+    }
+
     // Displayed metres a metre of the medium.
     INSONIFY_FN float stretch(const medium& m) const {
         return timing == insonify::timing::sound_speed ? display_speed / m.sound_speed : 1.0F;
@@ -2499,7 +2571,7 @@ struct physical {
                                     : lost_db;
         const float direct = passed * amplitude_of(-peak_loss);
         if (shadow_floor_db == -FLT_MAX) return direct;
-        return greater(direct, amplitude_of(shadow_floor_db - shown * echo_loss(line.media[0], frequency)));
+        return greater(direct, amplitude_of(shadow_floor_db - shown * attenuation(line.media[0], frequency)));
     }
 
     INSONIFY_FN static float nominal_bandwidth(const traced_line& line) {
@@ -2509,7 +2581,7 @@ struct physical {
     INSONIFY_FN void add_texture(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const echo_line& echoes) const {
         if (!(m.backscatter > 0)) return;
-        const float shrink = stretch(m), loss = echo_loss(m, line.frequency);
+        const float shrink = stretch(m), loss = attenuation(m, line.frequency);
         const float sigma = sigma_of(line);
         const float slot = lesser(slot_of(line.frequency), 0.5F * sigma / shrink); // fine for slow media too
         const float along = std::sqrt(std::sqrt(pi) * sigma / (slot * shrink)); // root of the pulse's power over slots
@@ -2960,19 +3032,16 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// The frame: x lateral, y elevation, z depth, the face at z = 0 in the middle of the array.
 /// - `std::uint32_t lines`, `float frequency` (hertz): members;
-/// - `ray beam(float line) const`: from the face, in a direction of length 1. Line i of N stands at ((i + 1/2) / N -
-/// 1/2)
+/// - `ray beam(float line) const`: from the face, in a direction of length 1. Line i of N stands at (i + 1/2) / N - 1/2
 ///   of the aperture or field of view; `line` may lie between two, and the field ends at -1/2 and N - 1/2;
-/// - `vec2 locate(vec2 point) const`, its inverse: from {x, z} in metres to {line, depth along the beam in metres},
-/// also
+/// - `vec2 locate(vec2 point) const`, its inverse: from {x, z} in metres to {line, depth along the beam in metres}, also
 ///   outside the field;
 /// - `void check() const`: throws usage_error where the settings make no sense.
 /// `beam` and `locate` are marked INSONIFY_FN where they shall run on a device.
 template <class Probe>
 concept transducer = requires(const Probe& probe, float line, vec2 point) {
-    requires std::same_as<std::remove_cvref_t<decltype(probe.lines)>, std::uint32_t>;
-    requires std::same_as < std::remove_cvref_t<decltype(probe.frequency)>,
-    float > ;
+    { probe.lines } -> std::same_as<const std::uint32_t&>;
+    { probe.frequency } -> std::same_as<const float&>;
     { probe.beam(line) } -> std::same_as<ray>;
     { probe.locate(point) } -> std::same_as<vec2>;
     probe.check();
@@ -9912,10 +9981,10 @@ struct path_settings {
 /// so each surface met on the way adds its echo, weakened by all that the path has met twice. A slab thus gives the
 /// ladder of its reverberations, a mirror the image behind it, and a tilted layer shifts what lies below. The face of the
 /// probe, where it reflects, is a plane without end; curved surfaces do not spread or gather the sound.
-template <class Boundary, class Scattering>
+template <class Model>
 class path_tracer {
   public:
-    using model_type = physical<Boundary, Scattering>;
+    using model_type = Model;
 
     path_tracer(const scene& body, const model_type& model, const path_settings& settings, float frequency,
                 float pulse_sigma)
@@ -10039,7 +10108,8 @@ class path_tracer {
         const vec3 point = now.frame.origin + below.begin * now.frame.along;
         // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
         const bool random = settings_.samples > 0;
-        const float mirrored = random ? 1.0F : coherent_amplitude({before, after, smooth.cosine, line_.frequency});
+        const float mirrored =
+            random ? 1.0F : model_.roughness.coherent({before, after, smooth.cosine, line_.frequency});
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
         // A facet that would send the path to the wrong side of the surface gives way to the surface as a whole.
@@ -10115,10 +10185,9 @@ class path_tracer {
 /// With `settings.samples` the paths are chosen at random and averaged; another seed gives an independent estimate of
 /// the same lines (see `path_estimate`).
 /// @throws usage_error, geometry_error  as `trace_beams`
-template <exec::policy Policy, transducer Probe, class Boundary, class Scattering>
+template <exec::policy Policy, transducer Probe, class... Parts>
 iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                     const physical<Boundary, Scattering>& model, const acquisition& scan,
-                     const path_settings& settings = {}) {
+                     const physical<Parts...>& model, const acquisition& scan, const path_settings& settings = {}) {
     const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
     body.require_trees();
     if (!(settings.least_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
@@ -10134,7 +10203,7 @@ iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe
     const std::uint32_t times = std::max(1U, settings.samples);
     const vec3 elevation = at.direction({0, 1, 0});
     exec::for_each_block(policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
-        path_tracer<Boundary, Scattering> tracer{body, model, settings, probe.frequency, pulse_sigma};
+        path_tracer<physical<Parts...>> tracer{body, model, settings, probe.frequency, pulse_sigma};
         std::vector<vec2> slice(samples);
         for (std::size_t i = begin; i < end; ++i)
             for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {

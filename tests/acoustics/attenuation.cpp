@@ -40,3 +40,12 @@ TEST_CASE("the closed form is the product of the spectra, integrated") {
     CHECK(static_cast<double>(found.loss_db) == doctest::Approx(-20 * std::log10(with / without)).epsilon(1e-4));
     CHECK(static_cast<double>(found.frequency) == doctest::Approx(centre / with).epsilon(1e-4));
 }
+
+namespace attenuation_test {
+namespace {
+struct lossless { // as little as a law must say
+    float operator()(const medium&, float) const { return 0; }
+};
+} // namespace
+static_assert(attenuation_law<lossless> && attenuation_law<power_law> && !attenuation_law<int>);
+} // namespace attenuation_test

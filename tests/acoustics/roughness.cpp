@@ -120,3 +120,16 @@ TEST_CASE("roughness: a large exponent leaves the normal as it is, and the least
 }
 
 } // namespace roughness_test
+
+namespace roughness_test {
+namespace {
+struct polished { // as little as a law must say
+    float coherent(const incidence&) const { return 1; }
+    float diffuse(const incidence&) const { return 0; }
+};
+struct half_said {
+    float coherent(const incidence&) const { return 1; }
+};
+} // namespace
+static_assert(roughness_law<polished> && roughness_law<kirchhoff> && !roughness_law<half_said>);
+} // namespace roughness_test

@@ -234,3 +234,12 @@ TEST_CASE("specular: every lobe is 1 across the beam, the same to both sides, an
 }
 
 } // namespace specular_test
+
+namespace specular_test {
+namespace {
+struct everything { // as little as a law must say
+    float operator()(float, float, float) const { return 1; }
+};
+} // namespace
+static_assert(specular_law<everything> && specular_law<specular_return> && !specular_law<int>);
+} // namespace specular_test

@@ -5,6 +5,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <doctest/doctest.h>
 
@@ -22,6 +23,17 @@ medium of_impedance(float rayl, float speed, float attenuation) {
     return {.density = rayl / speed, .sound_speed = speed, .attenuation = attenuation};
 }
 constexpr linear_array probe(float frequency) { return {.lines = 16, .width = 10_mm, .frequency = frequency}; }
+
+struct everything {
+    float operator()(float, float, float) const { return 1; }
+};
+struct polished {
+    float coherent(const incidence&) const { return 1; }
+    float diffuse(const incidence&) const { return 0; }
+};
+struct lossless {
+    float operator()(const medium&, float) const { return 0; }
+};
 
 // One scatterer in the middle of what it is asked for.
 struct one_scatterer {
@@ -353,6 +365,31 @@ TEST_CASE("a rough surface scatters at its calibrated level, at any tilt, with a
                     " dB, expected ", expected);
             CHECK(std::fabs(10 * std::log10(power / count) - expected) < 1);
         }
+}
+
+TEST_CASE("every part of the model can be a user's own, and works in it") {
+    scene body{medium{.density = 1000, .sound_speed = 1540, .attenuation = 50}};
+    body.add(physical_test::slab(20_mm, 40_mm),
+             medium{.density = 1500, .sound_speed = 1540, .attenuation = 50, .roughness = 30_um},
+             {.at = look_at({0, 0, 0}, {0.05F, 0, 1}, {1, 0, 0})});
+    body.build(exec::seq);
+    const acquisition scan{.depth = 30_mm, .samples = 1200};
+    const linear_array probe{.lines = 1, .width = 20_mm, .frequency = 5_MHz};
+    const auto first = [&](const auto& model) {
+        return echoes_test::echoes_of(trace(exec::seq, body, probe, pose{}, model, scan), 0).at(0).amplitude;
+    };
+    const auto plain = physical{}
+                           .with_specular(physical_test::everything{})
+                           .with_roughness(physical_test::polished{})
+                           .with_attenuation(physical_test::lossless{})
+                           .with_scattering(no_scatterers{})
+                           .with_boundary(fresnel{});
+    CHECK(first(plain) == doctest::Approx(0.2).epsilon(1e-3)); // (1500 - 1000) / 2500, and nothing taken from it
+    CHECK(first(plain.with_attenuation(power_law{})) < 0.2 * std::pow(10, -9.9 / 20)); // 2 x 0.5 x 5 x 2 cm = 10 dB
+    CHECK(first(plain.with_roughness(kirchhoff{})) < 0.19);
+    CHECK(first(plain.with_specular(specular_return{})) < 0.17); // tilted by 2.9 degrees
+    CHECK(echoes_test::echoes_of(trace_paths(exec::seq, body, probe, pose{}, plain, scan), 0).at(0).amplitude ==
+          doctest::Approx(0.2).epsilon(1e-3));
 }
 
 TEST_CASE("a field of a user's may emit single scatterers, and senseless settings are refused") {

@@ -2,6 +2,7 @@
 #define INSONIFY_ACOUSTICS_ATTENUATION_HPP
 
 #include <insonify/acoustics/medium.hpp>
+#include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -12,6 +13,20 @@ INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
     const float megahertz = frequency * 1e-6F;
     return 2 * m.attenuation * (m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power));
 }
+
+/// What an attenuation law must say: law(medium, frequency), the dB that an echo loses a metre of the medium, there and
+/// back.
+template <class Law>
+concept attenuation_law = requires(const Law& law, const medium& m, float frequency) {
+    { law(m, frequency) } -> std::convertible_to<float>;
+};
+
+/// The usual one: `echo_loss`.
+struct power_law {
+    INSONIFY_FN float operator()(const medium& m, float frequency) const { return echo_loss(m, frequency); }
+
+    friend bool operator==(const power_law&, const power_law&) = default;
+};
 
 /// A pulse of finite bandwidth on its way through media whose attenuation grows with frequency: the high frequencies
 /// suffer most, so its centre moves down and its peak loses less than one frequency would.

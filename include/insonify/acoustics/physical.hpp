@@ -42,29 +42,51 @@ struct echo_path {
 /// as a exp(-j 4 pi f0 z / c0), divided between the two samples beside it.
 /// @tparam Boundary    an `interface_law`: what is reflected and what goes on
 /// @tparam Scattering  a `scattering_field`: the texture
-template <interface_law Boundary = fresnel, scattering_field Scattering = gaussian_field<>>
+/// @tparam Specular    a `specular_law`: what the aperture collects of mirror echoes
+/// @tparam Roughness   a `roughness_law`: what rough surfaces take from them and scatter
+/// @tparam Attenuation an `attenuation_law`
+template <interface_law Boundary = fresnel, scattering_field Scattering = gaussian_field<>,
+          specular_law Specular = specular_return, roughness_law Roughness = kirchhoff,
+          attenuation_law Attenuation = power_law>
 struct physical {
     using sample_type = vec2;
 
     Boundary boundary{};
     Scattering scattering{};
-    specular_return specular{};
+    Specular specular{};
     insonify::timing timing = insonify::timing::sound_speed;
     insonify::angle angle = insonify::angle::oblique;
     insonify::pulse_band band = insonify::pulse_band::narrow;
     float texture_db = -55;           ///< echo of liver's texture against a perfect mirror
     float shadow_floor_db = -FLT_MAX; ///< no shadow is deeper than this below what the background would let through
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
+    Roughness roughness{};
+    Attenuation attenuation{};
 
     /// The same model with another law at interfaces.
     template <interface_law Law>
-    physical<Law, Scattering> with_boundary(const Law& law) const {
-        return {law, scattering, specular, timing, angle, band, texture_db, shadow_floor_db, seed};
+    physical<Law, Scattering, Specular, Roughness, Attenuation> with_boundary(const Law& law) const {
+        return with(law, scattering, specular, roughness, attenuation);
     }
     /// The same model with another texture.
     template <scattering_field Field>
-    physical<Boundary, Field> with_scattering(const Field& field) const {
-        return {boundary, field, specular, timing, angle, band, texture_db, shadow_floor_db, seed};
+    physical<Boundary, Field, Specular, Roughness, Attenuation> with_scattering(const Field& field) const {
+        return with(boundary, field, specular, roughness, attenuation);
+    }
+    /// The same model with another specular return.
+    template <specular_law Law>
+    physical<Boundary, Scattering, Law, Roughness, Attenuation> with_specular(const Law& law) const {
+        return with(boundary, scattering, law, roughness, attenuation);
+    }
+    /// The same model with other rough surfaces.
+    template <roughness_law Law>
+    physical<Boundary, Scattering, Specular, Law, Attenuation> with_roughness(const Law& law) const {
+        return with(boundary, scattering, specular, law, attenuation);
+    }
+    /// The same model with another attenuation.
+    template <attenuation_law Law>
+    physical<Boundary, Scattering, Specular, Roughness, Law> with_attenuation(const Law& law) const {
+        return with(boundary, scattering, specular, roughness, law);
     }
 
     /// @throws usage_error  naming the setting that makes no sense
@@ -73,9 +95,8 @@ struct physical {
         if (!(shadow_floor_db <= 0))
             throw usage_error{
                 "physical: `shadow_floor_db` must be 0 or below, such as -20; by default there is no floor"};
-        if (!is_finite(specular.power) || !(specular.power >= 0))
-            throw usage_error{"physical: `specular.power` must be a finite number, 0 or more"};
         if constexpr (requires { scattering.check(); }) scattering.check();
+        if constexpr (requires { specular.check(); }) specular.check();
     }
 
     /// Samples of a line where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
@@ -115,7 +136,7 @@ struct physical {
         const medium& m = line.media[here.medium];
         add_texture(line, here, m, path, echoes);
         path.shown += (here.end - here.begin) * stretch(m);
-        path.lost_db += (here.end - here.begin) * echo_loss(m, line.frequency);
+        path.lost_db += (here.end - here.begin) * attenuation(m, line.frequency);
     }
 
     /// Adds the echo of the surface between two layers, at which `path` stands; returns what the law says of it.
@@ -135,11 +156,11 @@ struct physical {
         const float collected = specular(tilt.x, beam.fnumber, wavelengths) *
                                 specular(tilt.y, beam.elevation_fnumber, wavelengths) /
                                 (across_the_lines(line, slope.x, beam) * across_the_planes(line, slope.y, path.shown));
-        const float coherent = arrived * met.reflected * coherent_amplitude(meeting) * collected;
+        const float coherent = arrived * met.reflected * roughness.coherent(meeting) * collected;
         if (coherent != 0) echoes.add(path.shown, {coherent, 0});
 
         // A Lambert lobe over the array's solid angle, by an independent calibration: 0.166 / (F#x F#y).
-        const float scattered = met.reflected * met.reflected * diffuse_energy(meeting);
+        const float scattered = met.reflected * met.reflected * roughness.diffuse(meeting);
         const float diffuse =
             arrived * std::sqrt(scattered * 0.166F / (beam.fnumber * beam.elevation_fnumber)) * cosine;
         if (diffuse > 0) add_diffuse(line, below, stretch(before), slope, diffuse, path, echoes);
@@ -149,6 +170,11 @@ struct physical {
     friend bool operator==(const physical&, const physical&) = default;
 
   private:
+    template <class A, class B, class C, class D, class E>
+    physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
+        return {a, b, c, timing, angle, band, texture_db, shadow_floor_db, seed, d, e};
+    }
+
     // Displayed metres a metre of the medium.
     INSONIFY_FN float stretch(const medium& m) const {
         return timing == insonify::timing::sound_speed ? display_speed / m.sound_speed : 1.0F;
@@ -171,7 +197,7 @@ struct physical {
                                     : lost_db;
         const float direct = passed * amplitude_of(-peak_loss);
         if (shadow_floor_db == -FLT_MAX) return direct;
-        return greater(direct, amplitude_of(shadow_floor_db - shown * echo_loss(line.media[0], frequency)));
+        return greater(direct, amplitude_of(shadow_floor_db - shown * attenuation(line.media[0], frequency)));
     }
 
     INSONIFY_FN static float nominal_bandwidth(const traced_line& line) {
@@ -181,7 +207,7 @@ struct physical {
     INSONIFY_FN void add_texture(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const echo_line& echoes) const {
         if (!(m.backscatter > 0)) return;
-        const float shrink = stretch(m), loss = echo_loss(m, line.frequency);
+        const float shrink = stretch(m), loss = attenuation(m, line.frequency);
         const float sigma = sigma_of(line);
         const float slot = lesser(slot_of(line.frequency), 0.5F * sigma / shrink); // fine for slow media too
         const float along = std::sqrt(std::sqrt(pi) * sigma / (slot * shrink)); // root of the pulse's power over slots

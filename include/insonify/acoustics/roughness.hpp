@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/interface_law.hpp>
 #include <cfloat>
+#include <concepts>
 
 /// What a rough surface takes from the mirror echo and scatters instead: Kirchhoff's approximation for heights that are
 /// normally distributed, with the rms height h, the wave number k = 2 pi f / c of the medium before the interface and the
@@ -34,6 +35,22 @@ INSONIFY_FN inline float diffuse_energy(const incidence& at) {
     const float spread = phase_spread(at);
     return -std::expm1(-spread * spread);
 }
+
+/// What a roughness law must say of a meeting with a surface: law.coherent(at), the factor on the amplitude of the mirror
+/// echo, and law.diffuse(at), the share of the reflected energy that is scattered instead; both 0 to 1.
+template <class Law>
+concept roughness_law = requires(const Law& law, const incidence& at) {
+    { law.coherent(at) } -> std::convertible_to<float>;
+    { law.diffuse(at) } -> std::convertible_to<float>;
+};
+
+/// The usual one: `coherent_amplitude` and `diffuse_energy`.
+struct kirchhoff {
+    INSONIFY_FN float coherent(const incidence& at) const { return coherent_amplitude(at); }
+    INSONIFY_FN float diffuse(const incidence& at) const { return diffuse_energy(at); }
+
+    friend bool operator==(const kirchhoff&, const kirchhoff&) = default;
+};
 
 /// How a diffuse surface spreads what it scatters: power per steradian over intensity times area, cos i cos s / pi.
 ///

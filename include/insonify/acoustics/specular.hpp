@@ -1,9 +1,18 @@
 #ifndef INSONIFY_ACOUSTICS_SPECULAR_HPP
 #define INSONIFY_ACOUSTICS_SPECULAR_HPP
 
+#include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
+#include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// What a specular law must say: law(angle, fnumber, wavelengths), the share of a smooth facet's echo that an aperture
+/// collects, as amplitude; see `specular_return`.
+template <class Law>
+concept specular_law = requires(const Law& law, float x) {
+    { law(x, x, x) } -> std::convertible_to<float>;
+};
 
 /// How the echo of a smooth surface fades as the surface turns away from the beam by an angle phi.
 enum class specular_lobe {
@@ -45,6 +54,12 @@ struct specular_return {
         if (lobe == specular_lobe::aperture) return greater(0, 1 - std::fabs(angle) / edge);
         const float scale = 2 * std::sqrt(wavelengths);
         return length(collected(scale * std::fabs(angle), scale * edge)) / length(collected(0, scale * edge));
+    }
+
+    /// @throws usage_error  where the power makes no sense
+    void check() const {
+        if (!is_finite(power) || !(power >= 0))
+            throw usage_error{"specular_return: `power` must be a finite number, 0 or more"};
     }
 
     friend bool operator==(const specular_return&, const specular_return&) = default;

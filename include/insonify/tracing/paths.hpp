@@ -22,10 +22,10 @@ struct path_settings {
 /// so each surface met on the way adds its echo, weakened by all that the path has met twice. A slab thus gives the
 /// ladder of its reverberations, a mirror the image behind it, and a tilted layer shifts what lies below. The face of the
 /// probe, where it reflects, is a plane without end; curved surfaces do not spread or gather the sound.
-template <class Boundary, class Scattering>
+template <class Model>
 class path_tracer {
   public:
-    using model_type = physical<Boundary, Scattering>;
+    using model_type = Model;
 
     path_tracer(const scene& body, const model_type& model, const path_settings& settings, float frequency,
                 float pulse_sigma)
@@ -149,7 +149,8 @@ class path_tracer {
         const vec3 point = now.frame.origin + below.begin * now.frame.along;
         // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
         const bool random = settings_.samples > 0;
-        const float mirrored = random ? 1.0F : coherent_amplitude({before, after, smooth.cosine, line_.frequency});
+        const float mirrored =
+            random ? 1.0F : model_.roughness.coherent({before, after, smooth.cosine, line_.frequency});
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
         // A facet that would send the path to the wrong side of the surface gives way to the surface as a whole.
@@ -225,10 +226,9 @@ class path_tracer {
 /// With `settings.samples` the paths are chosen at random and averaged; another seed gives an independent estimate of
 /// the same lines (see `path_estimate`).
 /// @throws usage_error, geometry_error  as `trace_beams`
-template <exec::policy Policy, transducer Probe, class Boundary, class Scattering>
+template <exec::policy Policy, transducer Probe, class... Parts>
 iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                     const physical<Boundary, Scattering>& model, const acquisition& scan,
-                     const path_settings& settings = {}) {
+                     const physical<Parts...>& model, const acquisition& scan, const path_settings& settings = {}) {
     const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
     body.require_trees();
     if (!(settings.least_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
@@ -244,7 +244,7 @@ iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe
     const std::uint32_t times = std::max(1U, settings.samples);
     const vec3 elevation = at.direction({0, 1, 0});
     exec::for_each_block(policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
-        path_tracer<Boundary, Scattering> tracer{body, model, settings, probe.frequency, pulse_sigma};
+        path_tracer<physical<Parts...>> tracer{body, model, settings, probe.frequency, pulse_sigma};
         std::vector<vec2> slice(samples);
         for (std::size_t i = begin; i < end; ++i)
             for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
