@@ -34,8 +34,9 @@ int main(int argc, char** argv) {
             for (std::uint32_t i = 0; i < 27; ++i) sum += picture(column - 4 + i % 9, row - 1 + i / 9) / 27;
             return sum;
         };
-        float bone = 0; // 28 mm deep, displayed where its travel time puts it
-        for (float z = 27_mm; z < 29_mm; z += 0.1_mm) bone = std::max(bone, grey_at(11_mm, z));
+        float bone = 0;                               // 28 mm deep, displayed where its travel time puts it
+        for (float x = 10_mm; x < 12_mm; x += 0.2_mm) // its roughness speckles
+            for (float z = 27_mm; z < 29_mm; z += 0.1_mm) bone = std::max(bone, grey_at(x, z));
         const float shadow = grey_at(11_mm, 35_mm);
         const float blood = grey_at(-9_mm, 17_mm), muscle = grey_at(9_mm, 26_mm);
         std::printf("bone %.2f, its shadow %.2f, muscle %.2f, blood %.2f\n", bone, shadow, muscle, blood);
