@@ -1,9 +1,9 @@
+#include <insonify/bvh/build_morton.hpp>
+#include <insonify/bvh/bvh.hpp>
 #include "../support/embree.hpp"
 #include "../support/meshes.hpp"
 #include "../support/rays.hpp"
 #include "rows.hpp"
-#include <insonify/bvh/build_morton.hpp>
-#include <insonify/bvh/bvh.hpp>
 
 namespace bench {
 namespace {
@@ -40,36 +40,36 @@ void measure_rays(table& into, const std::string& name, const mesh& m) {
         if (into.wants("closest " + one.name)) {
             tree.closest(exec::unseq, one.rays, hits);
             peer.closest(theirs, expected);
-            into.measure({.work = "closest " + one.name,
-                          .data = name,
-                          .unit = "M rays/s",
-                          .must = one.must,
-                          .different = share_that_differs(hits, expected)},
-                         {{"insonify", [&] { tree.closest(exec::unseq, one.rays, hits); }},
-                          {"Embree, one ray", [&] { peer.closest(theirs, expected); }},
-                          {"Embree, packets",
-                           [&] { peer.closest_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_NONE); }},
-                          {"Embree, coherent packets",
-                           [&] { peer.closest_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
-                         items);
+            into.measure(
+                {.work = "closest " + one.name,
+                 .data = name,
+                 .unit = "M rays/s",
+                 .must = one.must,
+                 .different = share_that_differs(hits, expected)},
+                {{"insonify", [&] { tree.closest(exec::unseq, one.rays, hits); }},
+                 {"Embree, one ray", [&] { peer.closest(theirs, expected); }},
+                 {"Embree, packets", [&] { peer.closest_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_NONE); }},
+                 {"Embree, coherent packets",
+                  [&] { peer.closest_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
+                items);
         }
         if (into.wants("any " + one.name)) {
             tree.any(exec::unseq, one.rays, met);
             peer.any(theirs, met_too);
             std::size_t different = 0;
             for (std::size_t i = 0; i < met.size(); ++i) different += met[i] != met_too[i];
-            into.measure({.work = "any " + one.name,
-                          .data = name,
-                          .unit = "M rays/s",
-                          .must = 1.05,
-                          .different = static_cast<double>(different) / items},
-                         {{"insonify", [&] { tree.any(exec::unseq, one.rays, met); }},
-                          {"Embree, one ray", [&] { peer.any(theirs, met_too); }},
-                          {"Embree, packets",
-                           [&] { peer.any_packets(theirs, met_too, RTC_INTERSECT_CONTEXT_FLAG_NONE); }},
-                          {"Embree, coherent packets",
-                           [&] { peer.any_packets(theirs, met_too, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
-                         items);
+            into.measure(
+                {.work = "any " + one.name,
+                 .data = name,
+                 .unit = "M rays/s",
+                 .must = 1.05,
+                 .different = static_cast<double>(different) / items},
+                {{"insonify", [&] { tree.any(exec::unseq, one.rays, met); }},
+                 {"Embree, one ray", [&] { peer.any(theirs, met_too); }},
+                 {"Embree, packets", [&] { peer.any_packets(theirs, met_too, RTC_INTERSECT_CONTEXT_FLAG_NONE); }},
+                 {"Embree, coherent packets",
+                  [&] { peer.any_packets(theirs, met_too, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
+                items);
         }
     }
 }
@@ -106,7 +106,10 @@ void measure_trees(table& into, const std::string& name, const mesh& m, unsigned
     if (into.wants("build SAH")) {
         embree_peer plain{m, {.threads = threads}}, compact{m, {.flags = RTC_SCENE_FLAG_COMPACT, .threads = threads}};
         into.measure({.work = "build SAH", .data = data, .unit = "ms", .must = 1.5},
-                     {{"insonify", [&] { const bvh tree{policy, m}; }},
+                     {{"insonify",
+                       [&] {
+                           const bvh tree{policy, m};
+                       }},
                       {"Embree MEDIUM", [&] { plain.build(m); }},
                       {"Embree MEDIUM compact", [&] { compact.build(m); }}},
                      0, {.seconds = 4});
@@ -119,8 +122,7 @@ void measure_trees(table& into, const std::string& name, const mesh& m, unsigned
     }
     if (into.wants("refit")) {
         bvh tree{policy, m};
-        embree_peer peer{m,
-                         {.quality = RTC_BUILD_QUALITY_REFIT, .flags = RTC_SCENE_FLAG_DYNAMIC, .threads = threads}};
+        embree_peer peer{m, {.quality = RTC_BUILD_QUALITY_REFIT, .flags = RTC_SCENE_FLAG_DYNAMIC, .threads = threads}};
         into.measure({.work = "refit", .data = data, .unit = "ms", .must = 1.3},
                      {{"insonify", [&] { tree.refit(policy); }}, {"Embree REFIT", [&] { peer.update(); }}});
     }
