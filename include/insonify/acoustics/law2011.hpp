@@ -49,14 +49,16 @@ struct law2011 {
 
     /// Share of the intensity that an interface sends back, eq. 2.
     INSONIFY_FN static float reflected(const medium& before, const medium& after) {
-        const float r = (after.impedance() - before.impedance()) / (after.impedance() + before.impedance());
+        const float z1 = before.impedance(), z2 = after.impedance();
+        const float r = (z2 - z1) * (1 / (z1 + z2));
         return r * r;
     }
 
     /// Share of the intensity that goes on, eq. 3 corrected; with `reflected` it sums to 1.
     INSONIFY_FN static float transmitted(const medium& before, const medium& after) {
         const float z1 = before.impedance(), z2 = after.impedance();
-        return 4 * (z1 / (z1 + z2)) * (z2 / (z1 + z2));
+        const float share = 1 / (z1 + z2);
+        return 4 * (z1 * share) * (z2 * share);
     }
 
     /// What sound loses on each metre of depth: dB/m at a frequency in hertz, one way or two as `travel` says.
@@ -88,7 +90,7 @@ struct law2011 {
             const interface_echo below = next_interface(line, next, transmitted_here);
             if (depth < end || next == line.layers.size()) {
                 lost += loss(m, line.frequency) * (depth - begin);
-                const float remaining = std::pow(10.0F, -lost / 20);
+                const float remaining = decay(lost);
                 const interface_echo& echo = band == insonify::band::before ? below : above;
                 const bool bright = std::fabs(echo.depth - depth) <= reflection_length;
                 const float weakened = reflection == insonify::reflection::attenuated ? remaining : 1.0F;
@@ -116,7 +118,8 @@ struct law2011 {
             const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
             const float slope = loss(m, line.frequency);
             const interface_echo below = next_interface(line, next, transmitted_here);
-            const stretch field{begin, loss_above, slope, transmitted_here * strength(m)};
+            const stretch field{begin, loss_above, slope, transmitted_here * strength(m),
+                                end - begin > (simd_width - 1) * spacing ? decay(slope * simd_width * spacing) : 0.0F};
             if (band == insonify::band::before) {
                 const float bright = clamped(below.depth - reflection_length, begin, end);
                 fill<Policy>(out, next_sample, spacing, bright, field, 0);
@@ -145,7 +148,11 @@ struct law2011 {
         float loss_at_begin = 0;
         float slope = 0;
         float strength = 1;
+        float ratio = 0; // of samples that are `simd_width` apart; 0 in stretches shorter than that
     };
+
+    static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
+    INSONIFY_FN static float decay(float decibels) { return std::exp2(bits_per_db * decibels); }
 
     // How many layers from this one on have its medium: objects may touch, an interface is where the medium changes.
     INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {
@@ -169,7 +176,6 @@ struct law2011 {
     template <class Policy>
     INSONIFY_FN void fill(view<float> out, std::size_t& next, float spacing, float end, const stretch& field,
                           float echo) const {
-        constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
         const float weakened = reflection == insonify::reflection::attenuated ? echo : 0.0F;
         const float bare = echo - weakened;
         const float first = bits_per_db * (field.loss_at_begin - field.slope * field.begin);
@@ -185,13 +191,15 @@ struct law2011 {
         if constexpr (exec::is_unsequenced_v<Policy>) {
             constexpr int width = simd_width;
             const lanes<width> ramp([](auto lane) { return static_cast<float>(lane) + 0.5F; });
-            // The last ones may run over the end of the stretch: the next one writes there.
-            for (; next < last && next + width <= out.size(); next += width) {
+            // The last ones may run over the end of the stretch: the next one writes there. Powers are taken at one of
+            // four; from each to the next the ratio is the same.
+            while (next < last && next + width <= out.size()) {
                 const lanes<width> place = ramp + lanes<width>(static_cast<float>(next));
-                store(multiply_add(lanes<width>(scale),
-                                   power_of_two<width>(place * lanes<width>(step) + lanes<width>(first)),
-                                   lanes<width>(bare)),
-                      out.data() + next);
+                lanes<width> decayed = power_of_two<width>(place * lanes<width>(step) + lanes<width>(first));
+                for (int i = 0; i < 4 && next < last && next + width <= out.size(); ++i, next += width) {
+                    store(multiply_add(lanes<width>(scale), decayed, lanes<width>(bare)), out.data() + next);
+                    decayed = decayed * lanes<width>(field.ratio);
+                }
             }
             next = next < last ? next : last;
         }

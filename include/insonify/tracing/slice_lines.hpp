@@ -97,13 +97,16 @@ class slice_lines {
         found.inside.clear(body_->objects().size());
         const std::size_t slot = line % block * slices_ + slice;
         const line_fan::line& way = fan_[line];
+        const object* one = nullptr; // of the segment before, for neighbours mostly belong to the same
+        bool around = false;
         for (std::size_t i = slot == 0 ? 0 : own.end[slot - 1]; i < own.end[slot]; ++i) {
             const cut_segment& segment = *own.segments[i];
             const float distance = way.meet(segment.from, segment.to);
             if (!(distance >= 0)) continue;
-            const object& one = body_->objects()[segment.object];
-            if (one.box.contains(origin)) found.inside.toggle(one.rank);
-            if (distance <= reach_) found.crossings.push_back({distance, one.rank, segment.primitive});
+            const object* owner = body_->objects().data() + segment.object;
+            if (owner != one) around = owner->box.contains(origin), one = owner;
+            if (around) found.inside.toggle(one->rank);
+            if (distance <= reach_) found.crossings.push_back({distance, one->rank, segment.primitive});
         }
         if (!std::is_sorted(found.crossings.begin(), found.crossings.end()))
             std::sort(found.crossings.begin(), found.crossings.end());
