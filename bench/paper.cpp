@@ -17,18 +17,11 @@ namespace {
 using namespace insonify;
 using namespace bench;
 using paper::at;
+using paper::crossings_only;
 using paper::embree_pixels;
 using paper::frame;
 using paper::model;
 using paper::probe;
-
-/// Finds all crossings and does nothing with them: the tests without intensities.
-struct crossings_only {
-    using sample_type = float;
-    static constexpr bool normal_incidence = true;
-    std::uint32_t samples(float, float) const { return frame.samples; }
-    void operator()(const auto&, const traced_line&, float, view<float>) const {}
-};
 
 /// One test: a curve for each algorithm, a row for each size.
 struct test {

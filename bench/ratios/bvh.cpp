@@ -128,9 +128,7 @@ void measure_trees(table& into, const std::string& name, const mesh& m, unsigned
     }
 }
 
-} // namespace
-
-void add_ray_rows(table& into) {
+void measure_ray_rows(table& into) {
     measure_rays(into, "organ 82k", organ_82k());
     measure_rays(into, "organ 1.3M", organ_1_3m());
     measure_rays(into, "soup 500k", soup());
@@ -138,7 +136,7 @@ void add_ray_rows(table& into) {
     measure_all_crossings(into, "shells 655k", shells());
 }
 
-void add_tree_rows(table& into) {
+void measure_tree_rows(table& into) {
     for (const unsigned threads : {1U, 2U}) {
         measure_trees(into, "cube 12", cube(0), threads);
         measure_trees(into, "organ 82k", organ_82k(), threads);
@@ -147,4 +145,7 @@ void add_tree_rows(table& into) {
     }
 }
 
+const rows of_rays{10, measure_ray_rows}, of_trees{20, measure_tree_rows};
+
+} // namespace
 } // namespace bench

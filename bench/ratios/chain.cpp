@@ -33,9 +33,7 @@ void measure_scaling(table& into, const std::string& stage, const Work& work) {
                  {{"", [&] { work(exec::par_unseq.threads(2)); }}, {"one thread", [&] { work(exec::unseq); }}});
 }
 
-} // namespace
-
-void add_chain_rows(table& into) {
+void measure_chain_rows(table& into) {
     if (into.wants("chain, physical"))
         for (const std::uint32_t threads : {1U, 2U}) measure_whole(into, threads);
     if (!into.wants("two threads")) return;
@@ -52,4 +50,7 @@ void add_chain_rows(table& into) {
                     [&](const auto& policy) { make_scan_map(policy, chain::probe, chain::scan, chain::picture); });
 }
 
+const rows of_chain{40, measure_chain_rows};
+
+} // namespace
 } // namespace bench

@@ -83,14 +83,39 @@ void measure_moving(table& into, const std::string& data, const mesh& cube) {
     }
 }
 
-} // namespace
+/// The least that a frame takes: its crossings, and one power of two for each of its samples.
+void measure_floor(table& into, const std::string& data, const mesh& cube) {
+    const scene body = paper::scene_of({cube});
+    paper::frames<> ours;
+    paper::frames<paper::crossings_only> crossings;
+    scan_lines powers;
+    powers.reshape(paper::probe.lines, paper::frame.samples, paper::frame.depth);
+    const auto take_powers = [&] {
+        exec::for_each_block(exec::par_unseq, powers.values.size(), 8 * powers.samples,
+                             [&](std::size_t begin, std::size_t end) {
+                                 const lanes<simd_width> step(-1e-4F);
+                                 lanes<simd_width> x(0.0F);
+                                 for (std::size_t i = begin; i < end; i += simd_width, x = x + step)
+                                     store(power_of_two<simd_width>(x), powers.values.data() + i);
+                             });
+    };
+    into.measure({.work = "paper's frame over its floor", .data = data, .unit = "ms", .must = 0.4},
+                 {{"insonify", [&] { ours(search::best, body); }}, {"crossings, and a power for each sample", [&] {
+                                                                        crossings(search::best, body);
+                                                                        take_powers();
+                                                                    }}});
+}
 
-void add_frame_rows(table& into) {
+void measure_frame_rows(table& into) {
     if (into.wants("paper's frame"))
         for (const std::uint32_t subdivisions : {0U, 3U, 6U, 8U}) {
             const std::vector<mesh> cube = paper::one_cube(subdivisions);
             measure_resting(into, "paper's frame", std::to_string(cube[0].faces.size()) + " triangles", cube, 50);
         }
+    if (into.wants("paper's frame over its floor"))
+        for (const std::uint32_t subdivisions : {3U, 6U})
+            measure_floor(into, std::to_string(12U << 2 * subdivisions) + " triangles",
+                          paper::one_cube(subdivisions)[0]);
     if (into.wants("paper's frame, cubes"))
         measure_resting(into, "paper's frame, cubes", "32 behind one another", paper::behind_one_another(32), 300);
     if (into.wants("paper's frame, moving"))
@@ -100,4 +125,7 @@ void add_frame_rows(table& into) {
         }
 }
 
+const rows of_frames{30, measure_frame_rows};
+
+} // namespace
 } // namespace bench

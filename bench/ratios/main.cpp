@@ -6,9 +6,6 @@
 int main(int count, char** arguments) {
     bench::table all{count > 1 ? arguments[1] : ""};
     std::printf("%s\n\n", bench::table::circumstances().c_str());
-    bench::add_ray_rows(all);
-    bench::add_tree_rows(all);
-    bench::add_frame_rows(all);
-    bench::add_chain_rows(all);
+    for (const auto& [place, measure] : bench::rows::all()) measure(all);
     if (count > 2) all.write_json(arguments[2]);
 }

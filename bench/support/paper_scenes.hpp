@@ -66,6 +66,14 @@ inline scene scene_of(const std::vector<mesh>& objects, trees upkeep = trees::fo
     return body;
 }
 
+/// Finds all crossings and does nothing with them: the tests without intensities.
+struct crossings_only {
+    using sample_type = float;
+    static constexpr bool normal_incidence = true;
+    std::uint32_t samples(float, float) const { return frame.samples; }
+    void operator()(const auto&, const traced_line&, float, view<float>) const {}
+};
+
 /// Frames one after the other, each in the memory of the one before.
 template <class Model = law2011>
 struct frames {

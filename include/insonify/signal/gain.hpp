@@ -31,6 +31,7 @@ struct log_compress_settings {
         return kept_where<N>(floats(0.0F) < amplitude && floats(reject_db) <= decibels,
                              lesser(greater(grey, floats(0.0F)), floats(1.0F)));
     }
+    /// The grey of one amplitude.
     INSONIFY_FN float grey(float amplitude) const {
         float one = 0;
         store(grey<1>(lanes<1>(amplitude)), &one);
@@ -53,10 +54,11 @@ scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compre
     settings.check();
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     exec::for_each_block(policy, lines.values.size(), 16384, [&](std::size_t begin, std::size_t end) {
+        const log_compress_settings own = settings; // out of reach of the stores, so that it stays in registers
         float* values = lines.values.data();
         std::size_t i = begin;
-        for (; i + width <= end; i += width) store(settings.grey<width>(load<width>(values + i)), values + i);
-        for (; i < end; ++i) values[i] = settings.grey(values[i]);
+        for (; i + width <= end; i += width) store(own.grey<width>(load<width>(values + i)), values + i);
+        for (; i < end; ++i) values[i] = own.grey(values[i]);
     });
     return lines;
 }

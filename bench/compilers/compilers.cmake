@@ -1,0 +1,67 @@
+# The same sources by every compiler that is installed, at plain x86-64 and for this machine, as a markdown table: the
+# time that the first one takes (milliseconds, one thread), and how many times as fast the others are.
+#
+#     cmake -P bench/compilers/compilers.cmake
+cmake_minimum_required(VERSION 3.25)
+
+cmake_path(SET project NORMALIZE ${CMAKE_CURRENT_LIST_DIR}/../..)
+string(RANDOM LENGTH 12 name)
+set(out ${project}/build/compilers_${name})
+file(MAKE_DIRECTORY ${out})
+
+set(programs "")
+foreach(compiler IN ITEMS g++ clang++-14 clang++-19)
+    find_program(found_${compiler} ${compiler})
+    if(NOT found_${compiler})
+        message("${compiler} was not found")
+        continue()
+    endif()
+    foreach(set IN ITEMS native x86-64)
+        execute_process(
+            COMMAND ${found_${compiler}} -std=c++20 -O3 -DNDEBUG -march=${set} -I ${project}/include
+                ${CMAKE_CURRENT_LIST_DIR}/figures.cpp -o ${out}/${compiler}_${set} -pthread
+            ERROR_VARIABLE fault RESULT_VARIABLE failed)
+        if(failed)
+            message(FATAL_ERROR "${compiler} did not compile it:\n${fault}")
+        endif()
+        list(APPEND programs ${compiler}_${set})
+    endforeach()
+endforeach()
+
+# Three rounds by turns; of each figure the least counts.
+foreach(round RANGE 1 3)
+    foreach(program IN LISTS programs)
+        execute_process(COMMAND ${out}/${program} OUTPUT_VARIABLE printed COMMAND_ERROR_IS_FATAL ANY)
+        string(REGEX MATCHALL "[a-z_]+=[0-9]+\\.[0-9]+" lines "${printed}")
+        set(figures "")
+        foreach(line IN LISTS lines)
+            string(REGEX MATCH "^(.*)=([0-9]+)\\.([0-9]+)$" _ ${line})
+            set(figure ${CMAKE_MATCH_1})
+            list(APPEND figures ${figure})
+            math(EXPR time "${CMAKE_MATCH_2} * 10000 + 1${CMAKE_MATCH_3} - 10000")
+            if(NOT DEFINED ${program}_${figure} OR time LESS ${program}_${figure})
+                set(${program}_${figure} ${time})
+            endif()
+        endforeach()
+    endforeach()
+endforeach()
+
+list(POP_FRONT programs first)
+string(JOIN " | " head ${programs})
+list(TRANSFORM programs REPLACE ".+" "---" OUTPUT_VARIABLE rules)
+string(JOIN "|" rules ${rules})
+message("| | ${first}, ms | ${head} |\n|---|---|${rules}|")
+foreach(figure IN LISTS figures)
+    math(EXPR whole "${${first}_${figure}} / 10000")
+    math(EXPR rest "${${first}_${figure}} % 10000 / 10 + 1000")
+    string(SUBSTRING ${rest} 1 3 rest)
+    set(line "| ${figure} | ${whole}.${rest} |")
+    foreach(program IN LISTS programs)
+        math(EXPR ratio "(100 * ${${first}_${figure}} + ${${program}_${figure}} / 2) / ${${program}_${figure}} + 10000")
+        string(REGEX REPLACE "^1(..)(..)$" "\\1.\\2" ratio ${ratio})
+        string(REGEX REPLACE "^0" "" ratio ${ratio})
+        string(APPEND line " ${ratio} |")
+    endforeach()
+    message("${line}")
+endforeach()
+file(REMOVE_RECURSE ${out})
