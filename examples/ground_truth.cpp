@@ -13,7 +13,7 @@ int main() {
 
     const linear_array probe{};
     const float depth = 45_mm;
-    const uvec2 size{400, 0};
+    const uvec2 size{240, 0};
     const image picture = b_mode(exec::par_unseq, body, probe, pose{}, {.depth = depth, .size = size});
 
     // On the grid of the display, so that a label lies where the picture shows the thing.
@@ -51,8 +51,8 @@ int main() {
     std::printf("grey of blood %.2f and muscle %.2f; at 40 mm arrive %.1e, behind bone %.1e, behind blood %.1e\n",
                 blood, muscle, static_cast<double>(free), static_cast<double>(behind_bone),
                 static_cast<double>(behind_blood));
-    return picture.size == labels.size && labels(200, 10) == static_cast<label_id>(fat) &&
-                   labels(294, 250) == static_cast<label_id>(bone) && blood < 0.8 * muscle &&
+    return picture.size == labels.size && labels(120, 6) == static_cast<label_id>(fat) &&
+                   labels(176, 150) == static_cast<label_id>(bone) && blood < 0.8 * muscle &&
                    behind_bone < 0.01F * free && behind_blood > 2 * free
                ? 0
                : 1;

@@ -11,6 +11,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// What a B-mode looks like.
 struct b_mode_settings {
     float depth = 0.08F;         ///< metres
     std::uint32_t samples = 0;   ///< along each line; 0: two for each deviation of the pulse
@@ -34,12 +35,12 @@ std::uint32_t rays_per_line(const Probe& probe, float depth) {
 /// What `b_mode` keeps from frame to frame: tables, and the memory of every stage.
 template <transducer Probe, acoustic_model Model = physical<>>
 struct b_mode_workspace {
-    trace_workspace<refined<Probe>, Model> tracing{};
-    convolve_workspace convolution{};
-    kept_scan_map<refined<Probe>> map{};
-    iq_lines echoes{};
-    scan_lines lines{};
-    image picture{};
+    trace_workspace<refined<Probe>, Model> tracing{}; ///< of `trace`
+    convolve_workspace convolution{};                 ///< of `convolve`
+    kept_scan_map<refined<Probe>> map{};              ///< of `scan_convert`
+    iq_lines echoes{};                                ///< as received
+    scan_lines lines{};                               ///< greys
+    image picture{};                                  ///< the last one
 };
 
 /// The whole chain in one call: a B-mode picture.
@@ -85,6 +86,8 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
     own.picture = scan_convert(policy, own.lines, map, std::move(own.picture));
     return own.picture;
 }
+/// The same for a single picture.
+/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, acoustic_model Model = physical<>>
 image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
              const b_mode_settings& settings = {}, const Model& model = {}) {

@@ -12,8 +12,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///     b_mode(exec::par_unseq, body, presets::abdomen.probe, at, presets::abdomen.settings)
 template <transducer Probe>
 struct examination {
-    Probe probe{};
-    b_mode_settings settings{};
+    Probe probe{};              ///< what is held
+    b_mode_settings settings{}; ///< for `b_mode`
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -31,6 +31,7 @@
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/presets.hpp>
 #include <insonify/probe/radial_array.hpp>
+#include <insonify/scene/diagnose.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/electronic_noise.hpp>

@@ -122,12 +122,15 @@ inline constexpr bool has_fma = false;
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Vectors and matrices are those of GLM: floats, unless the name says otherwise.
+/// @{
 using vec2 = glm::vec2;
 using vec3 = glm::vec3;
 using dvec3 = glm::dvec3;
 using uvec2 = glm::uvec2;
 using uvec3 = glm::uvec3;
 using mat3 = glm::mat3;
+/// @}
 
 static_assert(
     sizeof(vec3) == 12 && sizeof(uvec3) == 12,
@@ -140,27 +143,35 @@ using glm::length;
 using glm::normalize;
 using glm::transpose;
 
-inline constexpr float pi = 3.14159265358979F;
+inline constexpr float pi = 3.14159265358979F; ///< half a turn, radians
 
 /// False for infinities and NaN; reads the bits, so that it holds under -ffast-math too.
 INSONIFY_FN inline bool is_finite(float value) {
     return (__builtin_bit_cast(std::uint32_t, value) & 0x7F800000U) != 0x7F800000U;
 }
+/// True where all three coordinates are.
 INSONIFY_FN inline bool is_finite(vec3 v) { return is_finite(v.x) && is_finite(v.y) && is_finite(v.z); }
 
+/// The lesser and the greater of two, and a value kept between two: as std::min, max and clamp, but also on a device.
+/// Of a NaN and a number the first argument. Vectors coordinate by coordinate.
+/// @{
 INSONIFY_FN constexpr float lesser(float a, float b) { return b < a ? b : a; }
 INSONIFY_FN constexpr float greater(float a, float b) { return a < b ? b : a; }
 INSONIFY_FN constexpr float clamped(float value, float low, float high) { return lesser(greater(value, low), high); }
 
 INSONIFY_FN constexpr vec3 lesser(vec3 a, vec3 b) { return {lesser(a.x, b.x), lesser(a.y, b.y), lesser(a.z, b.z)}; }
 INSONIFY_FN constexpr vec3 greater(vec3 a, vec3 b) { return {greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z)}; }
+/// @}
+
+/// Each coordinate without its sign.
 INSONIFY_FN inline vec3 absolute(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 
 /// Two directions across a third of length 1, so that the three make a frame. Source: Duff et al. 2017.
 struct axes_across {
-    vec3 first{1, 0, 0};
-    vec3 second{0, 1, 0};
+    vec3 first{1, 0, 0};  ///< across the direction
+    vec3 second{0, 1, 0}; ///< across both
 
+    /// @param direction  of length 1
     INSONIFY_FN explicit axes_across(vec3 direction) {
         const float side = std::copysign(1.0F, direction.z);
         const float a = -1 / (side + direction.z);
@@ -282,10 +293,11 @@ namespace insonify::inline INSONIFY_ABI {
 /// It owns nothing; what it points to must outlive it.
 template <class T>
 struct view {
-    T* first = nullptr;
-    std::size_t count = 0;
+    T* first = nullptr;    ///< null where it is empty
+    std::size_t count = 0; ///< elements
 
     view() = default;
+    /// Of `number` elements from `first_element` on.
     INSONIFY_FN constexpr view(T* first_element, std::size_t number) : first{first_element}, count{number} {}
 
     /// Of any contiguous container (lvalue) whose elements are T.
@@ -297,12 +309,15 @@ struct view {
     }
     constexpr view(Container& container) : first{std::data(container)}, count{std::size(container)} {}
 
+    /// What std::span has under the same names; the index is not checked.
+    /// @{
     INSONIFY_FN constexpr T& operator[](std::size_t index) const { return first[index]; }
     INSONIFY_FN constexpr T* begin() const { return first; }
     INSONIFY_FN constexpr T* end() const { return first + count; }
     INSONIFY_FN constexpr T* data() const { return first; }
     INSONIFY_FN constexpr std::size_t size() const { return count; }
     INSONIFY_FN constexpr bool empty() const { return count == 0; }
+    /// @}
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -339,14 +354,18 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A rigid motion: first the rotation, then the translation (metres). Maps local coordinates to world coordinates.
 struct pose {
-    mat3 rotation{1}; ///< columns are the local x, y and z axis in the world
-    vec3 translation{0, 0, 0};
+    mat3 rotation{1};          ///< columns are the local x, y and z axis in the world
+    vec3 translation{0, 0, 0}; ///< the local origin in the world, metres
 
+    /// From local coordinates to the world.
+    /// @{
     INSONIFY_FN vec3 point(vec3 p) const { return rotation * p + translation; }
     INSONIFY_FN vec3 direction(vec3 v) const { return rotation * v; }
+    /// @}
 
     /// Back from world to local coordinates; precise also where both lie far from the origin.
     INSONIFY_FN vec3 local_point(vec3 p) const { return local_direction(p - translation); }
+    /// Back for what has a direction and a length but no place.
     INSONIFY_FN vec3 local_direction(vec3 v) const {
         return {dot(rotation[0], v), dot(rotation[1], v), dot(rotation[2], v)};
     }
@@ -362,11 +381,15 @@ INSONIFY_FN inline pose operator*(const pose& outer, const pose& inner) {
     return {outer.rotation * inner.rotation, outer.point(inner.translation)};
 }
 
-/// True where the rotation is one (orthonormal to 1e-4, no mirror) and all is finite.
+/// Poses stand no further from the origin along any axis, metres: beyond, floats are coarser than any probe.
+inline constexpr float most_translation = 1e6F;
+
+/// True where the rotation is one (orthonormal to 1e-4, no mirror), and the translation within `most_translation`.
 INSONIFY_FN inline bool is_rigid(const pose& p) {
     const mat3& r = p.rotation;
     const auto near_to = [](float a, float b) { return std::fabs(a - b) < 1e-4F; };
     return is_finite(r[0]) && is_finite(r[1]) && is_finite(r[2]) && is_finite(p.translation) &&
+           absolute(p.translation) == lesser(absolute(p.translation), vec3{most_translation}) &&
            near_to(dot(r[0], r[0]), 1) && near_to(dot(r[1], r[1]), 1) && near_to(dot(r[2], r[2]), 1) &&
            near_to(dot(r[0], r[1]), 0) && near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) &&
            determinant(r) > 0;
@@ -380,8 +403,9 @@ inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
     const vec3 sight = towards - from;
     const float distance = length(sight);
     const float width = length(lateral);
-    if (!is_finite(from) || !is_finite(distance) || !is_finite(width) || !(distance > 0) || !(width > 0))
-        throw geometry_error{"look_at: `from` and `towards` must be two different points, and `lateral` a direction"};
+    if (!is_rigid({mat3{1}, from}) || !is_finite(distance) || !is_finite(width) || !(distance > 0) || !(width > 0))
+        throw geometry_error{"look_at: `from` and `towards` must be two different points within 1000 km of the origin, "
+                             "and `lateral` a direction"};
     const vec3 z = sight / distance;
     const vec3 across = lateral / width - dot(lateral / width, z) * z;
     if (!(length(across) > 1e-5F))
@@ -412,9 +436,9 @@ struct layer {
 
 /// Where a line runs in the world. Axes of length 1; the slice plane is normal to `elevation`.
 struct line_frame {
-    vec3 origin{0, 0, 0};
-    vec3 along{0, 0, 1};
-    vec3 elevation{0, 1, 0};
+    vec3 origin{0, 0, 0};    ///< on the face of the probe, metres
+    vec3 along{0, 0, 1};     ///< the way of the sound
+    vec3 elevation{0, 1, 0}; ///< out of the slice
 };
 
 /// The probe's beam at one depth of a line, as far as a model needs it.
@@ -426,17 +450,18 @@ struct beam_sample {
     float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
     vec2 alike{0, 0}; ///< m^2: mean square distance between what they have in common, across the lines and the planes
     float surface_incoherent = 1; ///< the same of the diffuse echoes of surfaces
-    vec2 surface_alike{0, 0};
-    float independent = 1; ///< the same of echoes that have nothing in common
+    vec2 surface_alike{0, 0};     ///< m^2: as `alike`, of the diffuse echoes of surfaces
+    float independent = 1;        ///< the same of echoes that have nothing in common
 };
 
 /// Beam samples for equal parts of the displayed depth, from the face on.
 struct line_beam {
-    view<const beam_sample> samples{};
+    view<const beam_sample> samples{}; ///< from the face on
     float spacing = 1;                 ///< metres
     view<const float> plane_offsets{}; ///< metres out of the slice plane
     view<const float> plane_weights{}; ///< for each sample those of all planes; together 1
 
+    /// The beam at a displayed depth, metres; the default one where none was made.
     INSONIFY_FN beam_sample at(float depth) const {
         if (samples.empty()) return {};
         return samples[index(depth)];
@@ -463,12 +488,12 @@ struct line_beam {
 
 /// One line as an acoustic model sees it: what it runs through, where, and with what beam.
 struct traced_line {
-    view<const layer> layers{};
-    view<const medium> media{};
-    float frequency = 0;       ///< hertz
-    view<const pose> places{}; ///< object to world: of the background (the world itself), then of the objects
-    line_frame frame{};
-    line_beam beam{};
+    view<const layer> layers{}; ///< from the face on, without gaps
+    view<const medium> media{}; ///< of the scene, the background first
+    float frequency = 0;        ///< hertz
+    view<const pose> places{};  ///< object to world: of the background (the world itself), then of the objects
+    line_frame frame{};         ///< where it runs
+    line_beam beam{};           ///< empty for models without `covariance`
     float pulse_sigma = 0; ///< metres of displayed depth, of the Gaussian that `convolve` will apply along the line
     float height = 0;      ///< metres out of the slice plane that the line stands for, where there are several planes
 };
@@ -508,8 +533,9 @@ struct parallel_policy {
 
 /// Threads and SIMD.
 struct parallel_unsequenced_policy {
-    std::uint32_t participants = 0;
+    std::uint32_t participants = 0; ///< the caller included; 0: one a processor
 
+    /// Exactly n participants, the caller being one.
     [[nodiscard]] constexpr parallel_unsequenced_policy threads(std::uint32_t n) const { return {n}; }
 };
 
@@ -574,7 +600,6 @@ inline constexpr bool is_unsequenced_v<standard::parallel_unsequenced_policy> = 
 #include <cstdint>
 #include <exception>
 #include <mutex>
-#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -586,8 +611,9 @@ namespace insonify::inline INSONIFY_ABI::exec {
 /// caller's stack. Not usable after fork, nor from destructors of statics.
 class thread_pool {
   public:
-    static constexpr std::uint32_t most_participants = 1024;
+    static constexpr std::uint32_t most_participants = 1024; ///< of one call, the caller included
 
+    /// The pool of the program.
     static thread_pool& instance() {
         static thread_pool pool;
         return pool;
@@ -644,17 +670,17 @@ class thread_pool {
     void offer(job& work) {
         const std::lock_guard lock{mutex_};
         try {
+            jobs_.push_back(&work);
             while (workers_.size() < work.seats) workers_.emplace_back([this] { serve(); });
-        } catch (const std::system_error&) {
-            // no more threads to be had: those that run, and the caller, do the work
+        } catch (const std::exception&) {
+            // no more threads or memory to be had: the threads that run, and the caller, do the work
         }
-        jobs_.push_back(&work);
         for (std::uint32_t i = 0; i < work.seats; ++i) work_came_.notify_one();
     }
 
     void withdraw(job& work) {
         std::unique_lock lock{mutex_};
-        jobs_.erase(std::find(jobs_.begin(), jobs_.end(), &work));
+        jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
         work.all_left.wait(lock, [&work] { return work.inside == 0; });
     }
 
@@ -713,6 +739,7 @@ namespace insonify::inline INSONIFY_ABI::exec {
 /// argument-dependent lookup), and specialise `is_unsequenced_v` where it asks for SIMD. The library cuts its work by
 /// index, never by thread, so results do not depend on how a policy spreads the calls.
 /// An exception of the body leaves the call, the one of the lowest index (the standard's policies terminate).
+/// @throws usage_error  where more than 1024 participants were asked for
 template <class Body>
 void for_each_index(const sequenced_policy&, std::size_t count, const Body& body) {
     for (std::size_t i = 0; i < count; ++i) body(i);
@@ -736,6 +763,7 @@ void for_each_index(const StandardPolicy&, std::size_t count, const Body& body) 
 
 /// Something to call, for the check below.
 struct any_body {
+    /// Does nothing.
     void operator()(std::size_t) const {}
 };
 
@@ -770,7 +798,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///     std::uint32_t samples(float depth, float frequency) const;  // how many, where the caller does not say
 ///     void operator()(const auto& policy, const traced_line& line, float spacing, view<sample_type> samples) const;
 ///
-/// The last makes every sample of one line, which all start at 0; sample k stands at depth (k + 1/2) * spacing metres. It must not throw.
+/// The last makes every sample of one line, which all start at 0; sample k stands at depth (k + 1/2) * spacing metres. It
+/// must not throw.
 /// A model whose samples depend on what lies beyond their depth has a fourth, how far lines are to be followed (metres):
 ///
 ///     float reach(float depth, view<const medium> media) const;
@@ -851,6 +880,12 @@ INSONIFY_INLINE lanes<N> load(const float* from) {
 template <class Lanes>
 INSONIFY_INLINE void store(const Lanes& value, float* to) {
     value.copy_to(to, stdx::element_aligned);
+}
+
+/// Lane i is value(i).
+template <int N, class Value>
+INSONIFY_INLINE lanes<N> each_lane(const Value& value) {
+    return lanes<N>([&value](auto i) { return value(static_cast<int>(i)); });
 }
 
 /// Bit i is set where lane i is.
@@ -1031,6 +1066,10 @@ template <int N>
 INSONIFY_FN void store(const lanes<N>& value, float* to) {
     for (int i = 0; i < N; ++i) to[i] = value.lane[i];
 }
+template <int N, class Value>
+INSONIFY_FN lanes<N> each_lane(const Value& value) {
+    return lanes<N>::template each<lanes<N>>(value);
+}
 template <int N>
 INSONIFY_FN std::uint32_t bits_of(const lane_mask<N>& mask) {
     std::uint32_t bits = 0;
@@ -1131,6 +1170,9 @@ struct bit_lanes {
     INSONIFY_FN friend bit_lanes operator&(const bit_lanes& a, const bit_lanes& b) {
         return each([&](int i) { return a.lane[i] & b.lane[i]; });
     }
+    INSONIFY_FN friend bit_lanes operator|(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] | b.lane[i]; });
+    }
     INSONIFY_FN friend bit_lanes operator<<(const bit_lanes& a, int by) {
         return each([&](int i) { return a.lane[i] << static_cast<unsigned>(by); });
     }
@@ -1175,6 +1217,13 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> raw_bits(const lanes<N>& floats) {
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
     return __builtin_bit_cast(lanes<N>, bits);
+}
+
+/// Negative where an exponent has all its bits: infinities and NaN; reads the bits, so that it holds under -ffast-math.
+/// The results of several may be joined by |.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_finite(const lanes<N>& floats) {
+    return (raw_bits<N>(floats) & 0x7F800000U) + 0x00800000U;
 }
 
 /// `mix_bits` of many numbers: 32 well-mixed bits of each.
@@ -1274,27 +1323,29 @@ enum class incident { field, backscattered };
 /// interface cuts it.
 /// Source: "Ultrasound image simulation with GPU-based ray tracing", 2011; impedances in rayl.
 struct law2011 {
-    using sample_type = float;
-    static constexpr bool normal_incidence = true;
+    using sample_type = float;                     ///< an intensity
+    static constexpr bool normal_incidence = true; ///< angles are not looked at
 
-    float reflection_length = 1e-3F; ///< metres
-    insonify::travel travel = insonify::travel::one_way;
-    insonify::reflection reflection = insonify::reflection::bare;
-    insonify::band band = insonify::band::before;
-    insonify::spectrum spectrum = insonify::spectrum::linear;
-    insonify::incident incident = insonify::incident::field;
+    float reflection_length = 1e-3F;                              ///< metres
+    insonify::travel travel = insonify::travel::one_way;          ///< of attenuation
+    insonify::reflection reflection = insonify::reflection::bare; ///< I_r, attenuated or not
+    insonify::band band = insonify::band::before;                 ///< side of the bright bands
+    insonify::spectrum spectrum = insonify::spectrum::linear;     ///< of attenuation
+    insonify::incident incident = insonify::incident::field;      ///< what I_a I_t is
     float texture = 1.78e-3F; ///< with `backscattered`: the echo of liver against a perfect mirror's (-55 dB)
 
     /// Share of the intensity that an interface sends back, eq. 2.
     INSONIFY_FN static float reflected(const medium& before, const medium& after) {
-        const float r = (after.impedance() - before.impedance()) / (after.impedance() + before.impedance());
+        const float z1 = before.impedance(), z2 = after.impedance();
+        const float r = (z2 - z1) * (1 / (z1 + z2));
         return r * r;
     }
 
     /// Share of the intensity that goes on, eq. 3 corrected; with `reflected` it sums to 1.
     INSONIFY_FN static float transmitted(const medium& before, const medium& after) {
         const float z1 = before.impedance(), z2 = after.impedance();
-        return 4 * (z1 / (z1 + z2)) * (z2 / (z1 + z2));
+        const float share = 1 / (z1 + z2);
+        return 4 * (z1 * share) * (z2 * share);
     }
 
     /// What sound loses on each metre of depth: dB/m at a frequency in hertz, one way or two as `travel` says.
@@ -1326,7 +1377,7 @@ struct law2011 {
             const interface_echo below = next_interface(line, next, transmitted_here);
             if (depth < end || next == line.layers.size()) {
                 lost += loss(m, line.frequency) * (depth - begin);
-                const float remaining = std::pow(10.0F, -lost / 20);
+                const float remaining = decay(lost);
                 const interface_echo& echo = band == insonify::band::before ? below : above;
                 const bool bright = std::fabs(echo.depth - depth) <= reflection_length;
                 const float weakened = reflection == insonify::reflection::attenuated ? remaining : 1.0F;
@@ -1354,7 +1405,8 @@ struct law2011 {
             const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
             const float slope = loss(m, line.frequency);
             const interface_echo below = next_interface(line, next, transmitted_here);
-            const stretch field{begin, loss_above, slope, transmitted_here * strength(m)};
+            const stretch field{begin, loss_above, slope, transmitted_here * strength(m),
+                                end - begin > (simd_width - 1) * spacing ? decay(slope * simd_width * spacing) : 0.0F};
             if (band == insonify::band::before) {
                 const float bright = clamped(below.depth - reflection_length, begin, end);
                 fill<Policy>(out, next_sample, spacing, bright, field, 0);
@@ -1383,7 +1435,11 @@ struct law2011 {
         float loss_at_begin = 0;
         float slope = 0;
         float strength = 1;
+        float ratio = 0; // of samples that are `simd_width` apart; 0 in stretches shorter than that
     };
+
+    static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
+    INSONIFY_FN static float decay(float decibels) { return std::exp2(bits_per_db * decibels); }
 
     // How many layers from this one on have its medium: objects may touch, an interface is where the medium changes.
     INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {
@@ -1407,7 +1463,6 @@ struct law2011 {
     template <class Policy>
     INSONIFY_FN void fill(view<float> out, std::size_t& next, float spacing, float end, const stretch& field,
                           float echo) const {
-        constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
         const float weakened = reflection == insonify::reflection::attenuated ? echo : 0.0F;
         const float bare = echo - weakened;
         const float first = bits_per_db * (field.loss_at_begin - field.slope * field.begin);
@@ -1423,13 +1478,15 @@ struct law2011 {
         if constexpr (exec::is_unsequenced_v<Policy>) {
             constexpr int width = simd_width;
             const lanes<width> ramp([](auto lane) { return static_cast<float>(lane) + 0.5F; });
-            // The last ones may run over the end of the stretch: the next one writes there.
-            for (; next < last && next + width <= out.size(); next += width) {
+            // The last ones may run over the end of the stretch: the next one writes there. Powers are taken at one of
+            // four; from each to the next the ratio is the same.
+            while (next < last && next + width <= out.size()) {
                 const lanes<width> place = ramp + lanes<width>(static_cast<float>(next));
-                store(multiply_add(lanes<width>(scale),
-                                   power_of_two<width>(place * lanes<width>(step) + lanes<width>(first)),
-                                   lanes<width>(bare)),
-                      out.data() + next);
+                lanes<width> decayed = power_of_two<width>(place * lanes<width>(step) + lanes<width>(first));
+                for (int i = 0; i < 4 && next < last && next + width <= out.size(); ++i, next += width) {
+                    store(multiply_add(lanes<width>(scale), decayed, lanes<width>(bare)), out.data() + next);
+                    decayed = decayed * lanes<width>(field.ratio);
+                }
             }
             next = next < last ? next : last;
         }
@@ -1468,6 +1525,7 @@ concept attenuation_law = requires(const Law& law, const medium& m, float freque
 
 /// The usual one: `echo_loss`.
 struct power_law {
+    /// dB a metre, there and back; the frequency in hertz.
     INSONIFY_FN float operator()(const medium& m, float frequency) const { return echo_loss(m, frequency); }
 
     friend bool operator==(const power_law&, const power_law&) = default;
@@ -1556,8 +1614,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// Complex numbers, one a lane.
 template <int N>
 struct complex_lanes {
-    lanes<N> real{};
-    lanes<N> imaginary{};
+    lanes<N> real{};      ///< one a lane
+    lanes<N> imaginary{}; ///< one a lane
 };
 
 /// Very many scatterers to a resolution cell: their sum is a complex Gaussian, the envelope Rayleigh distributed.
@@ -1639,15 +1697,17 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A line in an object's own coordinates. Axes of length 1.
 struct material_line {
-    vec3 origin{0, 0, 0};
-    vec3 along{0, 0, 1};
-    vec3 elevation{0, 1, 0};
-    std::uint32_t object = ~0U;
+    vec3 origin{0, 0, 0};        ///< metres
+    vec3 along{0, 0, 1};         ///< the way of the sound
+    vec3 elevation{0, 1, 0};     ///< out of the slice
+    std::uint32_t object = ~0U;  ///< its id; ~0: the background
     float scatterer_density = 0; ///< of the medium: see there
 
+    /// The point so many metres along it.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
 };
 
+/// A line of the world in the coordinates of an object that stands at `place`.
 INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
                                            float scatterer_density = 0) {
     return {place.local_point(line.origin), place.local_direction(line.along), place.local_direction(line.elevation),
@@ -1656,23 +1716,24 @@ INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& p
 
 /// Scatterers at equal steps: number i stands at first + i * step metres along the line.
 struct scatterer_run {
-    float first = 0;
-    float step = 0;
-    std::uint32_t count = 0;
-    const float* real = nullptr; ///< of the complex amplitudes
-    const float* imaginary = nullptr;
+    float first = 0;                  ///< metres along the line
+    float step = 0;                   ///< metres
+    std::uint32_t count = 0;          ///< of scatterers
+    const float* real = nullptr;      ///< of the complex amplitudes
+    const float* imaginary = nullptr; ///< as many
     vec2 slope{0, 0}; ///< on lines beside this one each stands deeper by so many metres a metre: in plane, out of it
 };
 
 /// Something to emit to, for the check below.
 struct any_emit {
+    /// Does nothing.
     INSONIFY_FN void operator()(const scatterer_run&) const {}
 };
 
 /// What a scattering field must do: emit(run) for the scatterers of one object between two distances along a line.
 ///
-/// `spacing` metres of tissue at rest hold a mean power of 1, whatever the field; `covariance` says how alike the amplitudes on
-/// two lines are that lie so many metres apart and differ in direction by so many radians, 1 to 0.
+/// `spacing` metres of tissue at rest hold a mean power of 1, whatever the field; `covariance` says how alike the
+/// amplitudes on two lines are that lie so many metres apart and differ in direction by so many radians, 1 to 0.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
     field.scatter(line, x, x, x, any_emit{});
@@ -1681,8 +1742,10 @@ concept scattering_field = requires(const Field& field, const material_line& lin
 
 /// No texture at all.
 struct no_scatterers {
+    /// Emits nothing.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line&, float, float, float, Emit&&) const {}
+    /// Of nothing: 0.
     INSONIFY_FN float covariance(float, float) const { return 0; }
 
     friend bool operator==(const no_scatterers&, const no_scatterers&) = default;
@@ -1690,6 +1753,7 @@ struct no_scatterers {
 
 /// Points of an object stay where they are: the map of tissue that moves rigidly, or not at all.
 struct undeformed {
+    /// The point itself.
     INSONIFY_FN vec3 operator()(std::uint32_t, vec3 point) const { return point; }
 
     friend bool operator==(const undeformed&, const undeformed&) = default;
@@ -1755,10 +1819,10 @@ namespace insonify::inline INSONIFY_ABI {
 ///                   when at rest; smooth over half a millimetre
 template <class Numbers, class Material>
 struct cell_field {
-    std::uint32_t seed = 1;
-    float cell = 0.2e-3F; ///< metres, across the line
-    Numbers numbers{};
-    Material material{};
+    std::uint32_t seed = 1; ///< another one, another texture of the same kind
+    float cell = 0.2e-3F;   ///< metres, across the line
+    Numbers numbers{};      ///< what a cell holds
+    Material material{};    ///< where tissue is when at rest
 
     /// @throws usage_error  where the cells have no size
     void check() const {
@@ -1782,6 +1846,7 @@ struct cell_field {
         return ((1 - share) * eighths[below] + share * eighths[below + 1]) * same_view(turned);
     }
 
+    /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
         // Between two points the map is taken as linear; without one, a straight line stays one.
@@ -1975,6 +2040,9 @@ namespace insonify::inline INSONIFY_ABI {
 /// sample k stands at (k + 1/2) * spacing. The phase is reduced in cycles, so it keeps its digits at any depth.
 class echo_line {
   public:
+    /// @param samples    written to; they keep what they hold
+    /// @param spacing    metres of displayed depth from sample to sample
+    /// @param frequency  of the carrier, hertz
     INSONIFY_FN echo_line(view<vec2> samples, float spacing, float frequency)
         : samples_{samples}, per_spacing_{1 / spacing}, spacing_{spacing}, cycles_{2.0 *
                                                                                    static_cast<double>(frequency) /
@@ -1984,6 +2052,7 @@ class echo_line {
     /// Metres to the end of the last sample.
     INSONIFY_FN float depth() const { return spacing_ * static_cast<float>(samples_.size()); }
 
+    /// One echo at a displayed depth, metres; what lies beyond the ends of the line is dropped.
     INSONIFY_FN void add(float depth, vec2 amplitude) const { put(depth, turned(amplitude, phase(depth))); }
 
     /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i times its complex amplitude.
@@ -2090,8 +2159,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Sound that arrives at the border between two media.
 struct incidence {
-    medium before{};
-    medium after{};
+    medium before{};     ///< that the sound comes from
+    medium after{};      ///< that it meets
     float cosine = 1;    ///< of the angle between the beam and the normal of the surface, 0 to 1
     float frequency = 0; ///< hertz
 };
@@ -2194,6 +2263,7 @@ struct fresnel {
         return before.sound_speed < after.sound_speed ? std::asin(before.sound_speed / after.sound_speed) : pi / 2;
     }
 
+    /// As `interface_law` asks: r, and what an echo keeps there and back, T.
     INSONIFY_FN response operator()(const incidence& at) const {
         return {.reflected = pressure_reflection(at.before, at.after, at.cosine),
                 .transmitted = energy_transmission(at.before, at.after, at.cosine)};
@@ -2263,7 +2333,9 @@ concept roughness_law = requires(const Law& law, const incidence& at) {
 
 /// The usual one: `coherent_amplitude` and `diffuse_energy`.
 struct kirchhoff {
+    /// Factor on the amplitude of the mirror echo, 0 to 1.
     INSONIFY_FN float coherent(const incidence& at) const { return coherent_amplitude(at); }
+    /// Share of the reflected energy that is scattered, 0 to 1.
     INSONIFY_FN float diffuse(const incidence& at) const { return diffuse_energy(at); }
 
     friend bool operator==(const kirchhoff&, const kirchhoff&) = default;
@@ -2337,8 +2409,8 @@ enum class specular_lobe {
 /// 7.43 degrees, lies at 7.71, 7.39 and 7.37 with `exact` and at 7.02 with `aperture`.
 /// Source: the image-source method; Abramowitz & Stegun, section 7.3, for f and g.
 struct specular_return {
-    specular_lobe lobe = specular_lobe::aperture;
-    float power = 1; ///< of `cosine`
+    specular_lobe lobe = specular_lobe::aperture; ///< how it fades
+    float power = 1;                              ///< of `cosine`
 
     /// @param angle        between the beam and the facet's normal, in the plane of the aperture, radians, any sign
     /// @param fnumber      depth of the facet over the width of the aperture
@@ -2423,19 +2495,19 @@ template <interface_law Boundary = fresnel, scattering_field Scattering = gaussi
           specular_law Specular = specular_return, roughness_law Roughness = kirchhoff,
           attenuation_law Attenuation = power_law>
 struct physical {
-    using sample_type = vec2;
+    using sample_type = vec2; ///< in phase, in quadrature
 
-    Boundary boundary{};
-    Scattering scattering{};
-    Specular specular{};
-    insonify::timing timing = insonify::timing::sound_speed;
-    insonify::angle angle = insonify::angle::oblique;
-    insonify::pulse_band band = insonify::pulse_band::narrow;
-    float texture_db = -55;           ///< echo of liver's texture against a perfect mirror
+    Boundary boundary{};                                      ///< what interfaces reflect and let through
+    Scattering scattering{};                                  ///< texture
+    Specular specular{};                                      ///< what the aperture collects of mirror echoes
+    insonify::timing timing = insonify::timing::sound_speed;  ///< where echoes are displayed
+    insonify::angle angle = insonify::angle::oblique;         ///< at which surfaces are met
+    insonify::pulse_band band = insonify::pulse_band::narrow; ///< what attenuation does to a pulse
+    float texture_db = -55;                                   ///< echo of liver's texture against a perfect mirror
     float shadow_floor_db = -FLT_MAX; ///< no shadow is deeper than this below what the background would let through
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
-    Roughness roughness{};
-    Attenuation attenuation{};
+    Roughness roughness{};            ///< what rough surfaces scatter
+    Attenuation attenuation{};        ///< dB a metre
 
     /// The same model with another law at interfaces.
     template <interface_law Law>
@@ -2488,6 +2560,7 @@ struct physical {
 
     /// Of texture on neighbouring lines, and of the diffuse echoes of rough surfaces; see `scattering_field`.
     INSONIFY_FN float covariance(float apart, float turned) const { return scattering.covariance(apart, turned); }
+    /// The same of the diffuse echoes of rough surfaces.
     INSONIFY_FN float surface_covariance(float apart, float turned) const {
         return surface_field().covariance(apart, turned);
     }
@@ -2844,13 +2917,13 @@ inline constexpr medium urethane{1050, 1450, 0.5_dB_per_cm, 1.3F, amplitude_of_d
 
 /// A medium under the name that it has in `tissue`.
 struct named_medium {
-    const char* name = "";
-    medium value{};
+    const char* name = ""; ///< as written in the code
+    medium value{};        ///< its numbers
 };
 
 // clang-format off
-/// Every medium of `tissue`.
 #define INSONIFY_NAMED(id) named_medium{#id, id}
+/// Every medium of `tissue`.
 inline constexpr named_medium all[] = {
     INSONIFY_NAMED(water), INSONIFY_NAMED(saline), INSONIFY_NAMED(blood), INSONIFY_NAMED(fat), INSONIFY_NAMED(skin),
     INSONIFY_NAMED(muscle), INSONIFY_NAMED(tendon), INSONIFY_NAMED(fascia), INSONIFY_NAMED(nerve),
@@ -2912,19 +2985,23 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A grey picture: row by row from the top, 0 black to 1 white.
 struct image {
-    uvec2 size{0, 0}; ///< columns, rows
-    std::vector<float> pixels{};
+    uvec2 size{0, 0};            ///< columns, rows
+    std::vector<float> pixels{}; ///< row by row
 
     image() = default;
+    /// All pixels of one grey.
     explicit image(uvec2 columns_rows, float value = 0)
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, value) {}
 
+    /// One pixel; neither index is checked.
+    /// @{
     float& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     const float& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
+    /// @}
 
     friend bool operator==(const image&, const image&) = default;
 };
@@ -2938,9 +3015,12 @@ struct image {
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Whether lines can be this deep, in metres: from 1 nm to 1000 km. Beyond, sums and squares of lengths would overflow.
+INSONIFY_FN inline bool is_depth(float depth) { return is_finite(depth) && depth >= 1e-9F && depth <= 1e6F; }
+
 /// How deep to look and how finely to sample a line.
 struct acquisition {
-    float depth = 0.08F;       ///< metres
+    float depth = 0.08F;       ///< metres, from 1 nm to 1000 km
     std::uint32_t samples = 0; ///< along each line; 0: chosen by the model
     std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 parallel slices that stand for the thickness of the beam
 };
@@ -2960,12 +3040,13 @@ namespace insonify::inline INSONIFY_ABI {
 /// Sample k of a line stands at depth (k + 1/2) / samples * depth.
 template <class Value>
 struct line_grid {
-    std::uint32_t count = 0;   ///< lines
-    std::uint32_t samples = 0; ///< along each line
-    float depth = 0;           ///< metres from the face to the end of the last sample
-    std::vector<Value> values{};
+    std::uint32_t count = 0;     ///< lines
+    std::uint32_t samples = 0;   ///< along each line
+    float depth = 0;             ///< metres from the face to the end of the last sample
+    std::vector<Value> values{}; ///< line after line
 
     line_grid() = default;
+    /// Values as `Value{}` makes them: zeros.
     line_grid(std::uint32_t lines, std::uint32_t samples_per_line, float end_depth)
         : count{lines}, samples{samples_per_line}, depth{end_depth},
           values(static_cast<std::size_t>(lines) * samples_per_line) {}
@@ -2978,16 +3059,20 @@ struct line_grid {
         values.resize(static_cast<std::size_t>(lines) * samples_per_line);
     }
 
+    /// One value; neither index is checked.
+    /// @{
     Value& operator()(std::uint32_t line, std::uint32_t sample) {
         return values[static_cast<std::size_t>(line) * samples + sample];
     }
     const Value& operator()(std::uint32_t line, std::uint32_t sample) const {
         return values[static_cast<std::size_t>(line) * samples + sample];
     }
+    /// @}
 
     friend bool operator==(const line_grid&, const line_grid&) = default;
 };
 
+/// Says which object: its `object_id` as a number.
 using label_id = std::uint32_t;
 
 /// The label of what lies in no object, and of pixels outside the field of view.
@@ -3011,11 +3096,12 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A half line, or a piece of one. Distances along it are in units of `direction`: metres where that has length 1.
 struct ray {
-    vec3 origin{0, 0, 0};
-    vec3 direction{0, 0, 1};
-    float min_distance = 0;
-    float max_distance = FLT_MAX;
+    vec3 origin{0, 0, 0};         ///< where it begins, metres
+    vec3 direction{0, 0, 1};      ///< of any length but 0
+    float min_distance = 0;       ///< hits nearer than this do not count
+    float max_distance = FLT_MAX; ///< hits further than this do not count
 
+    /// The point at a distance, in units of `direction`.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * direction; }
 };
 
@@ -3051,6 +3137,7 @@ concept transducer = requires(const Probe& probe, float line, vec2 point) {
 INSONIFY_FN constexpr float share_of_line(float line, std::uint32_t lines) {
     return (line + 0.5F) / static_cast<float>(lines) - 0.5F;
 }
+/// The line that stands at a share: the inverse.
 INSONIFY_FN constexpr float line_of_share(float share, std::uint32_t lines) {
     return (share + 0.5F) * static_cast<float>(lines) - 0.5F;
 }
@@ -3064,10 +3151,10 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
            length(end.origin - begin.origin) <= 1e-4F * length(begin.origin);
 }
 
-/// @throws usage_error  naming the setting, where its value is not a finite number above 0
+/// @throws usage_error  naming the setting, where its value is not above 0, or so small or large that squares overflow
 INSONIFY_LAZY void check_positive(float value, const char* setting) {
-    if (!is_finite(value) || !(value > 0))
-        throw usage_error{std::string{"probe: `"} + setting + "` must be a finite number above 0"};
+    if (!is_finite(value) || !(value >= 1e-9F && value <= 1e12F))
+        throw usage_error{std::string{"probe: `"} + setting + "` must be a number above 0, between 1e-9 and 1e12"};
 }
 
 /// Checks what every array has: lines, frequency, fnumber, focus, elevation_height, elevation_focus and, if there,
@@ -3078,8 +3165,7 @@ void check_array(const Array& array) {
     if (array.lines == 0) throw usage_error{"probe: `lines` must be at least 1"};
     check_positive(array.frequency, "frequency");
     check_positive(array.fnumber, "fnumber");
-    if (!is_finite(array.focus) || !(array.focus >= 0))
-        throw usage_error{"probe: `focus` must be a finite depth in metres, or 0 for half the depth of the picture"};
+    if (array.focus != 0) check_positive(array.focus, "focus"); // 0: half the depth of the picture
     check_positive(array.elevation_height, "elevation_height");
     check_positive(array.elevation_focus, "elevation_focus");
     if constexpr (requires { array.bandwidth; }) check_positive(array.bandwidth, "bandwidth");
@@ -3127,6 +3213,7 @@ struct scan_map {
         return sample < last_line ? sample + samples : sample - last_line;
     }
 
+    /// From pixel coordinates to {x, z} in the slice plane, metres.
     INSONIFY_FN vec2 point(vec2 pixel) const {
         return centre + pitch * (pixel - 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)});
     }
@@ -3134,6 +3221,7 @@ struct scan_map {
     INSONIFY_FN vec2 point(std::uint32_t column, std::uint32_t row) const {
         return point({static_cast<float>(column) + 0.5F, static_cast<float>(row) + 0.5F});
     }
+    /// From {x, z} in the slice plane, metres, to pixel coordinates.
     INSONIFY_FN vec2 pixel(vec2 point) const {
         return (point - centre) / pitch + 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)};
     }
@@ -3149,10 +3237,11 @@ template <exec::policy Policy, transducer Probe>
 scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisition& scan,
                        const scan_convert_settings& settings = {}) {
     probe.check();
-    if (!is_finite(scan.depth) || !(scan.depth > 0) || scan.samples == 0)
-        throw usage_error{"scan_convert: the lines need a depth above 0 and at least one sample"};
-    if (static_cast<std::uint64_t>(probe.lines) * scan.samples >= scan_map::outside)
-        throw usage_error{"scan_convert: lines times samples must stay below 2^32"};
+    if (!is_depth(scan.depth) || scan.samples == 0)
+        throw usage_error{"scan_convert: the lines need a depth from 1 nm to 1000 km and at least one sample"};
+    constexpr std::uint32_t most = 1U << 23U; // floats count halves no further
+    if (probe.lines > most || scan.samples > most || std::uint64_t{probe.lines} * scan.samples >= scan_map::outside)
+        throw usage_error{"scan_convert: at most 2^23 lines and 2^23 samples a line, and below 2^32 in all"};
     if (!is_finite(settings.background)) throw usage_error{"scan_convert: `background` must be a finite grey"};
 
     const auto lines = static_cast<float>(probe.lines);
@@ -3219,6 +3308,7 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
 template <transducer Probe>
 class kept_scan_map {
   public:
+    /// @throws usage_error  as `make_scan_map`
     template <exec::policy Policy>
     const scan_map& operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
                                const scan_convert_settings& settings) {
@@ -3294,12 +3384,15 @@ namespace insonify::inline INSONIFY_ABI {
 template <transducer Probe>
 struct refined : Probe {
     std::uint32_t lines = 1; ///< hides that of the probe: rays times as many
-    std::uint32_t rays = 1;
+    std::uint32_t rays = 1;  ///< for each line of the probe
 
+    /// @param rays_per_line  1 or more
     refined(const Probe& probe, std::uint32_t rays_per_line)
         : Probe{probe}, lines{probe.lines * rays_per_line}, rays{rays_per_line} {}
 
+    /// Ray `line` in the frame of the probe.
     INSONIFY_FN ray beam(float line) const { return Probe::beam((line + 0.5F) / static_cast<float>(rays) - 0.5F); }
+    /// From {x, z} to {ray, metres along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         const vec2 place = Probe::locate(point);
         return {(place.x + 0.5F) * static_cast<float>(rays) - 0.5F, place.y};
@@ -3569,7 +3662,7 @@ struct beam_model {
 template <transducer Probe>
 beam_model beam_of(const Probe& probe, float depth) {
     probe.check();
-    if (!is_finite(depth) || !(depth > 0)) throw usage_error{"beam_of: the depth of the picture must be above 0"};
+    if (!is_depth(depth)) throw usage_error{"beam_of: the depth of the picture must be from 1 nm to 1000 km"};
     beam_model beam{.wavelength = display_speed / probe.frequency, .focus = depth / 2};
     if constexpr (requires { probe.fnumber; }) beam.least_fnumber = probe.fnumber;
     if constexpr (requires { probe.aperture(); }) beam.aperture = probe.aperture();
@@ -3847,16 +3940,17 @@ class lateral_slab {
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// What `convolve` does beside spreading the echoes.
 struct convolve_settings {
     std::uint32_t decimation = 1; ///< so many samples become one, in the middle of them; it must divide their number
 };
 
 /// What `convolve` keeps from frame to frame: handed back each time, nothing is allocated after the first.
 struct convolve_workspace {
-    lateral_kernel lateral{};
-    axial_kernel axial{};
+    lateral_kernel lateral{};                ///< weights across the lines
+    axial_kernel axial{};                    ///< weights along a line
     std::vector<std::vector<vec2>> blocks{}; ///< what a block of lines, or of samples, is worked on in
-    iq_lines decimated{};
+    iq_lines decimated{};                    ///< the lines of the frame before
 };
 
 /// The axial half of `convolve`: in place where nothing is decimated.
@@ -3910,7 +4004,8 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
 ///
 /// Along: the pulse's envelope, of peak 1. Across: a Gaussian in metres, `beam_model::lateral_sigma` wide,
 /// whose weights sum to 1 over the lines that exist, also at the ends. So a plate keeps its amplitude at every depth,
-/// sampling and line spacing. Beyond the ends of a line there is nothing, so texture fades within two deviations of the pulse from them. In place: pass std::move(echoes).
+/// sampling and line spacing. Beyond the ends of a line there is nothing, so texture fades within two deviations of the
+/// pulse from them. In place: pass std::move(echoes).
 /// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
 /// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse;
 ///                      where the pulse is not at the probe's frequency, or a setting makes no sense
@@ -3923,8 +4018,7 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
     if (echoes.count != probe.lines || echoes.samples == 0 ||
         echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
         throw usage_error{"convolve: the echoes must have as many lines as the probe, and at least one sample"};
-    if (!is_finite(echoes.depth) || !(echoes.depth > 0))
-        throw usage_error{"convolve: the depth of the echoes must be a finite number of metres above 0"};
+    if (!is_depth(echoes.depth)) throw usage_error{"convolve: the depth of the echoes must be from 1 nm to 1000 km"};
     if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
         throw usage_error{"convolve: `decimation` must divide the number of samples, " +
                           std::to_string(echoes.samples)};
@@ -3943,6 +4037,7 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
     own.lateral = make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(own.lateral));
     return convolve_across(policy, std::move(lines), own);
 }
+/// The same in memory of its own.
 template <exec::policy Policy, transducer Probe>
 iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
                   const convolve_settings& settings = {}) {
@@ -4084,6 +4179,7 @@ scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycle
 /// Equal to |IQ| of the same echoes, within 1e-3 of the largest where the fractional bandwidth is below 0.8 and the
 /// signal is not cut off near by: what lies beyond the end of a line is taken for silence.
 /// @param rf  of four samples a cycle at least
+/// @throws usage_error  where there are more or fewer values than lines times samples
 template <exec::policy Policy>
 scan_lines envelope(const Policy& policy, const scan_lines& rf) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
@@ -4141,6 +4237,7 @@ struct log_compress_settings {
         return kept_where<N>(floats(0.0F) < amplitude && floats(reject_db) <= decibels,
                              lesser(greater(grey, floats(0.0F)), floats(1.0F)));
     }
+    /// The grey of one amplitude.
     INSONIFY_FN float grey(float amplitude) const {
         float one = 0;
         store(grey<1>(lanes<1>(amplitude)), &one);
@@ -4163,10 +4260,11 @@ scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compre
     settings.check();
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     exec::for_each_block(policy, lines.values.size(), 16384, [&](std::size_t begin, std::size_t end) {
+        const log_compress_settings own = settings; // out of reach of the stores, so that it stays in registers
         float* values = lines.values.data();
         std::size_t i = begin;
-        for (; i + width <= end; i += width) store(settings.grey<width>(load<width>(values + i)), values + i);
-        for (; i < end; ++i) values[i] = settings.grey(values[i]);
+        for (; i + width <= end; i += width) store(own.grey<width>(load<width>(values + i)), values + i);
+        for (; i < end; ++i) values[i] = own.grey(values[i]);
     });
     return lines;
 }
@@ -4271,7 +4369,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// height does.
 class elevation_planes {
   public:
-    static constexpr std::uint32_t most = 7;
+    static constexpr std::uint32_t most = 7; ///< planes
 
     /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 deviations of the beam at its thinnest
     /// @throws usage_error  for another count
@@ -4291,6 +4389,7 @@ class elevation_planes {
         if (count == 1) width_[0] = 1;
     }
 
+    /// How many planes there are.
     std::uint32_t count() const { return count_; }
 
     /// Metres out of the slice plane.
@@ -4524,6 +4623,65 @@ class kept_beam_table {
 #ifndef INSONIFY_BVH_NODE_HPP
 #define INSONIFY_BVH_NODE_HPP
 
+#ifndef INSONIFY_BVH_LARGE_ARRAY_HPP
+#define INSONIFY_BVH_LARGE_ARRAY_HPP
+
+#include <cstddef>
+#include <new>
+#include <utility>
+#include <vector>
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Memory for arrays that are walked all over: in large pages where the system gives them on request, since a ray through
+/// a large tree otherwise waits for the address of nearly every node as well as for the node. New elements are left as
+/// they come: write them before they are read, each thread its own.
+template <class T>
+struct large_allocator {
+    using value_type = T;
+
+    static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays get ordinary memory
+
+    large_allocator() = default;
+    template <class U>
+    large_allocator(const large_allocator<U>&) {}
+
+    T* allocate(std::size_t count) {
+        if (count > ~std::size_t{0} / 2 / sizeof(T)) throw std::bad_array_new_length{};
+        const std::size_t bytes = count * sizeof(T);
+        void* const memory = ::operator new(bytes, alignment(bytes));
+#if defined(MADV_HUGEPAGE)
+        if (bytes >= page) madvise(memory, bytes, MADV_HUGEPAGE); // a wish: what it returns changes nothing
+#endif
+        return static_cast<T*>(memory);
+    }
+    void deallocate(T* memory, std::size_t count) noexcept { ::operator delete(memory, alignment(count * sizeof(T))); }
+
+    template <class U>
+    void construct(U* place) {
+        ::new (static_cast<void*>(place)) U;
+    }
+    template <class U, class... Values>
+    void construct(U* place, Values&&... values) {
+        ::new (static_cast<void*>(place)) U(std::forward<Values>(values)...);
+    }
+
+    friend bool operator==(const large_allocator&, const large_allocator&) { return true; }
+
+  private:
+    static std::align_val_t alignment(std::size_t bytes) {
+        return std::align_val_t{bytes >= page ? page : std::size_t{64}};
+    }
+};
+
+template <class T>
+using large_array = std::vector<T, large_allocator<T>>;
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #ifndef INSONIFY_GEOMETRY_AABB_HPP
 #define INSONIFY_GEOMETRY_AABB_HPP
 
@@ -4533,11 +4691,14 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Axis-aligned box from `lower` to `upper`, both included. The default is empty: it holds nothing and extends nothing.
 struct aabb {
-    vec3 lower{FLT_MAX, FLT_MAX, FLT_MAX};
-    vec3 upper{-FLT_MAX, -FLT_MAX, -FLT_MAX};
+    vec3 lower{FLT_MAX, FLT_MAX, FLT_MAX};    ///< the corner of least coordinates
+    vec3 upper{-FLT_MAX, -FLT_MAX, -FLT_MAX}; ///< the corner of greatest coordinates
 
+    /// True where it holds no point; a box of no thickness holds some.
     INSONIFY_FN bool empty() const { return lower.x > upper.x || lower.y > upper.y || lower.z > upper.z; }
+    /// Means nothing for an empty box.
     INSONIFY_FN vec3 centre() const { return 0.5F * lower + 0.5F * upper; }
+    /// The lengths of its edges; 0 for an empty box.
     INSONIFY_FN vec3 size() const { return empty() ? vec3{0, 0, 0} : upper - lower; }
 
     /// Half the surface, in square metres: the measure of the surface area heuristic.
@@ -4545,6 +4706,7 @@ struct aabb {
         const vec3 d = size();
         return d.x * d.y + d.y * d.z + d.z * d.x;
     }
+    /// Its surface belongs to it.
     INSONIFY_FN bool contains(vec3 p) const {
         return p.x >= lower.x && p.x <= upper.x && p.y >= lower.y && p.y <= upper.y && p.z >= lower.z && p.z <= upper.z;
     }
@@ -4554,6 +4716,7 @@ struct aabb {
 INSONIFY_FN inline aabb merged(const aabb& a, const aabb& b) {
     return {lesser(a.lower, b.lower), greater(a.upper, b.upper)};
 }
+/// The smallest box that holds a box and a point.
 INSONIFY_FN inline aabb merged(const aabb& a, vec3 p) { return {lesser(a.lower, p), greater(a.upper, p)}; }
 
 /// Neither infinite nor NaN anywhere, and not empty.
@@ -4568,8 +4731,8 @@ INSONIFY_FN inline bool overlaps(const aabb& a, const aabb& b) {
 
 /// The points p with dot(normal, p) = offset.
 struct plane {
-    vec3 normal{0, 0, 1};
-    float offset = 0;
+    vec3 normal{0, 0, 1}; ///< of any length
+    float offset = 0;     ///< from the origin, metres times the length of the normal
 };
 
 /// True where the box has points on both sides of the plane, or on it.
@@ -4662,9 +4825,11 @@ struct topology {
     struct part {
         std::uint32_t begin = 0;
         std::uint32_t end = 0;
+        std::uint32_t first_leaf = 0; ///< its leaves are consecutive as well
+        std::uint32_t leaf_end = 0;
     };
-    std::vector<tree_node<Width>> nodes{};
-    std::vector<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
+    large_array<tree_node<Width>> nodes{};
+    large_array<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
     std::vector<part> parts{};          ///< the nodes before the first one are above them all
     std::uint32_t levels = 0;           ///< of nodes on the longest way down, at most `most_levels`
 
@@ -4689,6 +4854,7 @@ struct hit {
     float distance = FLT_MAX;      ///< along the ray, in units of its direction
     std::uint32_t primitive = ~0U; ///< index into the range that the tree was built over
 
+    /// Whether anything was met.
     INSONIFY_FN constexpr explicit operator bool() const { return distance < FLT_MAX; }
 
     friend bool operator==(const hit&, const hit&) = default;
@@ -4706,9 +4872,9 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Three corners, counter-clockwise seen from outside.
 struct triangle {
-    vec3 a{0, 0, 0};
-    vec3 b{0, 0, 0};
-    vec3 c{0, 0, 0};
+    vec3 a{0, 0, 0}; ///< metres, as the others
+    vec3 b{0, 0, 0}; ///< next after a
+    vec3 c{0, 0, 0}; ///< next after b
 };
 
 /// Empty where a corner is not finite.
@@ -4724,11 +4890,15 @@ INSONIFY_FN inline vec3 area_vector(const triangle& t) { return cross(t.b - t.a,
 ///
 /// Source: Woop, Benthin & Wald 2013, "Watertight ray/triangle intersection".
 struct sheared_ray {
-    vec3 begin{0, 0, 0};     ///< the origin, in the order of the axes below
-    int x = 0, y = 1, z = 2; ///< which world axes stand for x, y and z; z is the one along which the ray is longest
-    vec3 shear{0, 0, 1};     ///< x and y: what to subtract a share of z from; z: the scale that makes z the distance
+    vec3 begin{0, 0, 0}; ///< the origin, in the order of the axes below
+    /// Which world axes stand for x, y and z; z is the one along which the ray is longest.
+    /// @{
+    int x = 0, y = 1, z = 2;
+    /// @}
+    vec3 shear{0, 0, 1}; ///< x and y: what to subtract a share of z from; z: the scale that makes z the distance
 
     sheared_ray() = default;
+    /// Of a ray of any direction.
     INSONIFY_FN explicit sheared_ray(const ray& r) {
         const vec3 size = absolute(r.direction);
         const bool y_over_x = !(size.x > size.y); // without branches: no one foresees the way of a ray
@@ -4782,6 +4952,7 @@ INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
     return found;
 }
 
+/// The same for a ray that meets one triangle only.
 INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return intersect(sheared_ray{r}, t); }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -4973,6 +5144,74 @@ INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const ray_packet<N
 #ifndef INSONIFY_BVH_LEAF_HPP
 #define INSONIFY_BVH_LEAF_HPP
 
+#ifndef INSONIFY_BVH_BUILD_BOX_HPP
+#define INSONIFY_BVH_BUILD_BOX_HPP
+
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The box of a primitive as builders move it about: [-lower, -, upper, -], so that the union of two is one maximum.
+struct alignas(32) build_box {
+    float row[8];
+
+    build_box() = default; ///< not set, since arrays of them are written later, by many threads
+    explicit build_box(const aabb& box)
+        : row{-box.lower.x, -box.lower.y, -box.lower.z, 0, box.upper.x, box.upper.y, box.upper.z, 0} {}
+    INSONIFY_INLINE build_box(const lanes<4>& minus_lower, const lanes<4>& upper) {
+        store(minus_lower, row);
+        store(upper, row + 4);
+    }
+
+    /// The spare lanes carry the primitive's index along, in two halves that are exact as floats.
+    void name(std::uint32_t primitive) {
+        row[3] = static_cast<float>(primitive >> 16U);
+        row[7] = static_cast<float>(primitive & 0xFFFFU);
+    }
+    std::uint32_t primitive() const {
+        return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
+    }
+    /// Holds nothing, and adds nothing.
+    static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
+    bool empty() const { return row[4] < -row[0]; }
+
+    INSONIFY_INLINE void add(const build_box& other) {
+        for (int k = 0; k < 8; k += simd_width)
+            store(greater(load<simd_width>(row + k), load<simd_width>(other.row + k)), row + k);
+    }
+    INSONIFY_INLINE lanes<4> minus_lower() const { return load<4>(row); }
+    INSONIFY_INLINE lanes<4> upper() const { return load<4>(row + 4); }
+
+    /// Half the centre: it sorts as the centre does, and two of them never lie infinitely far apart.
+    INSONIFY_INLINE lanes<4> half_centre() const {
+        return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
+    }
+    float half_area() const {
+        const float x = row[4] + row[0], y = row[5] + row[1], z = row[6] + row[2];
+        return x * y + y * z + z * x;
+    }
+};
+
+/// Where the halved centres of a group lie, at most.
+struct centre_range {
+    float begin[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
+    float end[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
+
+    INSONIFY_INLINE void add(const lanes<4>& first, const lanes<4>& last) {
+        store(lesser(load<4>(begin), first), begin);
+        store(greater(load<4>(end), last), end);
+    }
+    /// A centre lies within its box.
+    INSONIFY_INLINE centre_range within(const build_box& box) const {
+        centre_range both;
+        store(greater(load<4>(begin), lanes<4>(-0.5F) * box.minus_lower()), both.begin);
+        store(lesser(load<4>(end), lanes<4>(0.5F) * box.upper()), both.end);
+        return both;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #ifndef INSONIFY_BVH_CONCEPTS_HPP
 #define INSONIFY_BVH_CONCEPTS_HPP
 
@@ -4992,6 +5231,7 @@ concept primitive = requires(const Primitive& p, const ray& r) {
     { intersect(r, p) } -> std::convertible_to<hit>;
 };
 
+/// What `[]` of a range gives.
 template <class Range>
 using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
 
@@ -5035,15 +5275,19 @@ struct prepared_ray {
     INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
         source = r;
         vec3& along = source.direction;
-        slabs[0] = slab_of(0, r.origin.x, along.x, reach);
-        slabs[1] = slab_of(1, r.origin.y, along.y, reach);
-        slabs[2] = slab_of(2, r.origin.z, along.z, reach);
+        const vec3 from = absolute(r.origin), size = absolute(along);
+        const float extent = from.x + from.y + from.z + reach, longest = greater(size.x, greater(size.y, size.z));
+        slabs[0] = slab_of(0, r.origin.x, along.x, reach, extent, longest);
+        slabs[1] = slab_of(1, r.origin.y, along.y, reach, extent, longest);
+        slabs[2] = slab_of(2, r.origin.z, along.z, reach, extent, longest);
         legal = is_finite(r.origin) && is_finite(r.direction) && along != vec3{0, 0, 0};
         if (legal) sheared = sheared_ray{source};
     }
 
   private:
-    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float& along, float reach) {
+    // `extent / longest` is further than any hit.
+    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float& along, float reach,
+                                                    float extent, float longest) {
         const bool moves = std::fabs(along) > 1e-30F;
         if (!moves) along = 0;
         slab s;
@@ -5053,7 +5297,8 @@ struct prepared_ray {
         const float inverse = moves ? 1 / along : 1e30F;
         const float begin = -origin * inverse;
         const float room = std::fabs(inverse) * (5e-7F * (std::fabs(origin) + reach) + 1e-20F);
-        if (!(std::fabs(begin) + room < 1e36F)) return s; // so far away that this axis tells nothing
+        if (!(std::fabs(begin) + room < 1e36F)) return s;    // so far away that this axis tells nothing
+        if (!moves && !(room * longest >= extent)) return s; // nor here, where the huge inverse is not huge enough
         s.inverse = inverse;
         s.entry = begin - room;
         s.exit = begin + room;
@@ -5088,30 +5333,30 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What a tree keeps for a leaf beside the indices of its primitives: nothing, the range is asked.
+/// What a tree keeps for a leaf beside the indices of its primitives: which can be hit. For the rest the range is asked.
 ///
 /// Triangles have their own: leaf_triangles.hpp.
 template <class Range, int Width>
 struct leaf {
+    std::uint32_t usable = 0; ///< a bit for each primitive that is there and has finite bounds
+
     /// Takes over the primitives' present shape; returns the box around them.
     aabb fill(const Range& range, const std::uint32_t* slots) {
         aabb whole;
+        usable = 0;
         for (int i = 0; i < Width && slots[i] != no_primitive; ++i) {
             const aabb box = bounds(range[slots[i]]);
-            if (is_finite(box)) whole = merged(whole, box);
+            if (!is_finite(box)) continue;
+            usable |= 1U << static_cast<unsigned>(i);
+            whole = merged(whole, box);
         }
         return whole;
     }
 
-    /// The boxes of consecutive primitives, Width at most; empty ones for those that are not finite or not there.
-    static box_rows<Width> boxes(const Range& range, std::size_t first, std::size_t count) {
-        box_rows<Width> rows;
-        for (int i = 0; i < Width; ++i) {
-            const std::size_t place = static_cast<std::size_t>(i);
-            const aabb box = place < count ? bounds(range[first + place]) : aabb{};
-            rows.set_box(i, is_finite(box) ? box : aabb{});
-        }
-        return rows;
+    /// The box of a primitive as builders take it; empty where it is not finite.
+    static build_box box(const Range& range, std::size_t i) {
+        const aabb found = bounds(range[i]);
+        return is_finite(found) ? build_box{found} : build_box::none();
     }
 
     /// Calls visit(hit) for every primitive met between the ray's min_distance and max_distance, which visit may move.
@@ -5119,10 +5364,11 @@ struct leaf {
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range& range,
                                    const std::uint32_t* slots, Visit&& visit) const {
-        for (int i = 0; i < Width && slots[i] != no_primitive; ++i) {
-            hit found = intersect(r.source, range[slots[i]]);
+        for (std::uint32_t left = usable; left != 0; left &= left - 1) {
+            const std::uint32_t slot = slots[lowest_bit(left)];
+            hit found = intersect(r.source, range[slot]);
             if (!(found.distance >= r.source.min_distance && found.distance <= max_distance && found)) continue;
-            found.primitive = slots[i];
+            found.primitive = slot;
             visit(found);
         }
     }
@@ -5179,25 +5425,42 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
 template <triangle_range Range, int Width>
 struct alignas(64) leaf<Range, Width> {
-    float corner[3][3][Width] = {}; ///< [corner][axis][triangle]
-    std::uint32_t usable = 0;       ///< a bit for each triangle that is there and finite
+    float corner[3][3][Width]; ///< [corner][axis][triangle]; after the last one, the first again
+    std::uint32_t usable;      ///< a bit for each triangle that is there and finite
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        for (int i = 0; i < Width; ++i)
-            if (slots[i] != no_primitive)
-                set(i, range[slots[i]]);
-            else
-                clear(i);
-        return fit().all();
+        int held = 0;
+        for (int i = 0; i < Width; ++i) {
+            const bool there = slots[i] != no_primitive;
+            set(i, range[there ? slots[i] : slots[0]]);
+            held += there;
+        }
+        using floats = lanes<Width>;
+        floats low[3], high[3];
+        bit_lanes<Width> wild{};
+        for (int axis = 0; axis < 3; ++axis) {
+            const floats a = load<Width>(corner[0][axis]), b = load<Width>(corner[1][axis]);
+            const floats c = load<Width>(corner[2][axis]);
+            low[axis] = lesser(lesser(a, b), c);
+            high[axis] = greater(greater(a, b), c);
+            wild = wild | not_finite<Width>(a) | not_finite<Width>(b) | not_finite<Width>(c);
+        }
+        const auto finite = floats(0.0F) <= floats_of<Width>(wild);
+        usable = bits_of(finite) & ((1U << static_cast<unsigned>(held)) - 1);
+        const auto lowest = [&](int axis) { return least(select(finite, low[axis], floats(FLT_MAX))); };
+        const auto highest = [&](int axis) { return greatest(select(finite, high[axis], floats(-FLT_MAX))); };
+        return {{lowest(0), lowest(1), lowest(2)}, {highest(0), highest(1), highest(2)}};
     }
-    static box_rows<Width> boxes(const Range& range, std::size_t first, std::size_t count) {
-        leaf group;
-        for (int i = 0; i < Width; ++i)
-            if (static_cast<std::size_t>(i) < count)
-                group.set(i, range[first + static_cast<std::size_t>(i)]);
-            else
-                group.clear(i);
-        return group.fit();
+
+    static build_box box(const Range& range, std::size_t i) {
+        const triangle t = range[i];
+        const auto corner_of = [](const vec3& p) {
+            return each_lane<4>([&p](int axis) { return axis < 3 ? p[axis] : 0.0F; });
+        };
+        const lanes<4> a = corner_of(t.a), b = corner_of(t.b), c = corner_of(t.c);
+        const lanes<4> wild = floats_of<4>(not_finite<4>(a) | not_finite<4>(b) | not_finite<4>(c));
+        if (bits_of(wild < lanes<4>(0.0F)) != 0) return build_box::none();
+        return {-lesser(lesser(a, b), c), greater(greater(a, b), c)};
     }
 
     /// Calls visit(hit) for every triangle that the ray meets.
@@ -5288,31 +5551,6 @@ struct alignas(64) leaf<Range, Width> {
             from[(3 * c + 1) * Width] = corners[c]->y;
             from[(3 * c + 2) * Width] = corners[c]->z;
         }
-    }
-    void clear(int i) { corner[0][0][i] = __builtin_nanf(""); }
-
-    // Finds which triangles are usable, and their boxes.
-    box_rows<Width> fit() {
-        using floats = lanes<Width>;
-        box_rows<Width> rows;
-        std::uint32_t finite = ~0U;
-        floats low[3], high[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            const floats a = load<Width>(corner[0][axis]), b = load<Width>(corner[1][axis]);
-            const floats c = load<Width>(corner[2][axis]), most(FLT_MAX);
-            low[axis] = lesser(lesser(a, b), c);
-            high[axis] = greater(greater(a, b), c);
-            finite &= bits_of(absolute(a) <= most && absolute(b) <= most && absolute(c) <= most);
-        }
-        usable = finite;
-        for (int axis = 0; axis < 3; ++axis) {
-            store(low[axis], rows.sides + axis * Width);
-            store(high[axis], rows.sides + (3 + axis) * Width);
-        }
-        constexpr std::uint32_t all = (1U << static_cast<unsigned>(Width)) - 1;
-        for (std::uint32_t left = all & ~finite; left != 0; left &= left - 1)
-            rows.set_box(static_cast<int>(lowest_bit(left)), {});
-        return rows;
     }
 };
 
@@ -5739,17 +5977,24 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
 #define INSONIFY_BVH_ASSEMBLE_HPP
 
 #include <algorithm>
+#include <array>
+#include <numeric>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Makes a tree from a way to divide a group of primitives among the children of a node.
+/// Makes a wide tree from a way to split a group of primitives in two.
+///
+///     [      all      ]  ->  [   a   |   b   ]  ->  [   a   | b1 | b2 ]  ->  ...  Width children of a node
+///
+/// Which child is split next: of those that take more than one node even so the heaviest; then, of those whose leaves
+/// all find room in this node, since that saves a node. So nodes are full where it costs nothing.
 ///
 ///     1  [ large groups, one after the other, each by all threads ]         the top
 ///     2  [ small | small | small | small | ... ]                            a part each, all at once
 ///
 /// How the work is cut depends on the number of primitives alone, so the tree does not depend on the policy.
-/// @tparam Splitter  has a `group` with `size()`; `divide(policy, group, level, children)` that fills up to Width
-///                   children, none of them empty, and returns how many; `list(group, slots)` that writes its primitives
+/// @tparam Splitter  has a `group` with `size()`; `split(policy, group, level, below, above)`, neither empty;
+///                   `weight(group, level)`, a number above 0; `list(group, slots)` that writes its primitives
 template <int Width, class Splitter>
 class tree_assembler {
   public:
@@ -5759,29 +6004,39 @@ class tree_assembler {
 
     template <class Policy>
     topology<Width> assemble(const Policy& policy, const group& all) {
-        topology<Width> tree;
-        if (all.size() == 0) return tree;
+        if (all.size() == 0) return {};
         small_ = std::max<std::size_t>(all.size() / 64, 4096);
-        if (all.size() <= small_) {
-            add_node(exec::seq, tree, all, 1, nullptr);
-            tree.parts = {{0, static_cast<std::uint32_t>(tree.nodes.size())}};
-            return tree;
-        }
+        piece top;
         std::vector<subtree> later;
-        add_node(policy, tree, all, 1, &later);
-        std::vector<topology<Width>> parts(later.size());
+        if (all.size() <= small_)
+            later.push_back({all, 1, 0, 0});
+        else
+            add_node(policy, top, all, 1, &later);
+        std::vector<piece> pieces(later.size());
+        std::vector<std::size_t> order(later.size()); // the largest first, lest one be left over at the end
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::stable_sort(order.begin(), order.end(),
+                         [&later](std::size_t a, std::size_t b) { return later[a].all.size() > later[b].all.size(); });
         for_each_index(policy, later.size(), [&](std::size_t i) {
-            const std::size_t leaves = later[i].all.size() / Width;
-            parts[i].nodes.reserve(leaves / 2);
-            parts[i].slots.reserve((leaves + leaves / 4) * Width);
-            add_node(exec::seq, parts[i], later[i].all, later[i].level, nullptr);
+            const subtree& from = later[order[i]];
+            piece& made = pieces[order[i]];
+            const std::size_t leaves = from.all.size() / Width;
+            made.nodes.reserve(leaves / 4);
+            made.slots.reserve((leaves + leaves / 4) * Width);
+            add_node(exec::seq, made, from.all, from.level, nullptr);
         });
-        join(policy, tree, parts, later);
-        return tree;
+        return joined(policy, top, pieces, later);
     }
 
   private:
-    // A part of the tree that is built by itself, and where it will hang.
+    // Nodes and leaves with indices of their own.
+    struct piece {
+        std::vector<std::array<std::uint32_t, Width>> nodes{}; // the codes of the children
+        std::vector<std::uint32_t> slots{};
+        std::uint32_t levels = 0;
+    };
+
+    // A piece to come, and where it will hang.
     struct subtree {
         group all{};
         std::uint32_t level = 0;
@@ -5790,61 +6045,91 @@ class tree_assembler {
     };
 
     template <class Policy>
-    std::uint32_t add_node(const Policy& policy, topology<Width>& tree, const group& all, std::uint32_t level,
+    std::uint32_t add_node(const Policy& policy, piece& tree, const group& all, std::uint32_t level,
                            std::vector<subtree>* later) {
         const auto node = static_cast<std::uint32_t>(tree.nodes.size());
         tree.nodes.emplace_back();
         tree.levels = std::max(tree.levels, level);
         group children[Width];
-        const int count = splitter_.divide(policy, all, level, children);
-        for (int i = 0; i < Width; ++i) {
+        const std::uint32_t count = divide(policy, all, level, children);
+        for (std::uint32_t i = 0; i < Width; ++i) {
             std::uint32_t code = no_child;
             if (i < count && children[i].size() <= Width)
                 code = add_leaf(tree, children[i]);
             else if (i < count && later != nullptr && children[i].size() <= small_)
-                later->push_back({children[i], level + 1, node, static_cast<std::uint32_t>(i)});
+                later->push_back({children[i], level + 1, node, i});
             else if (i < count)
                 code = add_node(policy, tree, children[i], level + 1, later);
-            tree.nodes[node].child[i] = code;
+            tree.nodes[node][i] = code;
         }
         return node;
     }
 
-    std::uint32_t add_leaf(topology<Width>& tree, const group& held) {
-        const auto index = static_cast<std::uint32_t>(tree.leaves());
-        tree.slots.resize(tree.slots.size() + Width, no_primitive);
-        splitter_.list(held, tree.slots.data() + std::size_t{index} * Width);
-        return index | leaf_bit;
+    // @return how many children
+    template <class Policy>
+    std::uint32_t divide(const Policy& policy, const group& all, std::uint32_t level, group (&children)[Width]) {
+        using weight = decltype(splitter_.weight(all, level));
+        children[0] = all;
+        weight weights[Width] = {};
+        std::uint32_t count = 1;
+        for (std::uint32_t chosen = 0; count < Width; ++count) {
+            int best = 0;
+            for (std::uint32_t i = 0; i < count; ++i) {
+                const std::size_t size = children[i].size();
+                if (size <= Width) continue;
+                const bool fits = (size - 1) / Width <= Width - count;
+                const int rank = size > Width * Width ? 3 : fits ? 2 : 1;
+                if (rank < best || (rank == best && !(weights[chosen] < weights[i]))) continue;
+                best = rank;
+                chosen = i;
+            }
+            if (best == 0) break;
+            const group parent = children[chosen];
+            splitter_.split(policy, parent, level, children[chosen], children[count]);
+            weights[chosen] = splitter_.weight(children[chosen], level);
+            weights[count] = splitter_.weight(children[count], level);
+        }
+        return count;
     }
 
-    // Hangs the parts under their parents; node 0 of a part takes the next free index.
+    std::uint32_t add_leaf(piece& tree, const group& held) {
+        const std::size_t begin = tree.slots.size();
+        tree.slots.resize(begin + Width, no_primitive);
+        splitter_.list(held, tree.slots.data() + begin);
+        return static_cast<std::uint32_t>(begin / Width) | leaf_bit;
+    }
+
+    // The top, then the pieces one after the other; node 0 of a piece is hung under its parent.
     template <class Policy>
-    static void join(const Policy& policy, topology<Width>& tree, const std::vector<topology<Width>>& parts,
-                     const std::vector<subtree>& where) {
-        std::vector<std::uint32_t> first_leaf(parts.size());
-        auto nodes = static_cast<std::uint32_t>(tree.nodes.size());
-        auto leaves = static_cast<std::uint32_t>(tree.leaves());
-        for (std::size_t i = 0; i < parts.size(); ++i) {
-            tree.nodes[where[i].parent].child[where[i].place] = nodes;
-            first_leaf[i] = leaves;
-            tree.parts.push_back({nodes, nodes + static_cast<std::uint32_t>(parts[i].nodes.size())});
-            tree.levels = std::max(tree.levels, parts[i].levels);
+    static topology<Width> joined(const Policy& policy, piece& top, const std::vector<piece>& pieces,
+                                  const std::vector<subtree>& where) {
+        topology<Width> tree;
+        tree.levels = top.levels;
+        auto nodes = static_cast<std::uint32_t>(top.nodes.size());
+        auto leaves = static_cast<std::uint32_t>(top.slots.size() / Width);
+        for (std::size_t i = 0; i < pieces.size(); ++i) {
+            if (!top.nodes.empty()) top.nodes[where[i].parent][where[i].place] = nodes;
+            tree.parts.push_back({nodes, nodes + static_cast<std::uint32_t>(pieces[i].nodes.size()), leaves,
+                                  leaves + static_cast<std::uint32_t>(pieces[i].slots.size() / Width)});
+            tree.levels = std::max(tree.levels, pieces[i].levels);
             nodes = tree.parts.back().end;
-            leaves += static_cast<std::uint32_t>(parts[i].leaves());
+            leaves = tree.parts.back().leaf_end;
         }
         tree.nodes.resize(nodes);
         tree.slots.resize(std::size_t{leaves} * Width);
-        for_each_index(policy, parts.size(), [&](std::size_t i) {
-            std::copy(parts[i].slots.begin(), parts[i].slots.end(),
-                      tree.slots.begin() + static_cast<std::ptrdiff_t>(std::size_t{first_leaf[i]} * Width));
-            const std::uint32_t first_node = tree.parts[i].begin;
-            for (std::size_t n = 0; n < parts[i].nodes.size(); ++n)
-                for (int k = 0; k < Width; ++k) {
-                    std::uint32_t child = parts[i].nodes[n].child[k];
-                    if (child != no_child) child += (child & leaf_bit) != 0 ? first_leaf[i] : first_node;
+        const auto put = [&tree](const piece& from, std::uint32_t first_node, std::uint32_t first_leaf) {
+            std::copy(from.slots.begin(), from.slots.end(), tree.slots.data() + std::size_t{first_leaf} * Width);
+            for (std::size_t n = 0; n < from.nodes.size(); ++n)
+                for (std::size_t k = 0; k < Width; ++k) {
+                    std::uint32_t child = from.nodes[n][k];
+                    if (child != no_child) child += (child & leaf_bit) != 0 ? first_leaf : first_node;
                     tree.nodes[first_node + n].child[k] = child;
                 }
-        });
+        };
+        put(top, 0, 0);
+        for_each_index(policy, pieces.size(),
+                       [&](std::size_t i) { put(pieces[i], tree.parts[i].begin, tree.parts[i].first_leaf); });
+        return tree;
     }
 
     Splitter& splitter_;
@@ -5858,8 +6143,6 @@ class tree_assembler {
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -5867,132 +6150,103 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Primitives in the order of a curve that stays in a cell of space before it goes on to the next.
 ///
-/// Each key has the cell of the primitive's centre above, 11 bits an axis taken in turn, and its index below.
-/// Source: Morton 1966; Lauterbach et al. 2009, "Fast BVH construction on GPUs".
+/// Each key has the cell of the primitive's centre above, 10 bits an axis taken in turn, and its index below; primitives
+/// of one cell stay in the order of the range. Source: Morton 1966; Lauterbach et al. 2009, "Fast BVH construction on
+/// GPUs".
 class morton_order {
   public:
-    static constexpr unsigned axis_bits = 11;
-    static constexpr unsigned index_bits = 31;
-
     template <class Policy, class Range>
-    morton_order(const Policy& policy, const Range& range) {
-        block_size_ = std::max(least_block, (range.size() / 32 + group - 1) / group * group);
-        const std::vector<float> centres = find_centres(policy, range);
-        if (!(begin_[0] <= end_[0])) return;
-        const float widest = greater(end_[0] - begin_[0], greater(end_[1] - begin_[1], end_[2] - begin_[2]));
-        const float scale = widest > 0 ? lesser(2047.0F / widest, FLT_MAX) : 0.0F; // cells are cubes
-        keys_ = array(range.size());
-        std::vector<std::size_t> used(blocks(range.size()));
-        exec::for_each_block(policy, range.size(), block_size_, [&](std::size_t begin, std::size_t end) {
-            std::size_t next = begin;
-            for (std::size_t i = begin; i < end; i += group) {
-                const float* const centre = centres.data() + 3 * i;
-                float place[3][group];
-                for (std::size_t axis = 0; axis < 3; ++axis)
-                    store((load<simd_width>(centre + axis * group) - floats(begin_[axis])) * floats(scale),
-                          place[axis]);
-                for (std::size_t k = 0; k < group && i + k < end; ++k)
-                    if (centre[k] != absent)
-                        keys_[next++] = (spread(place[0][k]) | spread(place[1][k]) << 1U | spread(place[2][k]) << 2U)
-                                            << index_bits |
-                                        (i + k);
-            }
-            used[begin / block_size_] = next - begin;
-        });
-        for (std::size_t b = 0; b < used.size(); ++b) { // closes the gaps that primitives left out have made
-            if (count_ != b * block_size_)
-                std::copy(&keys_[b * block_size_], &keys_[b * block_size_] + used[b], &keys_[count_]);
-            count_ += used[b];
-        }
-        if (count_ < 2048) {
-            std::sort(&keys_[0], &keys_[0] + count_);
-            return;
-        }
-        spare_ = array(count_);
-        for (unsigned digit = 0; digit < 3; ++digit) sort_by(policy, index_bits + digit * axis_bits);
+    morton_order(const Policy& policy, const Range& range)
+        : block_size_{std::max<std::size_t>(16384, range.size() / 32 + 1)},
+          used_((range.size() + block_size_ - 1) / block_size_), keys_(range.size()) {
+        find_keys(policy, range);
+        for (const std::size_t one : used_) count_ += one;
+        if (range.size() < 1024)
+            std::sort(keys_.data(), keys_.data() + count_);
+        else
+            sort(policy);
     }
 
     std::size_t size() const { return count_; }
-    std::uint64_t cell(std::size_t place) const { return keys_[place] >> index_bits; }
-    std::uint32_t primitive(std::size_t place) const {
-        return static_cast<std::uint32_t>(keys_[place] & ((std::uint64_t{1} << index_bits) - 1));
-    }
+    std::uint32_t cell(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place] >> 32U); }
+    std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
   private:
-    using floats = lanes<simd_width>;
-    static constexpr std::size_t group = simd_width; // of primitives whose centres are found together
-    static constexpr std::size_t least_block = 16384;
-    static constexpr float absent = FLT_MAX; // in place of a centre
+    struct alignas(16) centre {
+        float place[4]; // halved; FLT_MAX, beyond all, for an empty box
+    };
+    static constexpr float last_cell = 1023; // along each axis
+    static constexpr unsigned digit_bits = 10;
+    static constexpr std::uint32_t digit_mask = (1U << digit_bits) - 1;
+    using counts = std::array<std::uint32_t, digit_mask + 1>; // of each digit; then where the next one goes
 
-    std::size_t blocks(std::size_t count) const { return (count + block_size_ - 1) / block_size_; }
-    static std::unique_ptr<std::uint64_t[]> array(std::size_t count) {
-        return std::make_unique_for_overwrite<std::uint64_t[]>(count);
-    }
-
-    // Half the centres of all primitives (two of which never lie infinitely far apart), by groups: x..., y..., z...
     template <class Policy, class Range>
-    std::vector<float> find_centres(const Policy& policy, const Range& range) {
-        std::vector<float> centres((range.size() + group - 1) / group * group * 3);
-        struct limits {
-            floats begin[3]{FLT_MAX, FLT_MAX, FLT_MAX}, end[3]{-FLT_MAX, -FLT_MAX, -FLT_MAX};
-        };
-        std::vector<limits> partial(blocks(range.size()));
+    void find_keys(const Policy& policy, const Range& range) {
+        large_array<centre> centres(range.size());
+        std::vector<centre_range> partial(used_.size());
         exec::for_each_block(policy, range.size(), block_size_, [&](std::size_t begin, std::size_t end) {
-            limits found;
-            for (std::size_t i = begin; i < end; i += group) {
-                const auto rows = leaf<Range, simd_width>::boxes(range, i, end - i);
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const floats lower = load<simd_width>(rows.sides + axis * group);
-                    const floats upper = load<simd_width>(rows.sides + (3 + axis) * group);
-                    const auto there = lower <= upper;
-                    const floats centre = floats(0.25F) * lower + floats(0.25F) * upper;
-                    store(select(there, centre, floats(absent)), centres.data() + 3 * i + axis * group);
-                    found.begin[axis] = lesser(found.begin[axis], select(there, centre, floats(FLT_MAX)));
-                    found.end[axis] = greater(found.end[axis], select(there, centre, floats(-FLT_MAX)));
-                }
+            centre_range found;
+            for (std::size_t i = begin; i < end; ++i) {
+                const build_box box = leaf<Range, simd_width>::box(range, i);
+                const lanes<4> place = box.empty() ? lanes<4>(FLT_MAX) : box.half_centre();
+                store(place, centres[i].place);
+                if (!box.empty()) found.add(place, place);
             }
             partial[begin / block_size_] = found;
         });
-        for (const limits& one : partial)
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                begin_[axis] = lesser(begin_[axis], least(one.begin[axis]));
-                end_[axis] = greater(end_[axis], greatest(one.end[axis]));
-            }
-        return centres;
+        centre_range all;
+        for (const centre_range& one : partial) all.add(load<4>(one.begin), load<4>(one.end));
+        if (!(all.begin[0] <= all.end[0])) return;
+        const float widest = greater(all.end[0] - all.begin[0],
+                                     greater(all.end[1] - all.begin[1], all.end[2] - all.begin[2])); // cells are cubes
+        const lanes<4> start = load<4>(all.begin), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
+        exec::for_each_block(policy, range.size(), block_size_, [&](std::size_t begin, std::size_t end) {
+            std::uint64_t* next = keys_.data() + begin;
+            for (std::size_t i = begin; i < end; ++i)
+                if (centres[i].place[0] <= all.end[0])
+                    *next++ = std::uint64_t{cell_at((load<4>(centres[i].place) - start) * scale)} << 32U | i;
+            used_[begin / block_size_] = static_cast<std::size_t>(next - (keys_.data() + begin));
+        });
     }
 
-    // The low 11 bits of a coordinate, two zeros between each.
-    static std::uint64_t spread(float coordinate) {
-        auto x = static_cast<std::uint64_t>(clamped(coordinate, 0, 2047));
-        x = (x | x << 16U) & 0x70000FFULL;
-        x = (x | x << 8U) & 0x700F00FULL;
-        x = (x | x << 4U) & 0x430C30C3ULL;
-        return (x | x << 2U) & 0x49249249ULL;
-    }
-
-    // One stable pass of a radix sort; blocks count and move at the same time, each to places of its own.
+    // A radix sort. Blocks count and move at the same time, each to places of its own; the first move closes the gaps.
     template <class Policy>
-    void sort_by(const Policy& policy, unsigned shift) {
-        using histogram = std::array<std::uint32_t, 1U << axis_bits>;
-        const auto digit = [shift](std::uint64_t key) { return key >> shift & ((1U << axis_bits) - 1); };
-        std::vector<histogram> counts(blocks(count_));
-        exec::for_each_block(policy, count_, block_size_, [&](std::size_t begin, std::size_t end) {
-            histogram& count = counts[begin / block_size_];
-            for (std::size_t i = begin; i < end; ++i) ++count[digit(keys_[i])];
-        });
-        std::uint32_t next = 0;
-        for (std::size_t d = 0; d < std::tuple_size_v<histogram>; ++d)
-            for (histogram& count : counts) next += std::exchange(count[d], next);
-        exec::for_each_block(policy, count_, block_size_, [&](std::size_t begin, std::size_t end) {
-            histogram& place = counts[begin / block_size_];
-            for (std::size_t i = begin; i < end; ++i) spare_[place[digit(keys_[i])]++] = keys_[i];
-        });
-        keys_.swap(spare_);
+    void sort(const Policy& policy) {
+        large_array<std::uint64_t> sorted(keys_.size());
+        std::vector<counts> found(used_.size());
+        for (const unsigned shift : {32U, 32U + digit_bits, 32U + 2 * digit_bits}) {
+            const auto digit = [shift](std::uint64_t key) { return key >> shift & digit_mask; };
+            exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
+                found[b] = {};
+                const std::uint64_t* const from = keys_.data() + b * block_size_;
+                for (std::size_t i = 0; i < used_[b]; ++i) ++found[b][digit(from[i])];
+            });
+            std::uint32_t next = 0;
+            for (std::size_t d = 0; d <= digit_mask; ++d)
+                for (counts& count : found) next += std::exchange(count[d], next);
+            exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
+                const std::uint64_t* const from = keys_.data() + b * block_size_;
+                for (std::size_t i = 0; i < used_[b]; ++i) sorted[found[b][digit(from[i])]++] = from[i];
+            });
+            keys_.swap(sorted);
+            for (std::size_t b = 0; b < used_.size(); ++b)
+                used_[b] = std::min(count_ - std::min(count_, b * block_size_), block_size_);
+        }
     }
 
-    std::size_t block_size_ = least_block; ///< of what one thread works on at a time
-    float begin_[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, end_[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
-    std::unique_ptr<std::uint64_t[]> keys_{}, spare_{};
+    // The bits of x, y and z by turns; two zeros come between each coordinate's own.
+    static std::uint32_t cell_at(const lanes<4>& place) {
+        auto bits = bits_of_whole<4>(greater(lesser(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
+        bits = (bits | bits << 16) & 0x30000FFU;
+        bits = (bits | bits << 8) & 0x300F00FU;
+        bits = (bits | bits << 4) & 0x30C30C3U;
+        bits = (bits | bits << 2) & 0x9249249U;
+        return bits[0] | bits[1] << 1U | bits[2] << 2U;
+    }
+
+    std::size_t block_size_;
+    std::vector<std::size_t> used_; // of the keys in each block: primitives left out leave a gap after them
+    large_array<std::uint64_t> keys_;
     std::size_t count_ = 0;
 };
 
@@ -6014,7 +6268,7 @@ struct build_morton {
     topology<Width> operator()(const Policy& policy, const Range& range) const;
 };
 
-/// Divides groups for `tree_assembler`: stretches of the order.
+/// Splits groups for `tree_assembler`: stretches of the order.
 template <int Width>
 class morton_splitter {
   public:
@@ -6032,50 +6286,39 @@ class morton_splitter {
 
     void list(const group& held, std::uint32_t* slots) const {
         for (std::size_t i = 0; i < held.size(); ++i) slots[i] = order_.primitive(held.begin + i);
-        std::sort(slots, slots + held.size());
+    }
+
+    /// The largest cell first, of equal ones the fullest.
+    std::uint64_t weight(const group& g, std::uint32_t level) const {
+        return std::uint64_t{cell_bits(g, level)} << 32U | g.size();
     }
 
     template <class Policy>
-    int divide(const Policy&, const group& whole, std::uint32_t level, group (&children)[Width]) const {
-        children[0] = whole;
-        std::uint64_t size[Width] = {size_of(whole, level)};
-        int count = 1;
-        while (count < Width) {
-            int chosen = 0;
-            for (int i = 1; i < count; ++i)
-                if (size[i] > size[chosen]) chosen = i;
-            if (size[chosen] == 0) break;
-            const group parent = children[chosen];
-            const std::size_t middle = middle_of(parent, level);
-            children[chosen] = {parent.begin, middle};
-            children[count] = {middle, parent.end};
-            for (const int i : {chosen, count}) size[i] = size_of(children[i], level);
-            ++count;
-        }
-        return count;
+    void split(const Policy&, const group& whole, std::uint32_t level, group& below, group& above) const {
+        const std::size_t middle = middle_of(whole, level);
+        below = {whole.begin, middle};
+        above = {middle, whole.end};
     }
 
   private:
-    // What is split first: the largest cell, of equal ones the fullest; 0 for what is a leaf.
-    std::uint64_t size_of(const group& g, std::uint32_t level) const {
-        if (g.size() <= Width) return 0;
-        const std::uint64_t differing = order_.cell(g.begin) ^ order_.cell(g.end - 1);
-        const auto cell = level < free_levels ? static_cast<std::uint64_t>(std::bit_width(differing)) : 0;
-        return cell << 32U | g.size();
+    // The highest bit in which cells of the group differ, counted from 1; 0 where it is to be halved by number.
+    std::uint32_t cell_bits(const group& g, std::uint32_t level) const {
+        if (level >= free_levels) return 0;
+        return static_cast<std::uint32_t>(std::bit_width(order_.cell(g.begin) ^ order_.cell(g.end - 1)));
     }
 
     std::size_t middle_of(const group& g, std::uint32_t level) const {
-        const std::uint64_t differing = order_.cell(g.begin) ^ order_.cell(g.end - 1);
         std::size_t middle = g.begin + g.size() / 2;
-        if (differing != 0 && level < free_levels) { // the first place of the upper half of the cell
-            const auto shift = static_cast<unsigned>(std::bit_width(differing)) - 1;
-            const std::uint64_t upper = order_.cell(g.end - 1) >> shift;
-            std::size_t low = g.begin, high = g.end - 1;
-            while (low + 1 < high) {
-                middle = (low + high) / 2;
-                (order_.cell(middle) >> shift < upper ? low : high) = middle;
+        if (const std::uint32_t bits = cell_bits(g, level);
+            bits != 0) { // the first place of the upper half of the cell
+            const std::uint32_t upper = order_.cell(g.end - 1) >> (bits - 1) << (bits - 1);
+            std::size_t left = g.size() - 1;
+            middle = g.begin + 1;
+            while (left > 0) { // without branches: half of them would be foretold wrongly
+                const std::size_t half = (left + 1) / 2;
+                middle += order_.cell(middle + half - 1) < upper ? half : 0;
+                left -= half;
             }
-            middle = high;
         }
         if (g.size() > 3 * Width) return middle;
         const std::size_t full = (middle - g.begin + Width / 2) / Width * Width;
@@ -6104,55 +6347,6 @@ topology<Width> build_morton::operator()(const Policy& policy, const Range& rang
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A box as a builder moves it about: [-lower, -, upper, -], so that the union of two is one maximum.
-struct alignas(32) sah_box {
-    float row[8] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
-
-    sah_box() = default;
-
-    /// Of a primitive. The spare lanes carry its index along, in two halves that are exact as floats.
-    sah_box(const aabb& box, std::uint32_t primitive)
-        : row{-box.lower.x, -box.lower.y, -box.lower.z, static_cast<float>(primitive >> 16U),
-              box.upper.x,  box.upper.y,  box.upper.z,  static_cast<float>(primitive & 0xFFFFU)} {}
-
-    std::uint32_t primitive() const {
-        return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
-    }
-    INSONIFY_INLINE void add(const sah_box& other) {
-        for (int k = 0; k < 8; k += simd_width)
-            store(greater(load<simd_width>(row + k), load<simd_width>(other.row + k)), row + k);
-    }
-    INSONIFY_INLINE lanes<4> minus_lower() const { return load<4>(row); }
-    INSONIFY_INLINE lanes<4> upper() const { return load<4>(row + 4); }
-
-    /// Half the centre: it sorts as the centre does, and two of them never lie infinitely far apart.
-    INSONIFY_INLINE lanes<4> half_centre() const {
-        return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
-    }
-    float half_area() const {
-        const float x = row[4] + row[0], y = row[5] + row[1], z = row[6] + row[2];
-        return x * y + y * z + z * x;
-    }
-};
-
-/// Where the halved centres of a group lie, at most.
-struct sah_range {
-    float begin[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
-    float end[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
-
-    INSONIFY_INLINE void add(const lanes<4>& first, const lanes<4>& last) {
-        store(lesser(load<4>(begin), first), begin);
-        store(greater(load<4>(end), last), end);
-    }
-    /// A centre lies within its box.
-    INSONIFY_INLINE sah_range within(const sah_box& box) const {
-        sah_range both;
-        store(greater(load<4>(begin), lanes<4>(-0.5F) * box.minus_lower()), both.begin);
-        store(lesser(load<4>(end), lanes<4>(0.5F) * box.upper()), both.end);
-        return both;
-    }
-};
-
 /// How centres fall into bins: fewer bins for fewer primitives, 16 at most.
 struct sah_grid {
     static constexpr int most = 16;
@@ -6160,7 +6354,8 @@ struct sah_grid {
     int bins = most;
     float begin[4] = {}, scale[4] = {};
 
-    sah_grid(const sah_range& centres, std::size_t count) : bins{count < 64 ? 8 + static_cast<int>(count) / 8 : most} {
+    sah_grid(const centre_range& centres, std::size_t count)
+        : bins{count < 64 ? 8 + static_cast<int>(count) / 8 : most} {
         for (int axis = 0; axis < 3; ++axis) {
             const float extent = centres.end[axis] - centres.begin[axis];
             begin[axis] = centres.begin[axis];
@@ -6187,13 +6382,13 @@ class sah_bins {
     explicit sah_bins(const sah_grid& grid) : bins_{grid.bins} {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < bins_; ++k) {
-                box_[axis][k] = {};
+                box_[axis][k] = build_box::none();
                 count_[axis][k] = 0;
             }
     }
 
     /// Adds boxes, and writes down which bins they fall into, so that those who move them agree.
-    void add(const sah_grid& grid, const sah_box* boxes, std::uint32_t* places, std::size_t count) {
+    void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
         const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale);
         const lanes<4> last(static_cast<float>(bins_ - 1)), first(0.0F);
         for (std::size_t i = 0; i < count; ++i) {
@@ -6223,8 +6418,8 @@ class sah_bins {
         for (std::uint32_t k = 0; k < plane.bin; ++k) count += count_[plane.axis][k];
         return count;
     }
-    sah_box box_of(const sah_plane& plane, bool above) const {
-        sah_box whole;
+    build_box box_of(const sah_plane& plane, bool above) const {
+        build_box whole = build_box::none();
         const int begin = above ? static_cast<int>(plane.bin) : 0, end = above ? bins_ : static_cast<int>(plane.bin);
         for (int k = begin; k < end; ++k) whole.add(box_[plane.axis][k]);
         return whole;
@@ -6237,14 +6432,14 @@ class sah_bins {
         float least_cost = FLT_MAX;
         for (int axis = 0; axis < 3; ++axis) {
             float cost_above[sah_grid::most];
-            sah_box above;
+            build_box above = build_box::none();
             std::size_t held = 0;
             for (int k = bins_ - 1; k > 0; --k) {
                 above.add(box_[axis][k]);
                 held += count_[axis][k];
                 cost_above[k] = above.half_area() * leaves<Width>(held);
             }
-            sah_box below;
+            build_box below = build_box::none();
             held = 0;
             for (int k = 1; k < bins_; ++k) {
                 below.add(box_[axis][k - 1]);
@@ -6266,20 +6461,17 @@ class sah_bins {
     }
 
     int bins_;
-    sah_box box_[3][sah_grid::most];
+    build_box box_[3][sah_grid::most];
     std::uint32_t count_[3][sah_grid::most];
 };
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <memory>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Builds a wide tree from the top by the surface area heuristic over bins, splitting the child of largest area until a
-/// node is full.
-///
-///     [      all      ]  ->  [   a   |   b   ]  ->  [   a   | b1 | b2 ]  ->  ...  Width children
+/// Builds a wide tree from the top by the surface area heuristic over bins.
 ///
 /// The tree depends on the boxes alone, not on the policy. Boxes that are empty or not finite are left out.
 /// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies"; the cost of a child is its area
@@ -6289,7 +6481,7 @@ struct build_sah {
     topology<Width> operator()(const Policy& policy, const Range& range) const;
 };
 
-/// Divides groups for `tree_assembler`. Boxes travel through two arrays: a split writes its two sides into the other.
+/// Splits groups for `tree_assembler`. Boxes travel through two arrays: a split writes its two sides into the other.
 template <int Width>
 class sah_splitter {
   public:
@@ -6297,45 +6489,42 @@ class sah_splitter {
         std::size_t begin = 0;
         std::size_t end = 0;
         int source = 0; ///< which of the two arrays it lies in
-        sah_box box{};
-        sah_range centres{};
+        build_box box = build_box::none();
+        centre_range centres{};
 
         std::size_t size() const { return end - begin; }
     };
 
     template <class Policy, class Range>
     sah_splitter(const Policy& policy, const Range& range) {
-        boxes_[0] = array(range.size());
+        boxes_[0].resize(range.size());
         struct piece {
             std::size_t used = 0;
-            sah_box box{};
-            sah_range centres{};
+            build_box box = build_box::none();
+            centre_range centres{};
         };
         std::vector<piece> pieces(blocks(range.size()));
         exec::for_each_block(policy, range.size(), block_size, [&](std::size_t begin, std::size_t end) {
             piece one;
-            for (std::size_t i = begin; i < end; i += Width) {
-                const box_rows<Width> rows = leaf<Range, Width>::boxes(range, i, end - i);
-                for (int k = 0; k < Width; ++k) {
-                    const sah_box item{rows.box(k), static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(k)};
-                    if (!(-item.row[0] <= item.row[4])) continue; // not finite, or not there
-                    one.box.add(item);
-                    const lanes<4> centre = item.half_centre();
-                    one.centres.add(centre, centre);
-                    boxes_[0][begin + one.used++] = item;
-                }
+            for (std::size_t i = begin; i < end; ++i) {
+                build_box box = leaf<Range, Width>::box(range, i);
+                if (box.empty()) continue;
+                one.box.add(box);
+                one.centres.add(box.half_centre(), box.half_centre());
+                box.name(static_cast<std::uint32_t>(i));
+                boxes_[0][begin + one.used++] = box;
             }
             pieces[begin / block_size] = one;
         });
         for (std::size_t b = 0; b < pieces.size(); ++b) { // closes the gaps that primitives left out have made
-            const sah_box* const first = boxes_[0].get() + b * block_size;
-            if (all_.end != b * block_size) std::copy(first, first + pieces[b].used, boxes_[0].get() + all_.end);
+            const build_box* const first = boxes_[0].data() + b * block_size;
+            if (all_.end != b * block_size) std::copy(first, first + pieces[b].used, boxes_[0].data() + all_.end);
             all_.end += pieces[b].used;
             all_.box.add(pieces[b].box);
             all_.centres.add(load<4>(pieces[b].centres.begin), load<4>(pieces[b].centres.end));
         }
-        boxes_[1] = array(all_.end);
-        places_ = std::make_unique_for_overwrite<std::uint32_t[]>(all_.end);
+        boxes_[1].resize(all_.end);
+        places_.resize(all_.end);
     }
 
     const group& all() const { return all_; }
@@ -6344,50 +6533,18 @@ class sah_splitter {
         for (std::size_t i = 0; i < held.size(); ++i) slots[i] = boxes_[held.source][held.begin + i].primitive();
     }
 
-    template <class Policy>
-    int divide(const Policy& policy, const group& whole, std::uint32_t level, group (&children)[Width]) {
-        const bool by_area = level < free_levels;
-        children[0] = whole;
-        float size[Width] = {};
-        int count = 1;
-        for (int chosen = 0; count < Width && chosen >= 0;) {
-            const group parent = children[chosen];
-            if (parent.size() > Width) {
-                if (by_area)
-                    split(policy, parent, children[chosen], children[count]);
-                else
-                    halve(parent, children[chosen], children[count]);
-                for (const int i : {chosen, count})
-                    size[i] = children[i].size() <= Width ? -1
-                              : by_area                   ? children[i].box.half_area()
-                                                          : static_cast<float>(children[i].size());
-                ++count;
-            } else {
-                size[chosen] = -1;
-            }
-            chosen = -1;
-            for (int i = 0; i < count; ++i)
-                if (size[i] >= 0 && (chosen < 0 || size[i] > size[chosen])) chosen = i;
-        }
-        return count;
+    float weight(const group& g, std::uint32_t level) const {
+        return level < free_levels ? g.box.half_area() : static_cast<float>(g.size());
     }
 
-  private:
-    static constexpr std::size_t block_size = 8192; // of what one thread bins or moves at a time
-    static constexpr std::size_t blocks(std::size_t count) { return (count + block_size - 1) / block_size; }
-
-    // Left as they come: every element is written before it is read.
-    static std::unique_ptr<sah_box[]> array(std::size_t count) {
-        return std::make_unique_for_overwrite<sah_box[]>(count);
-    }
-
-    // The cheapest plane between bins; by number, in the order they are in, where no plane divides them.
+    /// The cheapest plane between bins; by number, in the order they are in, where no plane divides them.
     template <class Policy>
-    void split(const Policy& policy, const group& whole, group& below, group& above) {
+    void split(const Policy& policy, const group& whole, std::uint32_t level, group& below, group& above) {
+        if (level >= free_levels) return halve(whole, below, above);
         const sah_grid grid{whole.centres, whole.size()};
-        const sah_box* const from = boxes_[whole.source].get() + whole.begin;
-        sah_box* const to = boxes_[1 - whole.source].get();
-        std::uint32_t* const places = places_.get() + whole.begin;
+        const build_box* const from = boxes_[whole.source].data() + whole.begin;
+        build_box* const to = boxes_[1 - whole.source].data();
+        std::uint32_t* const places = places_.data() + whole.begin;
         sah_bins bins{grid};
         std::vector<sah_bins> partial; // of the blocks of a large group
         if (whole.size() <= block_size) {
@@ -6417,24 +6574,28 @@ class sah_splitter {
         });
     }
 
+  private:
+    static constexpr std::size_t block_size = 8192; // of what one thread bins or moves at a time
+    static constexpr std::size_t blocks(std::size_t count) { return (count + block_size - 1) / block_size; }
+
     // Moves boxes to the two sides, keeping their order.
-    static void separate(const sah_plane& plane, const sah_box* from, const std::uint32_t* places, std::size_t count,
-                         sah_box* below, sah_box* above) {
-        sah_box* next[2] = {below, above};
+    static void separate(const sah_plane& plane, const build_box* from, const std::uint32_t* places, std::size_t count,
+                         build_box* below, build_box* above) {
+        build_box* next[2] = {below, above};
         for (std::size_t i = 0; i < count; ++i) *next[plane.is_above(places[i])]++ = from[i];
     }
 
     // A whole number of leaves in the first half.
     void halve(const group& whole, group& below, group& above) const {
         const std::size_t middle = whole.begin + (whole.size() / 2 + Width - 1) / Width * Width;
-        below = {whole.begin, middle, whole.source, {}, whole.centres};
-        above = {middle, whole.end, whole.source, {}, whole.centres};
+        below = {whole.begin, middle, whole.source, build_box::none(), whole.centres};
+        above = {middle, whole.end, whole.source, build_box::none(), whole.centres};
         for (group* half : {&below, &above})
             for (std::size_t i = half->begin; i < half->end; ++i) half->box.add(boxes_[whole.source][i]);
     }
 
-    std::unique_ptr<sah_box[]> boxes_[2]{};
-    std::unique_ptr<std::uint32_t[]> places_{}; ///< the bins of each box along x, y and z, as the last split found them
+    large_array<build_box> boxes_[2]{};
+    large_array<std::uint32_t> places_{}; ///< the bins of each box along x, y and z, as the last split found them
     group all_{};
 };
 
@@ -6461,34 +6622,41 @@ struct box_areas {
 /// What follows the primitives when they move, beside the boxes in the nodes.
 template <primitive_range Range, int Width>
 struct tree_shape {
-    std::vector<leaf<Range, Width>> leaves{};
+    large_array<leaf<Range, Width>> leaves{};
+    large_array<aabb> boxes{};      ///< of each leaf
     std::vector<box_areas> areas{}; ///< of each part of the tree
     aabb box{};                     ///< around all
     float reach = 0;                ///< no coordinate of a box is further from 0
     float leaf_size = 0;            ///< metres: the mean of leaves, as squares
     double cost = 0; ///< expected nodes and leaves that a random ray visits: areas of all boxes over that of the whole
+
+    /// So that `refit` allocates nothing.
+    void make_room(const topology<Width>& tree) {
+        leaves.reserve(tree.leaves());
+        boxes.reserve(tree.leaves());
+        areas.reserve(tree.parts.size());
+    }
 };
 
-/// Fits the boxes in some consecutive nodes to their children, which are leaves, among them, or fitted already.
-/// @return the areas of those boxes
+/// Fits the leaves of a part to their primitives, one after the other, and then the boxes in its nodes to their children,
+/// which are leaves, among them, or fitted already. @return the areas of those boxes
 template <primitive_range Range, int Width>
-box_areas refit_nodes(topology<Width>& tree, std::uint32_t begin, std::uint32_t end, const Range& range,
-                      std::vector<leaf<Range, Width>>& leaves) {
+box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part& part, const Range& range,
+                     tree_shape<Range, Width>& shape) {
     box_areas area;
-    for (std::uint32_t i = end; i-- > begin;) { // children come after their parent
+    for (std::uint32_t i = part.first_leaf; i < part.leaf_end; ++i) {
+        const aabb box = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
+        shape.boxes[i] = box;
+        area.leaves += static_cast<double>(box.half_area());
+    }
+    for (std::uint32_t i = part.end; i-- > part.begin;) { // children come after their parent
         tree_node<Width>& node = tree.nodes[i];
         for (int k = 0; k < Width; ++k) {
             const std::uint32_t child = node.child[k];
             if (child == no_child)
                 node.set_box(k, {});
-            else if ((child & leaf_bit) == 0)
-                node.set_box(k, tree.nodes[child].all());
-            else {
-                const std::size_t index = child ^ leaf_bit;
-                const aabb box = leaves[index].fill(range, tree.slots.data() + index * Width);
-                node.set_box(k, box);
-                area.leaves += static_cast<double>(box.half_area());
-            }
+            else
+                node.set_box(k, (child & leaf_bit) == 0 ? tree.nodes[child].all() : shape.boxes[child ^ leaf_bit]);
         }
         area.all += static_cast<double>(node.half_area());
     }
@@ -6503,15 +6671,16 @@ box_areas refit_nodes(topology<Width>& tree, std::uint32_t begin, std::uint32_t 
 template <exec::policy Policy, primitive_range Range, int Width>
 void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree_shape<Range, Width>& shape) {
     shape.leaves.resize(tree.leaves());
+    shape.boxes.resize(tree.leaves());
     shape.areas.resize(tree.parts.size());
     shape.box = {};
     shape.reach = shape.leaf_size = 0;
     shape.cost = 0;
     if (tree.nodes.empty()) return;
-    for_each_index(policy, tree.parts.size(), [&](std::size_t i) {
-        shape.areas[i] = refit_nodes(tree, tree.parts[i].begin, tree.parts[i].end, range, shape.leaves);
-    });
-    box_areas area = refit_nodes(tree, 0, tree.parts.front().begin, range, shape.leaves);
+    for_each_index(policy, tree.parts.size(),
+                   [&](std::size_t i) { shape.areas[i] = refit_part(tree, tree.parts[i], range, shape); });
+    const auto& first = tree.parts.front();
+    box_areas area = refit_part(tree, {0, first.begin, 0, first.first_leaf}, range, shape);
     for (const box_areas& one : shape.areas) {
         area.all += one.all;
         area.leaves += one.leaves;
@@ -6528,17 +6697,19 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 #include <algorithm>
+#include <new>
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
 /// Numbers about a tree.
 struct bvh_statistics {
     std::size_t primitives = 0; ///< in leaves; those with bounds that are not finite are left out
-    std::size_t nodes = 0;
-    std::size_t leaves = 0;
-    std::uint32_t levels = 0; ///< nodes on the longest way down
-    double cost = 0;          ///< expected nodes and leaves visited by a random ray that meets the whole
-    std::size_t bytes = 0;    ///< of all arrays: about 62 a triangle, and 68 more while it is built
+    std::size_t nodes = 0;      ///< with `Width` children each, empty ones included
+    std::size_t leaves = 0;     ///< with up to `Width` primitives each
+    std::uint32_t levels = 0;   ///< nodes on the longest way down
+    double cost = 0;            ///< expected nodes and leaves visited by a random ray that meets the whole
+    std::size_t bytes = 0;      ///< of all arrays: about 61 a triangle, and 68 more while it is built
 };
 
 /// What an update did.
@@ -6572,23 +6743,31 @@ class bvh_storage {
     ///
     /// Counted in refits, a rebuild by `build_sah` costs about 10, by `build_morton` about 5; the latter's trees are
     /// about 1.1 times as dear. So the former pays where it lasts: spread over 16 updates it costs half a refit each.
-    /// The choice depends on the primitives' positions alone.
+    /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,
+    /// because it was not finite, has become so. Where there is no memory for the former, refitting must do.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     way_of_update update(const Policy& policy, const Range& range) {
         refit(policy, range);
-        if (degradation() <= 1.5) return way_of_update::refit;
-        if (refits_ < 16) {
-            build_by(build_morton{}, policy, range);
-            return way_of_update::quick_rebuild;
+        const bool lacks = lacks_usable(range);
+        if (degradation() <= 1.5 && !lacks) return way_of_update::refit;
+        const bool soon = refits_ < 16;
+        try {
+            if (soon)
+                build_by(build_morton{}, policy, range);
+            else
+                build(policy, range);
+        } catch (const std::bad_alloc&) {
+            if (lacks) throw;
+            return way_of_update::refit;
         }
-        build(policy, range);
-        return way_of_update::rebuild;
+        return soon ? way_of_update::quick_rebuild : way_of_update::rebuild;
     }
 
     /// How much dearer a random ray has become since the tree was built: 1 as built.
     double degradation() const { return cost_as_built_ > 0 ? shape_.cost / cost_as_built_ : 1; }
 
+    /// What queries are asked of; good until the next build, refit or update.
     bvh_view<Range, Width> view_of(const Range& range) const {
         return {tree_.nodes, shape_.leaves, tree_.slots, range, shape_.reach, shape_.leaf_size};
     }
@@ -6596,6 +6775,7 @@ class bvh_storage {
     /// The box around all primitives; empty for none.
     aabb box() const { return shape_.box; }
 
+    /// Counted anew with every call.
     bvh_statistics statistics() const {
         return {.primitives = tree_.slots.size() - static_cast<std::size_t>(std::count(
                                                        tree_.slots.begin(), tree_.slots.end(), no_primitive)),
@@ -6604,25 +6784,47 @@ class bvh_storage {
                 .levels = tree_.levels,
                 .cost = shape_.cost,
                 .bytes = tree_.nodes.size() * sizeof(tree_node<Width>) + tree_.slots.size() * sizeof(std::uint32_t) +
-                         tree_.leaves() * sizeof(leaf<Range, Width>)};
+                         tree_.leaves() * (sizeof(leaf<Range, Width>) + sizeof(aabb))};
     }
 
   private:
     template <class Any, class Policy>
     void build_by(const Any& builder, const Policy& policy, const Range& range) {
         if (range.size() >= leaf_bit) throw usage_error{"bvh: more than 2147483647 primitives in one tree; split them"};
-        tree_ = builder.template operator()<Width>(policy, range);
+        topology<Width> made = builder.template operator()<Width>(policy, range);
+        std::vector<std::uint32_t> left_out = left_out_by(made, range.size());
+        shape_.make_room(made); // the last that may throw, so that nothing is half done
+        tree_ = std::move(made);
+        left_out_ = std::move(left_out);
         insonify::refit(policy, tree_, range, shape_);
         cost_as_built_ = shape_.cost;
         count_ = range.size();
         refits_ = 0;
     }
 
+    static std::vector<std::uint32_t> left_out_by(const topology<Width>& tree, std::size_t count) {
+        std::vector<std::uint32_t> left_out;
+        const auto empty = static_cast<std::size_t>(std::count(tree.slots.begin(), tree.slots.end(), no_primitive));
+        if (tree.slots.size() - empty == count) return left_out;
+        std::vector<std::uint8_t> held(count);
+        for (const std::uint32_t slot : tree.slots)
+            if (slot != no_primitive) held[slot] = 1;
+        for (std::size_t i = 0; i < count; ++i)
+            if (held[i] == 0) left_out.push_back(static_cast<std::uint32_t>(i));
+        return left_out;
+    }
+
+    bool lacks_usable(const Range& range) const {
+        return std::any_of(left_out_.begin(), left_out_.end(),
+                           [&](std::uint32_t i) { return is_finite(bounds(range[i])); });
+    }
+
     topology<Width> tree_{};
     tree_shape<Range, Width> shape_{};
     double cost_as_built_ = 0;
     std::size_t count_ = 0;
-    std::uint32_t refits_ = 0; ///< since it was built
+    std::uint32_t refits_ = 0;              ///< since it was built
+    std::vector<std::uint32_t> left_out_{}; ///< primitives that were not finite when it was built
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -6637,21 +6839,25 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Triangles over shared vertices. Positions in metres; a face's corners run counter-clockwise seen from outside.
 struct mesh {
-    std::vector<vec3> positions{};
-    std::vector<uvec3> faces{};
+    std::vector<vec3> positions{}; ///< of the vertices, metres
+    std::vector<uvec3> faces{};    ///< three vertices each, from 0
 };
 
 /// A mesh that somebody else owns, as a range of triangles.
 struct mesh_view {
-    view<const vec3> positions{};
-    view<const uvec3> faces{};
+    view<const vec3> positions{}; ///< metres
+    view<const uvec3> faces{};    ///< three vertices each, from 0
 
     mesh_view() = default;
+    /// Of arrays that somebody else keeps alive.
     INSONIFY_FN mesh_view(view<const vec3> vertex_positions, view<const uvec3> corner_indices)
         : positions{vertex_positions}, faces{corner_indices} {}
+    /// Of a mesh, which must outlive it.
     mesh_view(const mesh& m) : positions{m.positions}, faces{m.faces} {}
 
+    /// Triangles.
     INSONIFY_FN std::size_t size() const { return faces.size(); }
+    /// The corners of a face; neither its index nor those of its vertices are checked.
     INSONIFY_FN triangle operator[](std::size_t face) const {
         const uvec3 corner = faces[face];
         return {positions[corner.x], positions[corner.y], positions[corner.z]};
@@ -6704,14 +6910,17 @@ class bvh {
     bvh(const Policy& policy, const Range& range) : range_{range} {
         rebuild(policy);
     }
+    /// Over the triangles of a mesh.
     template <exec::policy Policy>
     bvh(const Policy& policy, const mesh& triangles) requires std::same_as<Range, mesh_view>
         : bvh(policy, mesh_view{triangles}) {}
     template <exec::policy Policy>
     bvh(const Policy& policy, const mesh&& triangles) = delete; // the tree refers to the mesh: keep it in a variable
+    /// Over what a span names.
     template <exec::policy Policy, class T>
     bvh(const Policy& policy, std::span<T> primitives) requires std::same_as<Range, view<const T>>
         : bvh(policy, Range{primitives.data(), primitives.size()}) {}
+    /// Over any contiguous container.
     template <exec::policy Policy, class Container>
     bvh(const Policy& policy, const Container& primitives) requires(!std::same_as<Container, Range> &&
                                                                     std::constructible_from<Range, const Container&>)
@@ -6766,12 +6975,14 @@ class bvh {
     }
 
     /// Follows primitives that moved; the topology stays.
+    /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     void refit(const Policy& policy) {
         storage_.refit(policy, range_);
     }
 
     /// Follows primitives that moved, by whichever of three ways pays: see `bvh_storage::update`.
+    /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     way_of_update update(const Policy& policy) {
         return storage_.update(policy, range_);
@@ -6784,9 +6995,13 @@ class bvh {
         storage_.build(policy, range_);
     }
 
+    /// How much dearer a random ray has become since the tree was built: 1 as built.
     double degradation() const { return storage_.degradation(); }
+    /// Nodes, leaves, levels, bytes.
     bvh_statistics statistics() const { return storage_.statistics(); }
+    /// The box around all primitives; empty for none.
     aabb box() const { return storage_.box(); }
+    /// A trivially copyable handle that queries are asked of; good until the next rebuild, refit or update.
     bvh_view<Range, Width> view_of() const { return storage_.view_of(range_); }
 
   private:
@@ -6798,6 +7013,8 @@ class bvh {
     bvh_storage<Range, Width, Builder> storage_{};
 };
 
+/// What `bvh tree{policy, primitives}` finds out by itself.
+/// @{
 template <class Policy>
 bvh(const Policy&, const mesh&) -> bvh<mesh_view>;
 template <class Policy, class T>
@@ -6806,6 +7023,7 @@ template <class Policy, class Container>
     requires requires(const Container& c) { std::data(c); }
 bvh(const Policy&, const Container&)
     ->bvh<view<const std::remove_cvref_t<decltype(*std::data(std::declval<const Container&>()))>>>;
+/// @}
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -6868,6 +7086,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// Names an object of one scene, for good: ids are never used again.
 enum class object_id : std::uint32_t {};
 
+/// What `scene::add` is told beside surface and medium.
 struct object_settings {
     int priority = 0;   ///< where objects overlap, the highest one's medium counts
     pose at{};          ///< object to world
@@ -6876,12 +7095,12 @@ struct object_settings {
 
 /// One closed surface and what is inside it.
 struct object {
-    object_id id{};
-    std::string name{};
-    mesh surface{};  ///< in the object's own coordinates
-    medium inside{}; ///< what fills it
-    pose at{};       ///< object to world
-    int priority = 0;
+    object_id id{};                 ///< in its scene
+    std::string name{};             ///< may be empty, need not be the only one
+    mesh surface{};                 ///< in the object's own coordinates
+    medium inside{};                ///< what fills it
+    pose at{};                      ///< object to world
+    int priority = 0;               ///< the highest counts
     float volume = 0;               ///< m^3 enclosed, as built
     std::uint32_t medium_index = 0; ///< into the scene's media, as built
     std::uint32_t rank = 0;         ///< among all objects, as built; where they overlap the lowest rank's medium counts
@@ -6890,9 +7109,10 @@ struct object {
     bool tree_follows = false;      ///< the tree fits the positions: rays can be traced
     aabb local_box{};               ///< in its own coordinates, as built or updated
     aabb box{};                     ///< in the world
-    bvh_storage<mesh_view> tree{};
-    face_groups groups{}; ///< where the tree waits
+    bvh_storage<mesh_view> tree{};  ///< in its own coordinates
+    face_groups groups{};           ///< where the tree waits
 
+    /// The tree over its surface, for rays in its own coordinates; good until the scene changes.
     bvh_view<mesh_view> tree_view() const { return tree.view_of(mesh_view{surface}); }
 
     /// The ray in the object's own coordinates; distances along it stay.
@@ -6983,6 +7203,7 @@ enum class trees {
 /// Const functions are safe to call from many threads at once.
 class scene {
   public:
+    /// @throws usage_error  for a background that is none: see `is_valid`
     explicit scene(const medium& background = medium{}) : background_{background} {
         if (!is_valid(background)) throw usage_error{"scene: the background needs a density and a sound speed above 0"};
     }
@@ -6999,13 +7220,14 @@ class scene {
             if (!is_finite(surface.positions[i]))
                 throw geometry_error{named + "vertex " + std::to_string(i) +
                                      " is not finite; repair the mesh (`validate` tells more)"};
-        const object_id id{next_id_++};
+        const object_id id{next_id_};
         objects_.push_back({.id = id,
                             .name = std::move(settings.name),
                             .surface = std::move(surface),
                             .inside = inside,
                             .at = settings.at,
                             .priority = settings.priority});
+        ++next_id_;
         built_ = false;
         return id;
     }
@@ -7024,6 +7246,7 @@ class scene {
         one.moved = true;
         return one.surface.positions;
     }
+    /// The same to be read. @throws usage_error  for an unknown id
     std::span<const vec3> positions(object_id id) const { return object_of(id).surface.positions; }
 
     /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
@@ -7037,31 +7260,48 @@ class scene {
     }
 
     /// Makes the scene ready to trace: builds all trees (with `trees::wait` none), orders the objects.
+    ///
+    /// Where it throws, as for lack of memory, the scene is what it was.
     template <exec::policy Policy>
     scene& build(const Policy& policy, trees upkeep = trees::follow) & {
-        media_ = {background_};
-        places_ = {pose{}};
-        for (object& one : objects_) {
-            one.has_tree = false;
-            take_positions(policy, one, upkeep);
-            one.volume = static_cast<float>(std::fabs(enclosed_volume(one.surface)));
-            places_.push_back(one.at);
-            const auto known = std::find(media_.begin(), media_.end(), one.inside);
-            one.medium_index = static_cast<std::uint32_t>(known - media_.begin());
-            if (known == media_.end()) media_.push_back(one.inside);
+        std::vector<structures> made(objects_.size());
+        std::vector<medium> media = {background_};
+        std::vector<pose> places = {pose{}};
+        std::vector<std::uint32_t> medium_index, by_rank(objects_.size());
+        std::vector<float> volume;
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            const object& one = objects_[i];
+            made[i] = structures_over(policy, one, upkeep);
+            volume.push_back(static_cast<float>(std::fabs(enclosed_volume(one.surface))));
+            places.push_back(one.at);
+            const auto known = std::find(media.begin(), media.end(), one.inside);
+            medium_index.push_back(static_cast<std::uint32_t>(known - media.begin()));
+            if (known == media.end()) media.push_back(one.inside);
         }
-        by_rank_.resize(objects_.size());
-        std::iota(by_rank_.begin(), by_rank_.end(), 0U);
-        std::sort(by_rank_.begin(), by_rank_.end(), [this](std::uint32_t a, std::uint32_t b) {
+        std::iota(by_rank.begin(), by_rank.end(), 0U);
+        std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
             const object &one = objects_[a], &other = objects_[b];
             if (one.priority != other.priority) return one.priority > other.priority;
-            if (one.volume != other.volume) return one.volume < other.volume;
+            if (volume[a] != volume[b]) return volume[a] < volume[b];
             return one.id > other.id;
         });
+
+        media_ = std::move(media); // from here on nothing throws
+        places_ = std::move(places);
+        by_rank_ = std::move(by_rank);
         for (std::uint32_t rank = 0; rank < by_rank_.size(); ++rank) objects_[by_rank_[rank]].rank = rank;
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            object& one = objects_[i];
+            one.volume = volume[i];
+            one.medium_index = medium_index[i];
+            one.has_tree = false;
+            install(one, std::move(made[i]), upkeep);
+            take_boxes(policy, one, upkeep);
+        }
         built_ = true;
         return *this;
     }
+    /// The same of a scene that is made on the spot: `const scene body = load_obj_scene(...).build(exec::par);`
     template <exec::policy Policy>
     scene build(const Policy& policy, trees upkeep = trees::follow) && {
         build(policy, upkeep);
@@ -7073,14 +7313,25 @@ class scene {
     ///
     /// Cost: nothing for objects at rest; no allocation but where a tree is rebuilt. With `trees::wait` one pass over the
     /// vertices that moved: the cheapest frame of a deforming body, if `trace` can cut it into slices.
+    /// Where it throws for lack of memory, objects wait as before: call it again.
     /// @throws usage_error  where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     void update(const Policy& policy, trees upkeep = trees::follow) {
         require_built();
-        for (object& one : objects_)
-            if (one.moved || (upkeep == trees::follow && !one.tree_follows)) take_positions(policy, one, upkeep);
+        const auto waits = [upkeep](const object& one) {
+            return one.moved || (upkeep == trees::follow && !one.tree_follows);
+        };
+        for (object& one : objects_) // first all that takes memory
+            if (waits(one) && (upkeep == trees::follow ? !one.has_tree : one.groups.empty()))
+                install(one, structures_over(policy, one, upkeep), upkeep);
+        for (object& one : objects_) {
+            if (!waits(one)) continue;
+            if (upkeep == trees::follow) one.tree.update(policy, mesh_view{one.surface});
+            take_boxes(policy, one, upkeep);
+        }
     }
 
+    /// What fills the space around the objects.
     const medium& background() const { return background_; }
 
     /// All objects, in the order they were added.
@@ -7112,6 +7363,9 @@ class scene {
         return whole;
     }
 
+    /// Whether `build` was called since the last `add` or `remove`.
+    bool is_built() const { return built_; }
+
     /// @throws usage_error  where the scene is not ready to trace
     INSONIFY_LAZY void require_built() const {
         if (!built_)
@@ -7128,22 +7382,35 @@ class scene {
     }
 
   private:
-    // The positions of an object are new: moves its boxes and, unless it shall wait, its tree.
+    // What is made of an object's faces: a tree or, where that waits, groups.
+    struct structures {
+        bvh_storage<mesh_view> tree{};
+        face_groups groups{};
+    };
     template <class Policy>
-    static void take_positions(const Policy& policy, object& one, trees upkeep) {
-        const mesh_view surface{one.surface};
+    static structures structures_over(const Policy& policy, const object& one, trees upkeep) {
+        structures made;
+        if (upkeep == trees::follow)
+            made.tree.build(policy, mesh_view{one.surface});
+        else
+            made.groups = face_groups{mesh_view{one.surface}};
+        return made;
+    }
+    static void install(object& one, structures&& made, trees upkeep) {
+        if (upkeep == trees::follow) {
+            one.tree = std::move(made.tree);
+            one.has_tree = true;
+        } else {
+            one.groups = std::move(made.groups);
+        }
+    }
+
+    // The positions of an object are new, and its tree fits them unless it waits: moves its boxes.
+    template <class Policy>
+    static void take_boxes(const Policy& policy, object& one, trees upkeep) {
         one.moved = false;
         one.tree_follows = upkeep == trees::follow;
-        if (one.tree_follows) {
-            if (one.has_tree)
-                one.tree.update(policy, surface);
-            else
-                one.tree.build(policy, surface);
-            one.has_tree = true;
-        } else if (one.groups.empty()) {
-            one.groups = face_groups{surface};
-        }
-        one.local_box = one.tree_follows ? one.tree.box() : box_around(policy, surface.positions);
+        one.local_box = one.tree_follows ? one.tree.box() : box_around(policy, one.surface.positions);
         one.box = placed_box(one.local_box, one.at);
     }
 
@@ -7186,6 +7453,9 @@ namespace insonify::inline INSONIFY_ABI {
 /// Most samples of one frame: lines times samples a line.
 inline constexpr std::uint64_t most_samples = std::uint64_t{1} << 28U;
 
+/// No line is longer than so many wavelengths: the time to make texture grows with them, whatever the samples.
+inline constexpr float most_wavelengths = 1 << 20;
+
 /// What every tracer asks of its arguments before it starts.
 /// @return the number of samples along each line
 /// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
@@ -7197,8 +7467,11 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
     probe.check();
     if constexpr (requires { model.check(); }) model.check();
     if (!is_rigid(at)) throw geometry_error{"trace: the pose of the probe is no rigid motion; make it with look_at"};
-    if (!is_finite(settings.depth) || !(settings.depth > 0))
-        throw usage_error{"trace: `depth` must be a finite number of metres above 0, such as 80_mm"};
+    if (!is_depth(settings.depth))
+        throw usage_error{"trace: `depth` must be a number of metres, from 1 nm to 1000 km, such as 80_mm"};
+    if (settings.depth * probe.frequency > most_wavelengths * display_speed)
+        throw usage_error{"trace: a depth of " + std::to_string(settings.depth) +
+                          " m is more than a million wavelengths; give it in metres, such as 80_mm"};
     const std::uint32_t samples =
         settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency);
     if (std::uint64_t{samples} * probe.lines > most_samples)
@@ -7232,13 +7505,15 @@ namespace insonify::inline INSONIFY_ABI {
 /// Where objects overlap, the one of lowest rank gives the medium, so that is the lowest bit set.
 class media_stack {
   public:
-    static constexpr std::uint32_t none = ~0U;
+    static constexpr std::uint32_t none = ~0U; ///< rank of the background
 
+    /// In none of so many objects.
     void clear(std::size_t objects) { words_.assign((objects + 63) / 64, 0); }
 
     /// The point crosses the surface of this object.
     void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
 
+    /// Whether the point is in this object.
     bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
 
     /// Rank of the object whose medium counts; `none` outside all.
@@ -7264,11 +7539,12 @@ inline constexpr float touching_distance = 1e-6F;
 
 /// Where a line goes through the surface of an object.
 struct crossing {
-    float distance = 0; ///< metres from the face of the probe
-    std::uint32_t rank = 0;
+    float distance = 0;          ///< metres from the face of the probe
+    std::uint32_t rank = 0;      ///< of the object
     std::uint32_t primitive = 0; ///< face of the object's mesh
 
     friend bool operator==(const crossing&, const crossing&) = default;
+    /// Nearest first; ties by rank, then by face.
     friend bool operator<(const crossing& a, const crossing& b) {
         return a.distance != b.distance ? a.distance < b.distance
                : a.rank != b.rank       ? a.rank < b.rank
@@ -7317,9 +7593,10 @@ INSONIFY_LAZY void find_crossings(const scene& body, const ray& line, float dept
 /// How a line meets a surface: the cosine of the angle of incidence, and the tilt of the normal against the line, in
 /// radians within the slice plane and out of it.
 struct surface_incidence {
-    float cosine = 1;
-    vec2 tilt{0, 0};
+    float cosine = 1; ///< of the angle of incidence, 0 to 1
+    vec2 tilt{0, 0};  ///< radians: within the slice plane, and out of it
 };
+/// How a line meets a face; head on where the face has no area.
 INSONIFY_LAZY surface_incidence incidence_on(const object& one, std::uint32_t face, const line_frame& line) {
     const vec3 normal = area_vector(mesh_view{one.surface}[face]);
     const float size = length(normal);
@@ -7660,9 +7937,9 @@ class line_fan {
         }
         return true;
     }
-    std::size_t bin_of(float key) const { // rises with the key, however it rounds
-        return static_cast<std::size_t>(
-            clamped((key - keys_.front()) * bins_per_key_, 0, static_cast<float>(first_in_bin_.size() - 1)));
+    std::size_t bin_of(float key) const { // rises with the key, however it rounds; NaN is in the first
+        const float bin = greater(0.0F, (key - keys_.front()) * bins_per_key_);
+        return static_cast<std::size_t>(lesser(static_cast<float>(first_in_bin_.size() - 1), bin));
     }
 
     // Rises from line to line: the place across, or something like the angle: -2 to 2 for -180 to 180 degrees.
@@ -8123,13 +8400,16 @@ class slice_lines {
         found.inside.clear(body_->objects().size());
         const std::size_t slot = line % block * slices_ + slice;
         const line_fan::line& way = fan_[line];
+        const object* one = nullptr; // of the segment before, for neighbours mostly belong to the same
+        bool around = false;
         for (std::size_t i = slot == 0 ? 0 : own.end[slot - 1]; i < own.end[slot]; ++i) {
             const cut_segment& segment = *own.segments[i];
             const float distance = way.meet(segment.from, segment.to);
             if (!(distance >= 0)) continue;
-            const object& one = body_->objects()[segment.object];
-            if (one.box.contains(origin)) found.inside.toggle(one.rank);
-            if (distance <= reach_) found.crossings.push_back({distance, one.rank, segment.primitive});
+            const object* owner = body_->objects().data() + segment.object;
+            if (owner != one) around = owner->box.contains(origin), one = owner;
+            if (around) found.inside.toggle(one->rank);
+            if (distance <= reach_) found.crossings.push_back({distance, one->rank, segment.primitive});
         }
         if (!std::is_sorted(found.crossings.begin(), found.crossings.end()))
             std::sort(found.crossings.begin(), found.crossings.end());
@@ -8174,17 +8454,19 @@ enum class search {
 
 /// What `for_each_line` keeps from frame to frame, so that it allocates once.
 struct line_workspace {
+    /// What one thread works in.
     struct block {
-        line_crossings found{};
-        std::vector<layer> layers{};
-        slice_lines::block_segments segments{};
+        line_crossings found{};                 ///< of the line at work
+        std::vector<layer> layers{};            ///< of the line at work
+        slice_lines::block_segments segments{}; ///< of the lines of the block
     };
-    slice_lines slices{};
-    std::vector<block> blocks{};
+    slice_lines slices{};        ///< cut of the scene
+    std::vector<block> blocks{}; ///< one for each block of lines
 };
 
 /// Lines that one thread takes at a time.
 inline constexpr std::size_t lines_per_block = slice_lines::block;
+/// How many blocks that makes.
 constexpr std::size_t line_blocks(std::size_t lines) { return (lines + lines_per_block - 1) / lines_per_block; }
 
 /// Beam `line` of a probe that stands in the world as `at` says.
@@ -8242,8 +8524,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// What `trace` keeps from frame to frame: handed back with the lines of the frame before, nothing is allocated.
 template <transducer Probe, acoustic_model Model>
 struct trace_workspace {
-    line_workspace lines{};
-    kept_beam_table<Probe, Model> beams{};
+    line_workspace lines{};                                         ///< crossings and layers
+    kept_beam_table<Probe, Model> beams{};                          ///< the beam at each depth
     std::vector<std::vector<typename Model::sample_type>> slices{}; ///< a line of a slice, for each block of lines
     std::vector<float> weights{};                                   ///< of the planes, by sample
 };
@@ -8394,6 +8676,7 @@ line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& 
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// What a B-mode looks like.
 struct b_mode_settings {
     float depth = 0.08F;         ///< metres
     std::uint32_t samples = 0;   ///< along each line; 0: two for each deviation of the pulse
@@ -8417,12 +8700,12 @@ std::uint32_t rays_per_line(const Probe& probe, float depth) {
 /// What `b_mode` keeps from frame to frame: tables, and the memory of every stage.
 template <transducer Probe, acoustic_model Model = physical<>>
 struct b_mode_workspace {
-    trace_workspace<refined<Probe>, Model> tracing{};
-    convolve_workspace convolution{};
-    kept_scan_map<refined<Probe>> map{};
-    iq_lines echoes{};
-    scan_lines lines{};
-    image picture{};
+    trace_workspace<refined<Probe>, Model> tracing{}; ///< of `trace`
+    convolve_workspace convolution{};                 ///< of `convolve`
+    kept_scan_map<refined<Probe>> map{};              ///< of `scan_convert`
+    iq_lines echoes{};                                ///< as received
+    scan_lines lines{};                               ///< greys
+    image picture{};                                  ///< the last one
 };
 
 /// The whole chain in one call: a B-mode picture.
@@ -8468,6 +8751,8 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
     own.picture = scan_convert(policy, own.lines, map, std::move(own.picture));
     return own.picture;
 }
+/// The same for a single picture.
+/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, acoustic_model Model = physical<>>
 image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
              const b_mode_settings& settings = {}, const Model& model = {}) {
@@ -8521,17 +8806,19 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// The elevation defaults are those of a C5-2v. Source: the probe table of PyMUST.
 struct convex_array {
-    std::uint32_t lines = 192;
-    float radius = 60_mm;         ///< of the face, metres
-    float field_of_view = 60_deg; ///< between the two ends of the face, radians; up to 360_deg
-    float frequency = 3.5_MHz;
+    std::uint32_t lines = 192;        ///< of a frame
+    float radius = 60_mm;             ///< of the face, metres
+    float field_of_view = 60_deg;     ///< between the two ends of the face, radians; up to 360_deg
+    float frequency = 3.5_MHz;        ///< of the carrier, hertz
     float fnumber = 2;                ///< depth over the aperture in use, across the lines
     float focus = 0;                  ///< depth in metres; 0: half the depth of the picture
     float elevation_height = 13.5_mm; ///< of the aperture out of the slice plane, metres
     float elevation_focus = 60_mm;    ///< depth at which the slice is thinnest, metres
     float bandwidth = 0.644F;         ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
 
+    /// Line `line` in the frame of the probe: see `transducer`.
     INSONIFY_FN ray beam(float line) const { return sector{lines, radius, field_of_view}.beam(line); }
+    /// From {x, z} to {line, metres along it}: see `transducer`.
     INSONIFY_FN vec2 locate(vec2 point) const { return sector{lines, radius, field_of_view}.locate(point); }
 
     /// The widest aperture that a line can use, metres.
@@ -8561,16 +8848,18 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// The defaults are those of an L12-3v. Source: the probe table of PyMUST.
 struct linear_array {
-    std::uint32_t lines = 192;
-    float width = 38_mm; ///< of the face, metres; the lines stand in the middle of `lines` equal parts of it
-    float frequency = 7.5_MHz;
+    std::uint32_t lines = 192;     ///< of a frame
+    float width = 38_mm;           ///< of the face, metres; the lines stand in the middle of `lines` equal parts of it
+    float frequency = 7.5_MHz;     ///< of the carrier, hertz
     float fnumber = 2;             ///< depth over the aperture in use, across the lines
     float focus = 0;               ///< depth in metres; 0: half the depth of the picture
     float elevation_height = 5_mm; ///< of the aperture out of the slice plane, metres
     float elevation_focus = 20_mm; ///< depth at which the slice is thinnest, metres
     float bandwidth = 0.644F;      ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
 
+    /// Line `line` in the frame of the probe: see `transducer`.
     INSONIFY_FN ray beam(float line) const { return {.origin = {share_of_line(line, lines) * width, 0, 0}}; }
+    /// From {x, z} to {line, metres along it}: see `transducer`.
     INSONIFY_FN vec2 locate(vec2 point) const { return {line_of_share(point.x / width, lines), point.y}; }
 
     /// The widest aperture that a line can use, metres.
@@ -8597,17 +8886,19 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// The elevation defaults are those of a P4-2v. Source: the probe table of PyMUST.
 struct phased_array {
-    std::uint32_t lines = 128;
-    float width = 20_mm;          ///< of the face, metres: the whole aperture; every line starts in its middle
-    float field_of_view = 90_deg; ///< between the two ends of the fan, radians; up to 180_deg
-    float frequency = 2.5_MHz;
+    std::uint32_t lines = 128;      ///< of a frame
+    float width = 20_mm;            ///< of the face, metres: the whole aperture; every line starts in its middle
+    float field_of_view = 90_deg;   ///< between the two ends of the fan, radians; up to 180_deg
+    float frequency = 2.5_MHz;      ///< of the carrier, hertz
     float fnumber = 2;              ///< depth over the aperture in use, across the lines
     float focus = 0;                ///< depth in metres; 0: half the depth of the picture
     float elevation_height = 14_mm; ///< of the aperture out of the slice plane, metres
     float elevation_focus = 60_mm;  ///< depth at which the slice is thinnest, metres
     float bandwidth = 0.644F;       ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
 
+    /// Line `line` in the frame of the probe: see `transducer`.
     INSONIFY_FN ray beam(float line) const { return sector{lines, 0, field_of_view}.beam(line); }
+    /// From {x, z} to {line, metres along it}: see `transducer`.
     INSONIFY_FN vec2 locate(vec2 point) const { return sector{lines, 0, field_of_view}.locate(point); }
 
     /// The widest aperture that a line can use, metres.
@@ -8680,20 +8971,22 @@ namespace insonify::inline INSONIFY_ABI {
 /// Here the frame's origin lies on the axis, which is y: line i of N leaves the face at the angle ((i + 1/2) / N - 1/2)
 /// of a full turn, from z towards x. Depth counts from the face, and the last line is the neighbour of the first.
 struct radial_array {
-    std::uint32_t lines = 256;
-    float radius = 0.5_mm; ///< of the face, metres
-    float frequency = 20_MHz;
+    std::uint32_t lines = 256;     ///< of a frame
+    float radius = 0.5_mm;         ///< of the face, metres
+    float frequency = 20_MHz;      ///< of the carrier, hertz
     float fnumber = 2;             ///< depth over the aperture in use, across the lines
     float focus = 0;               ///< depth in metres; 0: half the depth of the picture
     float elevation_height = 1_mm; ///< of the aperture along the axis, metres
     float elevation_focus = 3_mm;  ///< depth at which the slice is thinnest, metres
     float bandwidth = 0.644F;      ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
 
+    /// Line `line` in the frame of the probe: see `transducer`.
     INSONIFY_FN ray beam(float line) const {
         const float angle = share_of_line(line, lines) * 2 * pi;
         const vec3 direction{std::sin(angle), 0, std::cos(angle)};
         return {.origin = radius * direction, .direction = direction};
     }
+    /// From {x, z} to {line, metres along it}: see `transducer`.
     INSONIFY_FN vec2 locate(vec2 point) const {
         return {line_of_share(std::atan2(point.x, point.y) / (2 * pi), lines), length(point) - radius};
     }
@@ -8720,8 +9013,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///     b_mode(exec::par_unseq, body, presets::abdomen.probe, at, presets::abdomen.settings)
 template <transducer Probe>
 struct examination {
-    Probe probe{};
-    b_mode_settings settings{};
+    Probe probe{};              ///< what is held
+    b_mode_settings settings{}; ///< for `b_mode`
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -8850,18 +9143,21 @@ inline vec3 unit_across(vec3 direction) {
 /// What every shape asks of its arguments and of its result.
 namespace shape_check {
 
-inline constexpr float furthest = 1e6F;
+inline constexpr float furthest = 1e6F; ///< metres from the origin
 
+/// @throws geometry_error  where a point is not finite or too far away
 INSONIFY_LAZY void point(const std::string& shape, vec3 p) {
     if (!is_finite(p) || absolute(p).x > furthest || absolute(p).y > furthest || absolute(p).z > furthest)
         throw geometry_error{shape + ": every coordinate must be a number of metres within 1000 km of the origin"};
 }
 
+/// @throws geometry_error  where a length is not above 0, or too large; `what` names it
 INSONIFY_LAZY void length(const std::string& shape, const std::string& what, float value) {
     if (!is_finite(value) || !(value > 0) || value > furthest)
         throw geometry_error{shape + ": the " + what + " must be above 0 and at most 1000 km"};
 }
 
+/// @throws geometry_error  for more than ten
 INSONIFY_LAZY void subdivisions(const std::string& shape, std::uint32_t count) {
     if (count > 10) throw geometry_error{shape + ": at most 10 subdivisions, each makes four times as many triangles"};
 }
@@ -9246,6 +9542,7 @@ class progressive {
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How far frames are displaced for the blur.
 struct radial_blur_settings {
     float lines = 1.5F;       ///< the frames are displaced by up to this many lines to either side
     std::uint32_t frames = 9; ///< in the middles of as many equal parts of that range
@@ -9359,19 +9656,23 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A picture of labels: row by row from the top.
 struct label_image {
-    uvec2 size{0, 0}; ///< columns, rows
-    std::vector<label_id> pixels{};
+    uvec2 size{0, 0};               ///< columns, rows
+    std::vector<label_id> pixels{}; ///< row by row
 
     label_image() = default;
+    /// All pixels of one label.
     explicit label_image(uvec2 columns_rows, label_id label = background_label)
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, label) {}
 
+    /// One pixel; neither index is checked.
+    /// @{
     label_id& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
+    /// @}
 
     friend bool operator==(const label_image&, const label_image&) = default;
 };
@@ -9438,9 +9739,10 @@ image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const 
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How the noise of a picture is drawn.
 struct noise_settings {
-    std::uint64_t seed = 1;
-    float strength = 1; ///< 0: no noise, all pixels 1; 1: the full scatter of an ultrasound envelope
+    std::uint64_t seed = 1; ///< another one, another noise of the same kind
+    float strength = 1;     ///< 0: no noise, all pixels 1; 1: the full scatter of an ultrasound envelope
 };
 
 /// The noise picture of the paper, section 3.4: made once, multiplied onto every frame.
@@ -9493,9 +9795,9 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// One named object of a drawing in space, in metres.
 struct drawn_object {
-    std::string name{};
-    mesh surface{};
-    std::vector<std::vector<vec3>> polylines{};
+    std::string name{};                         ///< after `o`; empty: object_ and its number
+    mesh surface{};                             ///< may be empty
+    std::vector<std::vector<vec3>> polylines{}; ///< may be none
 };
 
 /// Writes objects as Wavefront OBJ, in metres: faces as `f`, polylines as `l`.
@@ -9508,7 +9810,7 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
 /// The objects of the file: `probe`, the outline of the field from the face down to `depth`; `lines`, one polyline for
 /// each line of the probe; then every object of the scene under its name, where it is placed. The scene need not be
 /// built.
-/// @throws usage_error     for a depth that is not above 0, more than 65536 lines, or a probe that makes no sense
+/// @throws usage_error     for a depth that is none, more than 65536 lines, or a probe that makes no sense
 /// @throws geometry_error  for a pose that is no rigid motion
 /// @throws io_error        where the file cannot be written
 template <transducer Probe>
@@ -9516,8 +9818,8 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
     probe.check();
     if (!is_rigid(at)) throw geometry_error{"write_debug_obj: the pose of the probe is no rigid motion"};
     if (probe.lines > 65536) throw usage_error{"write_debug_obj: at most 65536 lines are drawn; ask for fewer"};
-    if (!is_finite(depth) || !(depth > 0))
-        throw usage_error{"write_debug_obj: the depth must be a finite number of metres above 0"};
+    if (!is_depth(depth))
+        throw usage_error{"write_debug_obj: the depth must be a number of metres, from 1 nm to 1000 km"};
 
     const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };
     std::vector<vec3> face, end;
@@ -9549,10 +9851,17 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Which material libraries a mesh from elsewhere may make a program open.
+enum class library_access {
+    own_folder, ///< those in the folder of the OBJ file or below it, links followed
+    anywhere,   ///< whatever it names
+};
+
 /// How to read a Wavefront OBJ file.
 struct obj_settings {
     float unit = 0;                    ///< metres that 1 in the file stands for, as in {.unit = 1_mm}; must be given
     medium background = tissue::water; ///< of a scene: what fills the space around the objects
+    library_access libraries = library_access::own_folder; ///< of a scene: which of those it names are opened
 };
 
 /// All faces of an OBJ file as one mesh. Groups and media are not looked at, and no other file is opened.
@@ -9580,7 +9889,7 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 /// A name without any key, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.
 /// Compiled where INSONIFY_IMPLEMENTATION is defined.
 /// @throws as load_obj, and io_error for a face without a medium, an unknown medium, a library with values that make no
-///         sense, or one outside of the file's own folder
+///         sense, or one outside of the file's own folder, unless `libraries` allows it
 scene load_obj_scene(const std::string& path, const obj_settings& settings);
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -9601,15 +9910,267 @@ void write_png(const std::string& path, const image& picture);
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_SCENE_DIAGNOSE_HPP
+#define INSONIFY_SCENE_DIAGNOSE_HPP
+
+#ifndef INSONIFY_SCENE_FIELD_DISTANCE_HPP
+#define INSONIFY_SCENE_FIELD_DISTANCE_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The point of a triangle that is nearest to p. Source: Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
+INSONIFY_FN inline vec3 nearest_on(const triangle& t, vec3 p) {
+    const vec3 ab = t.b - t.a, ac = t.c - t.a;
+    const float d1 = dot(ab, p - t.a), d2 = dot(ac, p - t.a);
+    if (d1 <= 0 && d2 <= 0) return t.a;
+    const float d3 = dot(ab, p - t.b), d4 = dot(ac, p - t.b);
+    if (d3 >= 0 && d4 <= d3) return t.b;
+    const float d5 = dot(ab, p - t.c), d6 = dot(ac, p - t.c);
+    if (d6 >= 0 && d5 <= d6) return t.c;
+    const auto along = [](vec3 from, vec3 edge, float here, float all) {
+        return all > 0 ? from + (here / all) * edge : from;
+    };
+    const float by_c = d1 * d4 - d3 * d2, by_b = d5 * d2 - d1 * d6, by_a = d3 * d6 - d5 * d4;
+    if (by_c <= 0 && d1 >= 0 && d3 <= 0) return along(t.a, ab, d1, d1 - d3);
+    if (by_b <= 0 && d2 >= 0 && d6 <= 0) return along(t.a, ac, d2, d2 - d6);
+    if (by_a <= 0 && d4 >= d3 && d5 >= d6) return along(t.b, t.c - t.b, d4 - d3, (d4 - d3) + (d5 - d6));
+    const float sum = by_a + by_b + by_c;
+    return sum > 0 ? t.a + (by_b / sum) * ab + (by_c / sum) * ac : t.a;
+}
+
+/// The point of the field of view, its lines down to `depth` metres, that is nearest to p; in the probe's frame.
+template <transducer Probe>
+vec3 nearest_in_field(const Probe& probe, float depth, vec3 p) {
+    const float end = static_cast<float>(probe.lines) - 0.5F;
+    const ray line = probe.beam(clamped(probe.locate({p.x, p.z}).x, -0.5F, end));
+    return line.at(clamped(dot(p - line.origin, line.direction), 0, depth));
+}
+
+/// Metres between a triangle and the field of view, in the probe's frame; no less than it is, and where the field spans
+/// less than half a circle right to a hundredth, as both are convex.
+template <transducer Probe>
+float distance_to_field(const Probe& probe, float depth, const triangle& face) {
+    vec3 point = (face.a + face.b + face.c) / 3.0F;
+    float nearest = FLT_MAX;
+    for (int i = 0; i < 32; ++i) { // alternating projections
+        const vec3 in_field = nearest_in_field(probe, depth, point);
+        point = nearest_on(face, in_field);
+        const float distance = length(point - in_field);
+        if (!(distance < 0.9999F * nearest)) return lesser(distance, nearest);
+        nearest = distance;
+    }
+    return nearest;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Why a picture may be empty, or not what was meant.
+enum class problem {
+    pose,         ///< of the probe: no rigid motion
+    setting,      ///< of the probe or the acquisition
+    no_objects,   ///< nothing was added, or nothing with faces
+    not_built,    ///< `build` is due
+    not_updated,  ///< `update` is due
+    one_medium,   ///< all objects are filled with the background's
+    unit,         ///< of the meshes: they are far too large or small for the depth
+    inside,       ///< the probe stands in something that lets no sound out, or in an object whose surface is too deep
+    behind,       ///< the objects are behind the probe
+    too_shallow,  ///< the lines end before the first surface
+    beside,       ///< the objects are beside the field of view
+    open_surface, ///< a mesh does not enclose anything for certain
+};
+
+/// What `diagnose` found; nothing where both are empty.
+struct diagnosis {
+    std::vector<problem> problems{}; ///< the most likely cause first
+    std::string sentence{};          ///< for each problem what is wrong and what to do about it
+};
+
+/// Looks for what makes a picture empty, and says it in plain sentences; `explain` does so for a single mesh.
+///
+///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
+///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
+///
+/// Never throws but for lack of memory. Cost: up to some seconds for a million faces.
+/// @param at  probe to world
+template <transducer Probe>
+diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan);
+
+/// The steps of `diagnose`.
+namespace diagnosing {
+
+/// A length as three digits and a unit: "43 mm".
+INSONIFY_LAZY std::string shown(float metres) {
+    const char* unit = metres < 0.9995e-3F ? " um" : metres < 0.9995F ? " mm" : " m";
+    const double value = static_cast<double>(metres) * (metres < 0.9995e-3F ? 1e6 : metres < 0.9995F ? 1e3 : 1);
+    char text[48];
+    std::snprintf(text, sizeof text, value < 999.5 ? "%.3g" : "%.0f", value);
+    return std::string{text} + unit;
+}
+
+INSONIFY_LAZY std::string named(const object& one) {
+    return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id))
+                            : "object '" + one.name + "'";
+}
+
+/// Calls visit(distance) for every crossing of a ray with an object, through its tree where that is up to date.
+template <class Visit>
+void for_each_crossing(const object& one, const ray& r, const Visit& visit) {
+    const ray local = one.local(r);
+    if (one.tree_follows) return one.tree_view().for_each_hit(local, [&](const hit& found) { visit(found.distance); });
+    const sheared_ray sheared{local};
+    const mesh_view surface{one.surface};
+    for (std::size_t i = 0; i < surface.size(); ++i)
+        if (const hit found = intersect(sheared, surface[i]); found && found.distance >= 0) visit(found.distance);
+}
+
+/// What the lines of a probe meet, were they endless.
+struct line_survey {
+    float ahead = FLT_MAX;          ///< metres to the first surface on any line
+    float behind = FLT_MAX;         ///< the same, backwards
+    const object* around = nullptr; ///< that gives the medium where the middle line begins
+};
+template <transducer Probe>
+line_survey survey(const scene& body, const Probe& probe, const pose& at) {
+    line_survey found;
+    for (std::uint32_t i = 0; i < probe.lines; ++i) {
+        const ray beam = probe.beam(static_cast<float>(i));
+        const ray line{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
+        const ray back{.origin = line.origin, .direction = -line.direction};
+        for (const object& one : body.objects()) {
+            std::uint32_t crossed = 0;
+            for_each_crossing(one, line, [&](float distance) {
+                found.ahead = lesser(found.ahead, distance);
+                ++crossed;
+            });
+            for_each_crossing(one, back, [&](float distance) { found.behind = lesser(found.behind, distance); });
+            const bool gives_medium = found.around == nullptr || one.rank < found.around->rank;
+            if (i == probe.lines / 2 && crossed % 2 == 1 && gives_medium) found.around = &one;
+        }
+    }
+    return found;
+}
+
+/// Metres from the field of view to the nearest surface.
+template <transducer Probe>
+float distance_beside(const scene& body, const Probe& probe, const pose& at, float depth) {
+    float nearest = FLT_MAX;
+    for (const object& one : body.objects()) {
+        const pose to_probe = inverse(at) * one.at;
+        const mesh_view surface{one.surface};
+        for (std::size_t i = 0; i < surface.size(); ++i) {
+            const triangle t = surface[i];
+            const triangle face{to_probe.point(t.a), to_probe.point(t.b), to_probe.point(t.c)};
+            if (!is_finite(bounds(face))) continue;
+            const float reach = greater(length(face.b - face.a), length(face.c - face.a));
+            if (length(face.a - nearest_in_field(probe, depth, face.a)) - reach > nearest) continue;
+            nearest = lesser(nearest, distance_to_field(probe, depth, face));
+        }
+    }
+    return nearest;
+}
+
+/// Impedances that tissue is not near: from them to it next to no sound passes.
+INSONIFY_LAZY bool keeps_sound(const medium& m) { return m.impedance() > 3e6F || m.impedance() < 3e5F; }
+
+/// What is wrong with the unit, if anything: the scene is 30 times larger than the lines are deep, or 300 times smaller.
+INSONIFY_LAZY std::string unit_fault(const aabb& box, float depth) {
+    const vec3 sides = box.size();
+    const float size = greater(sides.x, greater(sides.y, sides.z));
+    const auto sentence = [&](const char* used, const char* meant) {
+        return "The objects are " + shown(size) + " across, but the lines " + shown(depth) +
+               " deep: the unit is probably " + used + " where " + meant + " was meant.";
+    };
+    if (size > 30 * depth && size > 1) return size > 5 ? sentence("1_m", "1_mm") : sentence("1_m", "1_cm");
+    if (size > 0 && size < depth / 300) return sentence("1_mm", "1_m");
+    return {};
+}
+
+} // namespace diagnosing
+
+template <transducer Probe>
+diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
+    using namespace diagnosing;
+    diagnosis found;
+    const auto tell = [&](problem what, const std::string& sentence) -> diagnosis& {
+        found.problems.push_back(what);
+        found.sentence += (found.sentence.empty() ? "" : " ") + sentence;
+        return found;
+    };
+    if (!is_rigid(at))
+        return tell(problem::pose, "The pose of the probe is no rigid motion, or not finite; make it with look_at.");
+    try {
+        probe.check();
+    } catch (const usage_error& refused) {
+        return tell(problem::setting, std::string{refused.what()} + ".");
+    }
+    if (!is_depth(scan.depth))
+        return tell(problem::setting, "The depth is no number of metres above 0; write it as in 80_mm.");
+    bool has_faces = false;
+    for (const object& one : body.objects()) has_faces = has_faces || !one.surface.faces.empty();
+    if (!has_faces)
+        return tell(problem::no_objects,
+                    "The scene holds no object with faces; add one, or check the file it came from.");
+    if (!body.is_built())
+        return tell(problem::not_built, "The scene is not built; call build(policy) after the last add or remove.");
+    for (const object& one : body.objects())
+        if (one.moved)
+            return tell(problem::not_updated, "The positions of " + named(one) +
+                                                  " were handed out since the last update; call update(policy).");
+    if (body.media().size() == 1)
+        tell(problem::one_medium,
+             "Every object has the medium of the background, so no surface echoes; give the objects, "
+             "or the background, another one.");
+
+    const line_survey lines = survey(body, probe, at);
+    if (lines.around != nullptr && keeps_sound(lines.around->inside))
+        tell(problem::inside, "The probe stands inside " + named(*lines.around) +
+                                  ", whose medium lets next to no sound out; move the probe out of it.");
+    if (lines.ahead > scan.depth) {
+        if (const std::string wrong = unit_fault(body.box(), scan.depth); !wrong.empty())
+            tell(problem::unit, wrong);
+        else if (lines.around != nullptr && lines.ahead < FLT_MAX)
+            tell(problem::inside, "The probe stands inside " + named(*lines.around) + ", whose surface is " +
+                                      shown(lines.ahead) + " away along the lines, deeper than the " +
+                                      shown(scan.depth) + " shown; raise `depth`.");
+        else if (lines.ahead < FLT_MAX)
+            tell(problem::too_shallow, "No line meets any object: the nearest surface on a line is " +
+                                           shown(lines.ahead) + " deep, the lines end at " + shown(scan.depth) +
+                                           "; raise `depth`.");
+        else if (lines.behind < FLT_MAX)
+            tell(problem::behind,
+                 "No line meets any object: they are behind the probe, which looks away from them; turn "
+                 "it round (look_at(from, towards, lateral)).");
+        else
+            tell(problem::beside, "No line meets any object: the nearest surface is " +
+                                      shown(distance_beside(body, probe, at, scan.depth)) +
+                                      " outside the field of view; move the probe or the objects.");
+    }
+    for (const object& one : body.objects())
+        if (const mesh_report report = validate(one.surface); !report.closed())
+            tell(problem::open_surface, "The surface of " + named(one) + " is not closed: " + explain(report));
+    return found;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #ifndef INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
 #define INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
 
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How loud the amplifier is.
 struct electronic_noise_settings {
-    float level_db = -130; ///< rms of its envelope against the echo of a perfect mirror
-    std::uint64_t seed = 1;
+    float level_db = -130;   ///< rms of its envelope against the echo of a perfect mirror
+    std::uint64_t seed = 1;  ///< another one, another noise of the same kind
     std::uint32_t frame = 0; ///< each frame of a clip has its own
 };
 
@@ -9647,8 +10208,8 @@ class persistence {
             throw usage_error{"persistence: the share of the past must be from 0 to below 1"};
     }
 
-    /// Takes in one more frame. Call `reset` first where another probe or other settings made it. The past is forgotten where the pose of the probe, the number of lines or of samples,
-    /// or the depth differs from the frame before.
+    /// Takes in one more frame. The past is forgotten where the pose of the probe, the number of lines or of samples, or
+    /// the depth differs from the frame before. Call `reset` first where another probe or other settings made the frame.
     /// @return what is to be shown; good until the next call
     template <exec::policy Policy>
     const scan_lines& add(const Policy& policy, scan_lines frame, const pose& at) {
@@ -9741,14 +10302,14 @@ enum class grid {
 
 /// How deep to look, how finely, and along which depths.
 struct label_settings {
-    float depth = 0.08F;       ///< metres, of the grid
-    std::uint32_t samples = 0; ///< along each line; 0: as many as a picture by `physical` has
-    insonify::grid grid = insonify::grid::geometric;
+    float depth = 0.08F;                             ///< metres, of the grid
+    std::uint32_t samples = 0;                       ///< along each line; 0: as many as a picture by `physical` has
+    insonify::grid grid = insonify::grid::geometric; ///< what a depth means
 };
 
 /// The depths of a label grid, for the tracer: it makes no samples itself.
 struct label_axis {
-    insonify::grid grid = insonify::grid::geometric;
+    insonify::grid grid = insonify::grid::geometric; ///< what a depth means
 
     /// Where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
     std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
@@ -9766,10 +10327,10 @@ struct label_axis {
 
 /// Which samples of a line stand in one of its layers: `first` up to, but without, `last`.
 struct label_stretch {
-    float begin = 0; ///< of the layer, in metres of the grid
-    float scale = 1; ///< metres of the grid a metre of the layer
-    std::size_t first = 0;
-    std::size_t last = 0;
+    float begin = 0;       ///< of the layer, in metres of the grid
+    float scale = 1;       ///< metres of the grid a metre of the layer
+    std::size_t first = 0; ///< sample
+    std::size_t last = 0;  ///< sample after the last one
 };
 
 /// Lays the layers of one line on a grid: visit(i, stretch) for layer i, from the face down.
@@ -9938,7 +10499,9 @@ class path_estimate {
         });
     }
 
+    /// Estimates taken in.
     std::uint32_t frames() const { return frames_; }
+    /// Their mean, sample by sample.
     const iq_lines& mean() const { return mean_; }
 
     /// Of each sample's mean: standard deviation of the complex value over the root of the frames; 0 before two.
@@ -9966,6 +10529,7 @@ class path_estimate {
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How far sound is followed as it bends and bounces.
 struct path_settings {
     std::uint32_t bounces = 4;     ///< reflections that a path may undergo before its last echo
     float least_amplitude = 1e-5F; ///< a path that would bring back less of the sound is given up
@@ -9984,8 +10548,11 @@ struct path_settings {
 template <class Model>
 class path_tracer {
   public:
-    using model_type = Model;
+    using model_type = Model; ///< a `physical`
 
+    /// Refers to scene, model and settings: keep them.
+    /// @param frequency    hertz
+    /// @param pulse_sigma  metres of displayed depth
     path_tracer(const scene& body, const model_type& model, const path_settings& settings, float frequency,
                 float pulse_sigma)
         : body_{body}, model_{model}, settings_{settings} {
@@ -10260,10 +10827,12 @@ struct orthographic_camera {
     vec2 extent{0.1F, 0.1F}; ///< metres that the picture spans across and down
     uvec2 size{512, 512};    ///< columns, rows
 
+    /// In the world; its direction has length 1.
     INSONIFY_FN ray through(vec2 pixel) const {
         const vec2 share = pixel / vec2{size} - 0.5F;
         return {.origin = at.point({share.x * extent.x, share.y * extent.y, 0}), .direction = at.direction({0, 0, 1})};
     }
+    /// @throws usage_error  naming the setting that makes no sense
     void check() const {
         check_camera(size, at);
         if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
@@ -10277,12 +10846,14 @@ struct perspective_camera {
     float field_of_view = 60_deg; ///< across the picture, radians
     uvec2 size{512, 512};         ///< columns, rows
 
+    /// In the world; its direction has length 1.
     INSONIFY_FN ray through(vec2 pixel) const {
         const float scale = 2 * std::tan(0.5F * field_of_view) / static_cast<float>(size.x);
         const vec2 from_centre = pixel - 0.5F * vec2{size};
         return {.origin = at.translation,
                 .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
     }
+    /// @throws usage_error  naming the setting that makes no sense
     void check() const {
         check_camera(size, at);
         if (!(field_of_view > 0 && field_of_view < pi))
@@ -10328,6 +10899,7 @@ INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, floa
 /// Traces points of the slice one by one, as the paper does: much work twice, kept as the reference for `trace_beams`.
 class pixel_tracer {
   public:
+    /// Refers to scene and model: keep them. @param frequency  hertz
     pixel_tracer(const scene& body, const law2011& model, float frequency)
         : body_{body}, model_{model}, frequency_{frequency} {}
 
@@ -10424,8 +10996,16 @@ Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
 
 namespace insonify::inline INSONIFY_ABI::io {
 
+/// @throws io_error  for a name that the system would cut off
+inline void check_name(const std::string& path) {
+    if (path.empty()) throw io_error{"a file was asked for without a name; give its path"};
+    if (path.find('\0') != std::string::npos)
+        throw io_error{path.substr(0, path.find('\0')) + ": its name goes on after a character 0; take that out"};
+}
+
 /// The whole file, byte by byte, less the mark by which some editors begin UTF-8.
 inline std::string read_file(const std::string& path) {
+    check_name(path);
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored)) throw io_error{path + ": this is a folder; name a file in it"};
     std::ifstream file{path, std::ios::binary};
@@ -10440,6 +11020,7 @@ inline std::string read_file(const std::string& path) {
 }
 
 inline std::ofstream create_file(const std::string& path) {
+    check_name(path);
     std::ofstream file{path, std::ios::binary};
     if (!file) throw io_error{path + ": the file cannot be written; check that its folder exists and lets you write"};
     return file;
@@ -10732,6 +11313,7 @@ namespace loader = tinyobj;
 #pragma pop_macro("IS_NEW_LINE")
 
 #endif
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <locale>
@@ -10765,13 +11347,21 @@ struct obj_libraries {
     }
 };
 
-/// A file name in a mesh from elsewhere must not make a program open files elsewhere.
+/// A name in a mesh from elsewhere must not make a program open files elsewhere: whether it points out of the folder.
 inline bool leaves_folder(std::string_view name) {
     const auto is_separator = [](char c) { return c == '/' || c == '\\'; };
     if (name.empty() || is_separator(name[0]) || name.find(':') != std::string_view::npos) return true;
     for (std::size_t i = name.find(".."); i != std::string_view::npos; i = name.find("..", i + 1))
         if ((i == 0 || is_separator(name[i - 1])) && (i + 2 == name.size() || is_separator(name[i + 2]))) return true;
     return false;
+}
+
+/// Whether it does so by a link.
+inline bool links_out_of(const std::filesystem::path& folder, const std::string& name) {
+    std::error_code fault;
+    const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, fault);
+    const std::filesystem::path place = std::filesystem::weakly_canonical(home / name, fault);
+    return fault || std::mismatch(home.begin(), home.end(), place.begin(), place.end()).first != home.end();
 }
 
 /// Adds the media of one library, comments and tabs taken out, which tinyobjloader does not expect after a value.
@@ -10787,13 +11377,17 @@ inline void read_library(const std::string& path, obj_libraries& libraries) {
 }
 
 /// Opens the libraries that an OBJ file names: each `mtllib` line gives one name with blanks in it, or several names.
-/// @throws io_error  where one lies outside of the file's folder
-inline obj_libraries read_libraries(const std::string& path, const std::vector<named_line>& lines) {
+/// @throws io_error  where one lies outside of the file's folder, and that is not allowed
+inline obj_libraries read_libraries(const std::string& path, const std::vector<named_line>& lines,
+                                    library_access allowed) {
     const std::filesystem::path folder = std::filesystem::path{path}.parent_path();
     obj_libraries libraries;
+    const auto forbidden = [&](const std::string& name) {
+        return allowed == library_access::own_folder && (leaves_folder(name) || links_out_of(folder, name));
+    };
     const auto exists = [&](const std::string& name) {
         std::error_code ignored;
-        return std::filesystem::exists(folder / name, ignored);
+        return !forbidden(name) && std::filesystem::exists(folder / name, ignored);
     };
     for (const named_line& line : lines) {
         std::vector<std::string> names;
@@ -10801,9 +11395,11 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
         for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) names.emplace_back(word);
         if (names.size() > 1 && exists(line.name)) names = {line.name};
         for (const std::string& name : names) {
-            if (leaves_folder(name))
-                throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + shown(name) +
-                               "' lies outside of the file's own folder and is not opened; put it beside the file"};
+            if (forbidden(name))
+                throw io_error{
+                    path + ":" + std::to_string(line.line) + ": the material library '" + shown(name) +
+                    "' lies outside of the file's own folder and is not opened; put it beside the file, or allow it: " +
+                    "{.libraries = library_access::anywhere}"};
             if (exists(name))
                 read_library((folder / name).string(), libraries);
             else
@@ -10977,7 +11573,7 @@ mesh load_obj(const std::string& path, const obj_settings& settings) {
 scene load_obj_scene(const std::string& path, const obj_settings& settings) {
     scene loaded{settings.background};
     const io::obj_content content = io::read_obj(path, settings.unit);
-    const io::obj_libraries libraries = io::read_libraries(path, content.text.libraries);
+    const io::obj_libraries libraries = io::read_libraries(path, content.text.libraries, settings.libraries);
 
     struct future_object {
         std::string name{};

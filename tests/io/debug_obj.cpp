@@ -129,7 +129,7 @@ TEST_CASE("write_debug_obj refuses what makes no sense with a sentence") {
     const linear_array probe{};
     for (const float depth : {0.0F, -1.0F, std::nanf(""), INFINITY})
         CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, probe, pose{}, depth); }) ==
-              "write_debug_obj: the depth must be a finite number of metres above 0");
+              "write_debug_obj: the depth must be a number of metres, from 1 nm to 1000 km");
     CHECK(sentence<geometry_error>([&] { write_debug_obj(path, scene{}, probe, {.rotation = mat3{2}}, 1); }) ==
           "write_debug_obj: the pose of the probe is no rigid motion");
     CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, linear_array{.lines = ~0U}, pose{}, 1); }) ==

@@ -307,4 +307,35 @@ TEST_CASE("a material library outside of the file's folder is not opened") {
     CHECK(load_obj_scene(path, {.unit = 1_m}).objects().size() == 1);
 }
 
+TEST_CASE("a link out of the file's folder is not followed, one within it is") {
+    const temporary_folder folder;
+    folder.write("secret.mtl", "newmtl stuff\ndensity 1000\nsound_speed 1500\n");
+    const std::string path = folder.write("inner/a.obj", "mtllib link.mtl\n" + tetrahedron + "usemtl stuff\nf 1 2 3\n");
+    std::error_code impossible; // where links cannot be made, there is none to follow
+    std::filesystem::create_symlink(folder.path("secret.mtl"), folder.path("inner/link.mtl"), impossible);
+    if (impossible) return;
+    has(sentence<io_error>([&] { load_obj_scene(path, {.unit = 1_m}); }), "lies outside of the file's own folder");
+    std::filesystem::remove(folder.path("inner/link.mtl"));
+    folder.write("inner/real.mtl", "newmtl stuff\ndensity 1000\nsound_speed 1500\n");
+    std::filesystem::create_symlink("real.mtl", folder.path("inner/link.mtl"));
+    CHECK(load_obj_scene(path, {.unit = 1_m}).objects().size() == 1);
+}
+
+TEST_CASE("a material library elsewhere is opened where the caller allows it") {
+    const temporary_folder folder;
+    folder.write("shared.mtl", "newmtl stuff\ndensity 1000\nsound_speed 1500\n");
+    for (const std::string& name : {std::string{"../shared.mtl"}, folder.path("shared.mtl")}) {
+        const std::string path =
+            folder.write("inner/a.obj", "mtllib " + name + "\n" + tetrahedron + "usemtl stuff\nf 1 2 3\n");
+        const scene body = load_obj_scene(path, {.unit = 1_m, .libraries = library_access::anywhere});
+        CHECK(body.objects().at(0).inside.density == 1000);
+    }
+}
+
+TEST_CASE("a name that goes on after a character 0, or is none, is refused") {
+    const std::string cut{"a.obj\0b", 7};
+    has(sentence<io_error>([&] { load_obj(cut, {.unit = 1_m}); }), "a.obj: its name goes on after a character 0");
+    has(sentence<io_error>([&] { load_obj("", {.unit = 1_m}); }), "a file was asked for without a name");
+}
+
 } // namespace obj_test

@@ -13,7 +13,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///     std::uint32_t samples(float depth, float frequency) const;  // how many, where the caller does not say
 ///     void operator()(const auto& policy, const traced_line& line, float spacing, view<sample_type> samples) const;
 ///
-/// The last makes every sample of one line, which all start at 0; sample k stands at depth (k + 1/2) * spacing metres. It must not throw.
+/// The last makes every sample of one line, which all start at 0; sample k stands at depth (k + 1/2) * spacing metres. It
+/// must not throw.
 /// A model whose samples depend on what lies beyond their depth has a fourth, how far lines are to be followed (metres):
 ///
 ///     float reach(float depth, view<const medium> media) const;

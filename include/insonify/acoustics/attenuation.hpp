@@ -23,6 +23,7 @@ concept attenuation_law = requires(const Law& law, const medium& m, float freque
 
 /// The usual one: `echo_loss`.
 struct power_law {
+    /// dB a metre, there and back; the frequency in hertz.
     INSONIFY_FN float operator()(const medium& m, float frequency) const { return echo_loss(m, frequency); }
 
     friend bool operator==(const power_law&, const power_law&) = default;

@@ -20,10 +20,10 @@ namespace insonify::inline INSONIFY_ABI {
 ///                   when at rest; smooth over half a millimetre
 template <class Numbers, class Material>
 struct cell_field {
-    std::uint32_t seed = 1;
-    float cell = 0.2e-3F; ///< metres, across the line
-    Numbers numbers{};
-    Material material{};
+    std::uint32_t seed = 1; ///< another one, another texture of the same kind
+    float cell = 0.2e-3F;   ///< metres, across the line
+    Numbers numbers{};      ///< what a cell holds
+    Material material{};    ///< where tissue is when at rest
 
     /// @throws usage_error  where the cells have no size
     void check() const {
@@ -47,6 +47,7 @@ struct cell_field {
         return ((1 - share) * eighths[below] + share * eighths[below + 1]) * same_view(turned);
     }
 
+    /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
         // Between two points the map is taken as linear; without one, a straight line stays one.

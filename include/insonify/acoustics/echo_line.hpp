@@ -13,6 +13,9 @@ namespace insonify::inline INSONIFY_ABI {
 /// sample k stands at (k + 1/2) * spacing. The phase is reduced in cycles, so it keeps its digits at any depth.
 class echo_line {
   public:
+    /// @param samples    written to; they keep what they hold
+    /// @param spacing    metres of displayed depth from sample to sample
+    /// @param frequency  of the carrier, hertz
     INSONIFY_FN echo_line(view<vec2> samples, float spacing, float frequency)
         : samples_{samples}, per_spacing_{1 / spacing}, spacing_{spacing}, cycles_{2.0 *
                                                                                    static_cast<double>(frequency) /
@@ -22,6 +25,7 @@ class echo_line {
     /// Metres to the end of the last sample.
     INSONIFY_FN float depth() const { return spacing_ * static_cast<float>(samples_.size()); }
 
+    /// One echo at a displayed depth, metres; what lies beyond the ends of the line is dropped.
     INSONIFY_FN void add(float depth, vec2 amplitude) const { put(depth, turned(amplitude, phase(depth))); }
 
     /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i times its complex amplitude.

@@ -86,6 +86,7 @@ struct fresnel {
         return before.sound_speed < after.sound_speed ? std::asin(before.sound_speed / after.sound_speed) : pi / 2;
     }
 
+    /// As `interface_law` asks: r, and what an echo keeps there and back, T.
     INSONIFY_FN response operator()(const incidence& at) const {
         return {.reflected = pressure_reflection(at.before, at.after, at.cosine),
                 .transmitted = energy_transmission(at.before, at.after, at.cosine)};

@@ -8,8 +8,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Sound that arrives at the border between two media.
 struct incidence {
-    medium before{};
-    medium after{};
+    medium before{};     ///< that the sound comes from
+    medium after{};      ///< that it meets
     float cosine = 1;    ///< of the angle between the beam and the normal of the surface, 0 to 1
     float frequency = 0; ///< hertz
 };

@@ -36,15 +36,15 @@ enum class incident { field, backscattered };
 /// interface cuts it.
 /// Source: "Ultrasound image simulation with GPU-based ray tracing", 2011; impedances in rayl.
 struct law2011 {
-    using sample_type = float;
-    static constexpr bool normal_incidence = true;
+    using sample_type = float;                     ///< an intensity
+    static constexpr bool normal_incidence = true; ///< angles are not looked at
 
-    float reflection_length = 1e-3F; ///< metres
-    insonify::travel travel = insonify::travel::one_way;
-    insonify::reflection reflection = insonify::reflection::bare;
-    insonify::band band = insonify::band::before;
-    insonify::spectrum spectrum = insonify::spectrum::linear;
-    insonify::incident incident = insonify::incident::field;
+    float reflection_length = 1e-3F;                              ///< metres
+    insonify::travel travel = insonify::travel::one_way;          ///< of attenuation
+    insonify::reflection reflection = insonify::reflection::bare; ///< I_r, attenuated or not
+    insonify::band band = insonify::band::before;                 ///< side of the bright bands
+    insonify::spectrum spectrum = insonify::spectrum::linear;     ///< of attenuation
+    insonify::incident incident = insonify::incident::field;      ///< what I_a I_t is
     float texture = 1.78e-3F; ///< with `backscattered`: the echo of liver against a perfect mirror's (-55 dB)
 
     /// Share of the intensity that an interface sends back, eq. 2.

@@ -23,9 +23,9 @@ struct layer {
 
 /// Where a line runs in the world. Axes of length 1; the slice plane is normal to `elevation`.
 struct line_frame {
-    vec3 origin{0, 0, 0};
-    vec3 along{0, 0, 1};
-    vec3 elevation{0, 1, 0};
+    vec3 origin{0, 0, 0};    ///< on the face of the probe, metres
+    vec3 along{0, 0, 1};     ///< the way of the sound
+    vec3 elevation{0, 1, 0}; ///< out of the slice
 };
 
 /// The probe's beam at one depth of a line, as far as a model needs it.
@@ -37,17 +37,18 @@ struct beam_sample {
     float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
     vec2 alike{0, 0}; ///< m^2: mean square distance between what they have in common, across the lines and the planes
     float surface_incoherent = 1; ///< the same of the diffuse echoes of surfaces
-    vec2 surface_alike{0, 0};
-    float independent = 1; ///< the same of echoes that have nothing in common
+    vec2 surface_alike{0, 0};     ///< m^2: as `alike`, of the diffuse echoes of surfaces
+    float independent = 1;        ///< the same of echoes that have nothing in common
 };
 
 /// Beam samples for equal parts of the displayed depth, from the face on.
 struct line_beam {
-    view<const beam_sample> samples{};
+    view<const beam_sample> samples{}; ///< from the face on
     float spacing = 1;                 ///< metres
     view<const float> plane_offsets{}; ///< metres out of the slice plane
     view<const float> plane_weights{}; ///< for each sample those of all planes; together 1
 
+    /// The beam at a displayed depth, metres; the default one where none was made.
     INSONIFY_FN beam_sample at(float depth) const {
         if (samples.empty()) return {};
         return samples[index(depth)];
@@ -74,12 +75,12 @@ struct line_beam {
 
 /// One line as an acoustic model sees it: what it runs through, where, and with what beam.
 struct traced_line {
-    view<const layer> layers{};
-    view<const medium> media{};
-    float frequency = 0;       ///< hertz
-    view<const pose> places{}; ///< object to world: of the background (the world itself), then of the objects
-    line_frame frame{};
-    line_beam beam{};
+    view<const layer> layers{}; ///< from the face on, without gaps
+    view<const medium> media{}; ///< of the scene, the background first
+    float frequency = 0;        ///< hertz
+    view<const pose> places{};  ///< object to world: of the background (the world itself), then of the objects
+    line_frame frame{};         ///< where it runs
+    line_beam beam{};           ///< empty for models without `covariance`
     float pulse_sigma = 0; ///< metres of displayed depth, of the Gaussian that `convolve` will apply along the line
     float height = 0;      ///< metres out of the slice plane that the line stands for, where there are several planes
 };

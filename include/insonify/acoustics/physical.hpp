@@ -49,19 +49,19 @@ template <interface_law Boundary = fresnel, scattering_field Scattering = gaussi
           specular_law Specular = specular_return, roughness_law Roughness = kirchhoff,
           attenuation_law Attenuation = power_law>
 struct physical {
-    using sample_type = vec2;
+    using sample_type = vec2; ///< in phase, in quadrature
 
-    Boundary boundary{};
-    Scattering scattering{};
-    Specular specular{};
-    insonify::timing timing = insonify::timing::sound_speed;
-    insonify::angle angle = insonify::angle::oblique;
-    insonify::pulse_band band = insonify::pulse_band::narrow;
-    float texture_db = -55;           ///< echo of liver's texture against a perfect mirror
+    Boundary boundary{};                                      ///< what interfaces reflect and let through
+    Scattering scattering{};                                  ///< texture
+    Specular specular{};                                      ///< what the aperture collects of mirror echoes
+    insonify::timing timing = insonify::timing::sound_speed;  ///< where echoes are displayed
+    insonify::angle angle = insonify::angle::oblique;         ///< at which surfaces are met
+    insonify::pulse_band band = insonify::pulse_band::narrow; ///< what attenuation does to a pulse
+    float texture_db = -55;                                   ///< echo of liver's texture against a perfect mirror
     float shadow_floor_db = -FLT_MAX; ///< no shadow is deeper than this below what the background would let through
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
-    Roughness roughness{};
-    Attenuation attenuation{};
+    Roughness roughness{};            ///< what rough surfaces scatter
+    Attenuation attenuation{};        ///< dB a metre
 
     /// The same model with another law at interfaces.
     template <interface_law Law>
@@ -114,6 +114,7 @@ struct physical {
 
     /// Of texture on neighbouring lines, and of the diffuse echoes of rough surfaces; see `scattering_field`.
     INSONIFY_FN float covariance(float apart, float turned) const { return scattering.covariance(apart, turned); }
+    /// The same of the diffuse echoes of rough surfaces.
     INSONIFY_FN float surface_covariance(float apart, float turned) const {
         return surface_field().covariance(apart, turned);
     }

@@ -46,7 +46,9 @@ concept roughness_law = requires(const Law& law, const incidence& at) {
 
 /// The usual one: `coherent_amplitude` and `diffuse_energy`.
 struct kirchhoff {
+    /// Factor on the amplitude of the mirror echo, 0 to 1.
     INSONIFY_FN float coherent(const incidence& at) const { return coherent_amplitude(at); }
+    /// Share of the reflected energy that is scattered, 0 to 1.
     INSONIFY_FN float diffuse(const incidence& at) const { return diffuse_energy(at); }
 
     friend bool operator==(const kirchhoff&, const kirchhoff&) = default;

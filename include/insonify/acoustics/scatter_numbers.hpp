@@ -11,8 +11,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// Complex numbers, one a lane.
 template <int N>
 struct complex_lanes {
-    lanes<N> real{};
-    lanes<N> imaginary{};
+    lanes<N> real{};      ///< one a lane
+    lanes<N> imaginary{}; ///< one a lane
 };
 
 /// Very many scatterers to a resolution cell: their sum is a complex Gaussian, the envelope Rayleigh distributed.

@@ -42,8 +42,8 @@ enum class specular_lobe {
 /// 7.43 degrees, lies at 7.71, 7.39 and 7.37 with `exact` and at 7.02 with `aperture`.
 /// Source: the image-source method; Abramowitz & Stegun, section 7.3, for f and g.
 struct specular_return {
-    specular_lobe lobe = specular_lobe::aperture;
-    float power = 1; ///< of `cosine`
+    specular_lobe lobe = specular_lobe::aperture; ///< how it fades
+    float power = 1;                              ///< of `cosine`
 
     /// @param angle        between the beam and the facet's normal, in the plane of the aperture, radians, any sign
     /// @param fnumber      depth of the facet over the width of the aperture

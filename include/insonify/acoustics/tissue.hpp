@@ -158,13 +158,13 @@ inline constexpr medium urethane{1050, 1450, 0.5_dB_per_cm, 1.3F, amplitude_of_d
 
 /// A medium under the name that it has in `tissue`.
 struct named_medium {
-    const char* name = "";
-    medium value{};
+    const char* name = ""; ///< as written in the code
+    medium value{};        ///< its numbers
 };
 
 // clang-format off
-/// Every medium of `tissue`.
 #define INSONIFY_NAMED(id) named_medium{#id, id}
+/// Every medium of `tissue`.
 inline constexpr named_medium all[] = {
     INSONIFY_NAMED(water), INSONIFY_NAMED(saline), INSONIFY_NAMED(blood), INSONIFY_NAMED(fat), INSONIFY_NAMED(skin),
     INSONIFY_NAMED(muscle), INSONIFY_NAMED(tendon), INSONIFY_NAMED(fascia), INSONIFY_NAMED(nerve),

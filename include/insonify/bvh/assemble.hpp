@@ -4,17 +4,24 @@
 #include <insonify/bvh/node.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <algorithm>
+#include <array>
+#include <numeric>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Makes a tree from a way to divide a group of primitives among the children of a node.
+/// Makes a wide tree from a way to split a group of primitives in two.
+///
+///     [      all      ]  ->  [   a   |   b   ]  ->  [   a   | b1 | b2 ]  ->  ...  Width children of a node
+///
+/// Which child is split next: of those that take more than one node even so the heaviest; then, of those whose leaves
+/// all find room in this node, since that saves a node. So nodes are full where it costs nothing.
 ///
 ///     1  [ large groups, one after the other, each by all threads ]         the top
 ///     2  [ small | small | small | small | ... ]                            a part each, all at once
 ///
 /// How the work is cut depends on the number of primitives alone, so the tree does not depend on the policy.
-/// @tparam Splitter  has a `group` with `size()`; `divide(policy, group, level, children)` that fills up to Width
-///                   children, none of them empty, and returns how many; `list(group, slots)` that writes its primitives
+/// @tparam Splitter  has a `group` with `size()`; `split(policy, group, level, below, above)`, neither empty;
+///                   `weight(group, level)`, a number above 0; `list(group, slots)` that writes its primitives
 template <int Width, class Splitter>
 class tree_assembler {
   public:
@@ -24,29 +31,39 @@ class tree_assembler {
 
     template <class Policy>
     topology<Width> assemble(const Policy& policy, const group& all) {
-        topology<Width> tree;
-        if (all.size() == 0) return tree;
+        if (all.size() == 0) return {};
         small_ = std::max<std::size_t>(all.size() / 64, 4096);
-        if (all.size() <= small_) {
-            add_node(exec::seq, tree, all, 1, nullptr);
-            tree.parts = {{0, static_cast<std::uint32_t>(tree.nodes.size())}};
-            return tree;
-        }
+        piece top;
         std::vector<subtree> later;
-        add_node(policy, tree, all, 1, &later);
-        std::vector<topology<Width>> parts(later.size());
+        if (all.size() <= small_)
+            later.push_back({all, 1, 0, 0});
+        else
+            add_node(policy, top, all, 1, &later);
+        std::vector<piece> pieces(later.size());
+        std::vector<std::size_t> order(later.size()); // the largest first, lest one be left over at the end
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::stable_sort(order.begin(), order.end(),
+                         [&later](std::size_t a, std::size_t b) { return later[a].all.size() > later[b].all.size(); });
         for_each_index(policy, later.size(), [&](std::size_t i) {
-            const std::size_t leaves = later[i].all.size() / Width;
-            parts[i].nodes.reserve(leaves / 2);
-            parts[i].slots.reserve((leaves + leaves / 4) * Width);
-            add_node(exec::seq, parts[i], later[i].all, later[i].level, nullptr);
+            const subtree& from = later[order[i]];
+            piece& made = pieces[order[i]];
+            const std::size_t leaves = from.all.size() / Width;
+            made.nodes.reserve(leaves / 4);
+            made.slots.reserve((leaves + leaves / 4) * Width);
+            add_node(exec::seq, made, from.all, from.level, nullptr);
         });
-        join(policy, tree, parts, later);
-        return tree;
+        return joined(policy, top, pieces, later);
     }
 
   private:
-    // A part of the tree that is built by itself, and where it will hang.
+    // Nodes and leaves with indices of their own.
+    struct piece {
+        std::vector<std::array<std::uint32_t, Width>> nodes{}; // the codes of the children
+        std::vector<std::uint32_t> slots{};
+        std::uint32_t levels = 0;
+    };
+
+    // A piece to come, and where it will hang.
     struct subtree {
         group all{};
         std::uint32_t level = 0;
@@ -55,61 +72,91 @@ class tree_assembler {
     };
 
     template <class Policy>
-    std::uint32_t add_node(const Policy& policy, topology<Width>& tree, const group& all, std::uint32_t level,
+    std::uint32_t add_node(const Policy& policy, piece& tree, const group& all, std::uint32_t level,
                            std::vector<subtree>* later) {
         const auto node = static_cast<std::uint32_t>(tree.nodes.size());
         tree.nodes.emplace_back();
         tree.levels = std::max(tree.levels, level);
         group children[Width];
-        const int count = splitter_.divide(policy, all, level, children);
-        for (int i = 0; i < Width; ++i) {
+        const std::uint32_t count = divide(policy, all, level, children);
+        for (std::uint32_t i = 0; i < Width; ++i) {
             std::uint32_t code = no_child;
             if (i < count && children[i].size() <= Width)
                 code = add_leaf(tree, children[i]);
             else if (i < count && later != nullptr && children[i].size() <= small_)
-                later->push_back({children[i], level + 1, node, static_cast<std::uint32_t>(i)});
+                later->push_back({children[i], level + 1, node, i});
             else if (i < count)
                 code = add_node(policy, tree, children[i], level + 1, later);
-            tree.nodes[node].child[i] = code;
+            tree.nodes[node][i] = code;
         }
         return node;
     }
 
-    std::uint32_t add_leaf(topology<Width>& tree, const group& held) {
-        const auto index = static_cast<std::uint32_t>(tree.leaves());
-        tree.slots.resize(tree.slots.size() + Width, no_primitive);
-        splitter_.list(held, tree.slots.data() + std::size_t{index} * Width);
-        return index | leaf_bit;
+    // @return how many children
+    template <class Policy>
+    std::uint32_t divide(const Policy& policy, const group& all, std::uint32_t level, group (&children)[Width]) {
+        using weight = decltype(splitter_.weight(all, level));
+        children[0] = all;
+        weight weights[Width] = {};
+        std::uint32_t count = 1;
+        for (std::uint32_t chosen = 0; count < Width; ++count) {
+            int best = 0;
+            for (std::uint32_t i = 0; i < count; ++i) {
+                const std::size_t size = children[i].size();
+                if (size <= Width) continue;
+                const bool fits = (size - 1) / Width <= Width - count;
+                const int rank = size > Width * Width ? 3 : fits ? 2 : 1;
+                if (rank < best || (rank == best && !(weights[chosen] < weights[i]))) continue;
+                best = rank;
+                chosen = i;
+            }
+            if (best == 0) break;
+            const group parent = children[chosen];
+            splitter_.split(policy, parent, level, children[chosen], children[count]);
+            weights[chosen] = splitter_.weight(children[chosen], level);
+            weights[count] = splitter_.weight(children[count], level);
+        }
+        return count;
     }
 
-    // Hangs the parts under their parents; node 0 of a part takes the next free index.
+    std::uint32_t add_leaf(piece& tree, const group& held) {
+        const std::size_t begin = tree.slots.size();
+        tree.slots.resize(begin + Width, no_primitive);
+        splitter_.list(held, tree.slots.data() + begin);
+        return static_cast<std::uint32_t>(begin / Width) | leaf_bit;
+    }
+
+    // The top, then the pieces one after the other; node 0 of a piece is hung under its parent.
     template <class Policy>
-    static void join(const Policy& policy, topology<Width>& tree, const std::vector<topology<Width>>& parts,
-                     const std::vector<subtree>& where) {
-        std::vector<std::uint32_t> first_leaf(parts.size());
-        auto nodes = static_cast<std::uint32_t>(tree.nodes.size());
-        auto leaves = static_cast<std::uint32_t>(tree.leaves());
-        for (std::size_t i = 0; i < parts.size(); ++i) {
-            tree.nodes[where[i].parent].child[where[i].place] = nodes;
-            first_leaf[i] = leaves;
-            tree.parts.push_back({nodes, nodes + static_cast<std::uint32_t>(parts[i].nodes.size())});
-            tree.levels = std::max(tree.levels, parts[i].levels);
+    static topology<Width> joined(const Policy& policy, piece& top, const std::vector<piece>& pieces,
+                                  const std::vector<subtree>& where) {
+        topology<Width> tree;
+        tree.levels = top.levels;
+        auto nodes = static_cast<std::uint32_t>(top.nodes.size());
+        auto leaves = static_cast<std::uint32_t>(top.slots.size() / Width);
+        for (std::size_t i = 0; i < pieces.size(); ++i) {
+            if (!top.nodes.empty()) top.nodes[where[i].parent][where[i].place] = nodes;
+            tree.parts.push_back({nodes, nodes + static_cast<std::uint32_t>(pieces[i].nodes.size()), leaves,
+                                  leaves + static_cast<std::uint32_t>(pieces[i].slots.size() / Width)});
+            tree.levels = std::max(tree.levels, pieces[i].levels);
             nodes = tree.parts.back().end;
-            leaves += static_cast<std::uint32_t>(parts[i].leaves());
+            leaves = tree.parts.back().leaf_end;
         }
         tree.nodes.resize(nodes);
         tree.slots.resize(std::size_t{leaves} * Width);
-        for_each_index(policy, parts.size(), [&](std::size_t i) {
-            std::copy(parts[i].slots.begin(), parts[i].slots.end(),
-                      tree.slots.begin() + static_cast<std::ptrdiff_t>(std::size_t{first_leaf[i]} * Width));
-            const std::uint32_t first_node = tree.parts[i].begin;
-            for (std::size_t n = 0; n < parts[i].nodes.size(); ++n)
-                for (int k = 0; k < Width; ++k) {
-                    std::uint32_t child = parts[i].nodes[n].child[k];
-                    if (child != no_child) child += (child & leaf_bit) != 0 ? first_leaf[i] : first_node;
+        const auto put = [&tree](const piece& from, std::uint32_t first_node, std::uint32_t first_leaf) {
+            std::copy(from.slots.begin(), from.slots.end(), tree.slots.data() + std::size_t{first_leaf} * Width);
+            for (std::size_t n = 0; n < from.nodes.size(); ++n)
+                for (std::size_t k = 0; k < Width; ++k) {
+                    std::uint32_t child = from.nodes[n][k];
+                    if (child != no_child) child += (child & leaf_bit) != 0 ? first_leaf : first_node;
                     tree.nodes[first_node + n].child[k] = child;
                 }
-        });
+        };
+        put(top, 0, 0);
+        for_each_index(policy, pieces.size(),
+                       [&](std::size_t i) { put(pieces[i], tree.parts[i].begin, tree.parts[i].first_leaf); });
+        return tree;
     }
 
     Splitter& splitter_;

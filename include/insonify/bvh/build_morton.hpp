@@ -19,7 +19,7 @@ struct build_morton {
     topology<Width> operator()(const Policy& policy, const Range& range) const;
 };
 
-/// Divides groups for `tree_assembler`: stretches of the order.
+/// Splits groups for `tree_assembler`: stretches of the order.
 template <int Width>
 class morton_splitter {
   public:
@@ -37,50 +37,39 @@ class morton_splitter {
 
     void list(const group& held, std::uint32_t* slots) const {
         for (std::size_t i = 0; i < held.size(); ++i) slots[i] = order_.primitive(held.begin + i);
-        std::sort(slots, slots + held.size());
+    }
+
+    /// The largest cell first, of equal ones the fullest.
+    std::uint64_t weight(const group& g, std::uint32_t level) const {
+        return std::uint64_t{cell_bits(g, level)} << 32U | g.size();
     }
 
     template <class Policy>
-    int divide(const Policy&, const group& whole, std::uint32_t level, group (&children)[Width]) const {
-        children[0] = whole;
-        std::uint64_t size[Width] = {size_of(whole, level)};
-        int count = 1;
-        while (count < Width) {
-            int chosen = 0;
-            for (int i = 1; i < count; ++i)
-                if (size[i] > size[chosen]) chosen = i;
-            if (size[chosen] == 0) break;
-            const group parent = children[chosen];
-            const std::size_t middle = middle_of(parent, level);
-            children[chosen] = {parent.begin, middle};
-            children[count] = {middle, parent.end};
-            for (const int i : {chosen, count}) size[i] = size_of(children[i], level);
-            ++count;
-        }
-        return count;
+    void split(const Policy&, const group& whole, std::uint32_t level, group& below, group& above) const {
+        const std::size_t middle = middle_of(whole, level);
+        below = {whole.begin, middle};
+        above = {middle, whole.end};
     }
 
   private:
-    // What is split first: the largest cell, of equal ones the fullest; 0 for what is a leaf.
-    std::uint64_t size_of(const group& g, std::uint32_t level) const {
-        if (g.size() <= Width) return 0;
-        const std::uint64_t differing = order_.cell(g.begin) ^ order_.cell(g.end - 1);
-        const auto cell = level < free_levels ? static_cast<std::uint64_t>(std::bit_width(differing)) : 0;
-        return cell << 32U | g.size();
+    // The highest bit in which cells of the group differ, counted from 1; 0 where it is to be halved by number.
+    std::uint32_t cell_bits(const group& g, std::uint32_t level) const {
+        if (level >= free_levels) return 0;
+        return static_cast<std::uint32_t>(std::bit_width(order_.cell(g.begin) ^ order_.cell(g.end - 1)));
     }
 
     std::size_t middle_of(const group& g, std::uint32_t level) const {
-        const std::uint64_t differing = order_.cell(g.begin) ^ order_.cell(g.end - 1);
         std::size_t middle = g.begin + g.size() / 2;
-        if (differing != 0 && level < free_levels) { // the first place of the upper half of the cell
-            const auto shift = static_cast<unsigned>(std::bit_width(differing)) - 1;
-            const std::uint64_t upper = order_.cell(g.end - 1) >> shift;
-            std::size_t low = g.begin, high = g.end - 1;
-            while (low + 1 < high) {
-                middle = (low + high) / 2;
-                (order_.cell(middle) >> shift < upper ? low : high) = middle;
+        if (const std::uint32_t bits = cell_bits(g, level);
+            bits != 0) { // the first place of the upper half of the cell
+            const std::uint32_t upper = order_.cell(g.end - 1) >> (bits - 1) << (bits - 1);
+            std::size_t left = g.size() - 1;
+            middle = g.begin + 1;
+            while (left > 0) { // without branches: half of them would be foretold wrongly
+                const std::size_t half = (left + 1) / 2;
+                middle += order_.cell(middle + half - 1) < upper ? half : 0;
+                left -= half;
             }
-            middle = high;
         }
         if (g.size() > 3 * Width) return middle;
         const std::size_t full = (middle - g.begin + Width / 2) / Width * Width;

@@ -4,14 +4,11 @@
 #include <insonify/bvh/assemble.hpp>
 #include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/bvh/sah_bins.hpp>
-#include <memory>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Builds a wide tree from the top by the surface area heuristic over bins, splitting the child of largest area until a
-/// node is full.
-///
-///     [      all      ]  ->  [   a   |   b   ]  ->  [   a   | b1 | b2 ]  ->  ...  Width children
+/// Builds a wide tree from the top by the surface area heuristic over bins.
 ///
 /// The tree depends on the boxes alone, not on the policy. Boxes that are empty or not finite are left out.
 /// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies"; the cost of a child is its area
@@ -21,7 +18,7 @@ struct build_sah {
     topology<Width> operator()(const Policy& policy, const Range& range) const;
 };
 
-/// Divides groups for `tree_assembler`. Boxes travel through two arrays: a split writes its two sides into the other.
+/// Splits groups for `tree_assembler`. Boxes travel through two arrays: a split writes its two sides into the other.
 template <int Width>
 class sah_splitter {
   public:
@@ -29,45 +26,42 @@ class sah_splitter {
         std::size_t begin = 0;
         std::size_t end = 0;
         int source = 0; ///< which of the two arrays it lies in
-        sah_box box{};
-        sah_range centres{};
+        build_box box = build_box::none();
+        centre_range centres{};
 
         std::size_t size() const { return end - begin; }
     };
 
     template <class Policy, class Range>
     sah_splitter(const Policy& policy, const Range& range) {
-        boxes_[0] = array(range.size());
+        boxes_[0].resize(range.size());
         struct piece {
             std::size_t used = 0;
-            sah_box box{};
-            sah_range centres{};
+            build_box box = build_box::none();
+            centre_range centres{};
         };
         std::vector<piece> pieces(blocks(range.size()));
         exec::for_each_block(policy, range.size(), block_size, [&](std::size_t begin, std::size_t end) {
             piece one;
-            for (std::size_t i = begin; i < end; i += Width) {
-                const box_rows<Width> rows = leaf<Range, Width>::boxes(range, i, end - i);
-                for (int k = 0; k < Width; ++k) {
-                    const sah_box item{rows.box(k), static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(k)};
-                    if (!(-item.row[0] <= item.row[4])) continue; // not finite, or not there
-                    one.box.add(item);
-                    const lanes<4> centre = item.half_centre();
-                    one.centres.add(centre, centre);
-                    boxes_[0][begin + one.used++] = item;
-                }
+            for (std::size_t i = begin; i < end; ++i) {
+                build_box box = leaf<Range, Width>::box(range, i);
+                if (box.empty()) continue;
+                one.box.add(box);
+                one.centres.add(box.half_centre(), box.half_centre());
+                box.name(static_cast<std::uint32_t>(i));
+                boxes_[0][begin + one.used++] = box;
             }
             pieces[begin / block_size] = one;
         });
         for (std::size_t b = 0; b < pieces.size(); ++b) { // closes the gaps that primitives left out have made
-            const sah_box* const first = boxes_[0].get() + b * block_size;
-            if (all_.end != b * block_size) std::copy(first, first + pieces[b].used, boxes_[0].get() + all_.end);
+            const build_box* const first = boxes_[0].data() + b * block_size;
+            if (all_.end != b * block_size) std::copy(first, first + pieces[b].used, boxes_[0].data() + all_.end);
             all_.end += pieces[b].used;
             all_.box.add(pieces[b].box);
             all_.centres.add(load<4>(pieces[b].centres.begin), load<4>(pieces[b].centres.end));
         }
-        boxes_[1] = array(all_.end);
-        places_ = std::make_unique_for_overwrite<std::uint32_t[]>(all_.end);
+        boxes_[1].resize(all_.end);
+        places_.resize(all_.end);
     }
 
     const group& all() const { return all_; }
@@ -76,50 +70,18 @@ class sah_splitter {
         for (std::size_t i = 0; i < held.size(); ++i) slots[i] = boxes_[held.source][held.begin + i].primitive();
     }
 
-    template <class Policy>
-    int divide(const Policy& policy, const group& whole, std::uint32_t level, group (&children)[Width]) {
-        const bool by_area = level < free_levels;
-        children[0] = whole;
-        float size[Width] = {};
-        int count = 1;
-        for (int chosen = 0; count < Width && chosen >= 0;) {
-            const group parent = children[chosen];
-            if (parent.size() > Width) {
-                if (by_area)
-                    split(policy, parent, children[chosen], children[count]);
-                else
-                    halve(parent, children[chosen], children[count]);
-                for (const int i : {chosen, count})
-                    size[i] = children[i].size() <= Width ? -1
-                              : by_area                   ? children[i].box.half_area()
-                                                          : static_cast<float>(children[i].size());
-                ++count;
-            } else {
-                size[chosen] = -1;
-            }
-            chosen = -1;
-            for (int i = 0; i < count; ++i)
-                if (size[i] >= 0 && (chosen < 0 || size[i] > size[chosen])) chosen = i;
-        }
-        return count;
+    float weight(const group& g, std::uint32_t level) const {
+        return level < free_levels ? g.box.half_area() : static_cast<float>(g.size());
     }
 
-  private:
-    static constexpr std::size_t block_size = 8192; // of what one thread bins or moves at a time
-    static constexpr std::size_t blocks(std::size_t count) { return (count + block_size - 1) / block_size; }
-
-    // Left as they come: every element is written before it is read.
-    static std::unique_ptr<sah_box[]> array(std::size_t count) {
-        return std::make_unique_for_overwrite<sah_box[]>(count);
-    }
-
-    // The cheapest plane between bins; by number, in the order they are in, where no plane divides them.
+    /// The cheapest plane between bins; by number, in the order they are in, where no plane divides them.
     template <class Policy>
-    void split(const Policy& policy, const group& whole, group& below, group& above) {
+    void split(const Policy& policy, const group& whole, std::uint32_t level, group& below, group& above) {
+        if (level >= free_levels) return halve(whole, below, above);
         const sah_grid grid{whole.centres, whole.size()};
-        const sah_box* const from = boxes_[whole.source].get() + whole.begin;
-        sah_box* const to = boxes_[1 - whole.source].get();
-        std::uint32_t* const places = places_.get() + whole.begin;
+        const build_box* const from = boxes_[whole.source].data() + whole.begin;
+        build_box* const to = boxes_[1 - whole.source].data();
+        std::uint32_t* const places = places_.data() + whole.begin;
         sah_bins bins{grid};
         std::vector<sah_bins> partial; // of the blocks of a large group
         if (whole.size() <= block_size) {
@@ -149,24 +111,28 @@ class sah_splitter {
         });
     }
 
+  private:
+    static constexpr std::size_t block_size = 8192; // of what one thread bins or moves at a time
+    static constexpr std::size_t blocks(std::size_t count) { return (count + block_size - 1) / block_size; }
+
     // Moves boxes to the two sides, keeping their order.
-    static void separate(const sah_plane& plane, const sah_box* from, const std::uint32_t* places, std::size_t count,
-                         sah_box* below, sah_box* above) {
-        sah_box* next[2] = {below, above};
+    static void separate(const sah_plane& plane, const build_box* from, const std::uint32_t* places, std::size_t count,
+                         build_box* below, build_box* above) {
+        build_box* next[2] = {below, above};
         for (std::size_t i = 0; i < count; ++i) *next[plane.is_above(places[i])]++ = from[i];
     }
 
     // A whole number of leaves in the first half.
     void halve(const group& whole, group& below, group& above) const {
         const std::size_t middle = whole.begin + (whole.size() / 2 + Width - 1) / Width * Width;
-        below = {whole.begin, middle, whole.source, {}, whole.centres};
-        above = {middle, whole.end, whole.source, {}, whole.centres};
+        below = {whole.begin, middle, whole.source, build_box::none(), whole.centres};
+        above = {middle, whole.end, whole.source, build_box::none(), whole.centres};
         for (group* half : {&below, &above})
             for (std::size_t i = half->begin; i < half->end; ++i) half->box.add(boxes_[whole.source][i]);
     }
 
-    std::unique_ptr<sah_box[]> boxes_[2]{};
-    std::unique_ptr<std::uint32_t[]> places_{}; ///< the bins of each box along x, y and z, as the last split found them
+    large_array<build_box> boxes_[2]{};
+    large_array<std::uint32_t> places_{}; ///< the bins of each box along x, y and z, as the last split found them
     group all_{};
 };
 

@@ -25,14 +25,17 @@ class bvh {
     bvh(const Policy& policy, const Range& range) : range_{range} {
         rebuild(policy);
     }
+    /// Over the triangles of a mesh.
     template <exec::policy Policy>
     bvh(const Policy& policy, const mesh& triangles) requires std::same_as<Range, mesh_view>
         : bvh(policy, mesh_view{triangles}) {}
     template <exec::policy Policy>
     bvh(const Policy& policy, const mesh&& triangles) = delete; // the tree refers to the mesh: keep it in a variable
+    /// Over what a span names.
     template <exec::policy Policy, class T>
     bvh(const Policy& policy, std::span<T> primitives) requires std::same_as<Range, view<const T>>
         : bvh(policy, Range{primitives.data(), primitives.size()}) {}
+    /// Over any contiguous container.
     template <exec::policy Policy, class Container>
     bvh(const Policy& policy, const Container& primitives) requires(!std::same_as<Container, Range> &&
                                                                     std::constructible_from<Range, const Container&>)
@@ -87,12 +90,14 @@ class bvh {
     }
 
     /// Follows primitives that moved; the topology stays.
+    /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     void refit(const Policy& policy) {
         storage_.refit(policy, range_);
     }
 
     /// Follows primitives that moved, by whichever of three ways pays: see `bvh_storage::update`.
+    /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     way_of_update update(const Policy& policy) {
         return storage_.update(policy, range_);
@@ -105,9 +110,13 @@ class bvh {
         storage_.build(policy, range_);
     }
 
+    /// How much dearer a random ray has become since the tree was built: 1 as built.
     double degradation() const { return storage_.degradation(); }
+    /// Nodes, leaves, levels, bytes.
     bvh_statistics statistics() const { return storage_.statistics(); }
+    /// The box around all primitives; empty for none.
     aabb box() const { return storage_.box(); }
+    /// A trivially copyable handle that queries are asked of; good until the next rebuild, refit or update.
     bvh_view<Range, Width> view_of() const { return storage_.view_of(range_); }
 
   private:
@@ -119,6 +128,8 @@ class bvh {
     bvh_storage<Range, Width, Builder> storage_{};
 };
 
+/// What `bvh tree{policy, primitives}` finds out by itself.
+/// @{
 template <class Policy>
 bvh(const Policy&, const mesh&) -> bvh<mesh_view>;
 template <class Policy, class T>
@@ -127,6 +138,7 @@ template <class Policy, class Container>
     requires requires(const Container& c) { std::data(c); }
 bvh(const Policy&, const Container&)
     ->bvh<view<const std::remove_cvref_t<decltype(*std::data(std::declval<const Container&>()))>>>;
+/// @}
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

@@ -20,6 +20,7 @@ concept primitive = requires(const Primitive& p, const ray& r) {
     { intersect(r, p) } -> std::convertible_to<hit>;
 };
 
+/// What `[]` of a range gives.
 template <class Range>
 using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
 

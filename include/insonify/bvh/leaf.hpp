@@ -1,35 +1,36 @@
 #ifndef INSONIFY_BVH_LEAF_HPP
 #define INSONIFY_BVH_LEAF_HPP
 
+#include <insonify/bvh/build_box.hpp>
 #include <insonify/bvh/concepts.hpp>
 #include <insonify/bvh/prepared_ray.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What a tree keeps for a leaf beside the indices of its primitives: nothing, the range is asked.
+/// What a tree keeps for a leaf beside the indices of its primitives: which can be hit. For the rest the range is asked.
 ///
 /// Triangles have their own: leaf_triangles.hpp.
 template <class Range, int Width>
 struct leaf {
+    std::uint32_t usable = 0; ///< a bit for each primitive that is there and has finite bounds
+
     /// Takes over the primitives' present shape; returns the box around them.
     aabb fill(const Range& range, const std::uint32_t* slots) {
         aabb whole;
+        usable = 0;
         for (int i = 0; i < Width && slots[i] != no_primitive; ++i) {
             const aabb box = bounds(range[slots[i]]);
-            if (is_finite(box)) whole = merged(whole, box);
+            if (!is_finite(box)) continue;
+            usable |= 1U << static_cast<unsigned>(i);
+            whole = merged(whole, box);
         }
         return whole;
     }
 
-    /// The boxes of consecutive primitives, Width at most; empty ones for those that are not finite or not there.
-    static box_rows<Width> boxes(const Range& range, std::size_t first, std::size_t count) {
-        box_rows<Width> rows;
-        for (int i = 0; i < Width; ++i) {
-            const std::size_t place = static_cast<std::size_t>(i);
-            const aabb box = place < count ? bounds(range[first + place]) : aabb{};
-            rows.set_box(i, is_finite(box) ? box : aabb{});
-        }
-        return rows;
+    /// The box of a primitive as builders take it; empty where it is not finite.
+    static build_box box(const Range& range, std::size_t i) {
+        const aabb found = bounds(range[i]);
+        return is_finite(found) ? build_box{found} : build_box::none();
     }
 
     /// Calls visit(hit) for every primitive met between the ray's min_distance and max_distance, which visit may move.
@@ -37,10 +38,11 @@ struct leaf {
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range& range,
                                    const std::uint32_t* slots, Visit&& visit) const {
-        for (int i = 0; i < Width && slots[i] != no_primitive; ++i) {
-            hit found = intersect(r.source, range[slots[i]]);
+        for (std::uint32_t left = usable; left != 0; left &= left - 1) {
+            const std::uint32_t slot = slots[lowest_bit(left)];
+            hit found = intersect(r.source, range[slot]);
             if (!(found.distance >= r.source.min_distance && found.distance <= max_distance && found)) continue;
-            found.primitive = slots[i];
+            found.primitive = slot;
             visit(found);
         }
     }

@@ -3,6 +3,7 @@
 
 #include <insonify/bvh/leaf.hpp>
 #include <insonify/bvh/ray_packet.hpp>
+#include <insonify/execution/simd_bits.hpp>
 #include <bit>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -52,25 +53,42 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
 template <triangle_range Range, int Width>
 struct alignas(64) leaf<Range, Width> {
-    float corner[3][3][Width] = {}; ///< [corner][axis][triangle]
-    std::uint32_t usable = 0;       ///< a bit for each triangle that is there and finite
+    float corner[3][3][Width]; ///< [corner][axis][triangle]; after the last one, the first again
+    std::uint32_t usable;      ///< a bit for each triangle that is there and finite
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        for (int i = 0; i < Width; ++i)
-            if (slots[i] != no_primitive)
-                set(i, range[slots[i]]);
-            else
-                clear(i);
-        return fit().all();
+        int held = 0;
+        for (int i = 0; i < Width; ++i) {
+            const bool there = slots[i] != no_primitive;
+            set(i, range[there ? slots[i] : slots[0]]);
+            held += there;
+        }
+        using floats = lanes<Width>;
+        floats low[3], high[3];
+        bit_lanes<Width> wild{};
+        for (int axis = 0; axis < 3; ++axis) {
+            const floats a = load<Width>(corner[0][axis]), b = load<Width>(corner[1][axis]);
+            const floats c = load<Width>(corner[2][axis]);
+            low[axis] = lesser(lesser(a, b), c);
+            high[axis] = greater(greater(a, b), c);
+            wild = wild | not_finite<Width>(a) | not_finite<Width>(b) | not_finite<Width>(c);
+        }
+        const auto finite = floats(0.0F) <= floats_of<Width>(wild);
+        usable = bits_of(finite) & ((1U << static_cast<unsigned>(held)) - 1);
+        const auto lowest = [&](int axis) { return least(select(finite, low[axis], floats(FLT_MAX))); };
+        const auto highest = [&](int axis) { return greatest(select(finite, high[axis], floats(-FLT_MAX))); };
+        return {{lowest(0), lowest(1), lowest(2)}, {highest(0), highest(1), highest(2)}};
     }
-    static box_rows<Width> boxes(const Range& range, std::size_t first, std::size_t count) {
-        leaf group;
-        for (int i = 0; i < Width; ++i)
-            if (static_cast<std::size_t>(i) < count)
-                group.set(i, range[first + static_cast<std::size_t>(i)]);
-            else
-                group.clear(i);
-        return group.fit();
+
+    static build_box box(const Range& range, std::size_t i) {
+        const triangle t = range[i];
+        const auto corner_of = [](const vec3& p) {
+            return each_lane<4>([&p](int axis) { return axis < 3 ? p[axis] : 0.0F; });
+        };
+        const lanes<4> a = corner_of(t.a), b = corner_of(t.b), c = corner_of(t.c);
+        const lanes<4> wild = floats_of<4>(not_finite<4>(a) | not_finite<4>(b) | not_finite<4>(c));
+        if (bits_of(wild < lanes<4>(0.0F)) != 0) return build_box::none();
+        return {-lesser(lesser(a, b), c), greater(greater(a, b), c)};
     }
 
     /// Calls visit(hit) for every triangle that the ray meets.
@@ -161,31 +179,6 @@ struct alignas(64) leaf<Range, Width> {
             from[(3 * c + 1) * Width] = corners[c]->y;
             from[(3 * c + 2) * Width] = corners[c]->z;
         }
-    }
-    void clear(int i) { corner[0][0][i] = __builtin_nanf(""); }
-
-    // Finds which triangles are usable, and their boxes.
-    box_rows<Width> fit() {
-        using floats = lanes<Width>;
-        box_rows<Width> rows;
-        std::uint32_t finite = ~0U;
-        floats low[3], high[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            const floats a = load<Width>(corner[0][axis]), b = load<Width>(corner[1][axis]);
-            const floats c = load<Width>(corner[2][axis]), most(FLT_MAX);
-            low[axis] = lesser(lesser(a, b), c);
-            high[axis] = greater(greater(a, b), c);
-            finite &= bits_of(absolute(a) <= most && absolute(b) <= most && absolute(c) <= most);
-        }
-        usable = finite;
-        for (int axis = 0; axis < 3; ++axis) {
-            store(low[axis], rows.sides + axis * Width);
-            store(high[axis], rows.sides + (3 + axis) * Width);
-        }
-        constexpr std::uint32_t all = (1U << static_cast<unsigned>(Width)) - 1;
-        for (std::uint32_t left = all & ~finite; left != 0; left &= left - 1)
-            rows.set_box(static_cast<int>(lowest_bit(left)), {});
-        return rows;
     }
 };
 

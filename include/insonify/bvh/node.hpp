@@ -1,6 +1,7 @@
 #ifndef INSONIFY_BVH_NODE_HPP
 #define INSONIFY_BVH_NODE_HPP
 
+#include <insonify/bvh/large_array.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/geometry/aabb.hpp>
 #include <bit>
@@ -81,9 +82,11 @@ struct topology {
     struct part {
         std::uint32_t begin = 0;
         std::uint32_t end = 0;
+        std::uint32_t first_leaf = 0; ///< its leaves are consecutive as well
+        std::uint32_t leaf_end = 0;
     };
-    std::vector<tree_node<Width>> nodes{};
-    std::vector<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
+    large_array<tree_node<Width>> nodes{};
+    large_array<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
     std::vector<part> parts{};          ///< the nodes before the first one are above them all
     std::uint32_t levels = 0;           ///< of nodes on the longest way down, at most `most_levels`
 

@@ -32,15 +32,19 @@ struct prepared_ray {
     INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
         source = r;
         vec3& along = source.direction;
-        slabs[0] = slab_of(0, r.origin.x, along.x, reach);
-        slabs[1] = slab_of(1, r.origin.y, along.y, reach);
-        slabs[2] = slab_of(2, r.origin.z, along.z, reach);
+        const vec3 from = absolute(r.origin), size = absolute(along);
+        const float extent = from.x + from.y + from.z + reach, longest = greater(size.x, greater(size.y, size.z));
+        slabs[0] = slab_of(0, r.origin.x, along.x, reach, extent, longest);
+        slabs[1] = slab_of(1, r.origin.y, along.y, reach, extent, longest);
+        slabs[2] = slab_of(2, r.origin.z, along.z, reach, extent, longest);
         legal = is_finite(r.origin) && is_finite(r.direction) && along != vec3{0, 0, 0};
         if (legal) sheared = sheared_ray{source};
     }
 
   private:
-    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float& along, float reach) {
+    // `extent / longest` is further than any hit.
+    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float& along, float reach,
+                                                    float extent, float longest) {
         const bool moves = std::fabs(along) > 1e-30F;
         if (!moves) along = 0;
         slab s;
@@ -50,7 +54,8 @@ struct prepared_ray {
         const float inverse = moves ? 1 / along : 1e30F;
         const float begin = -origin * inverse;
         const float room = std::fabs(inverse) * (5e-7F * (std::fabs(origin) + reach) + 1e-20F);
-        if (!(std::fabs(begin) + room < 1e36F)) return s; // so far away that this axis tells nothing
+        if (!(std::fabs(begin) + room < 1e36F)) return s;    // so far away that this axis tells nothing
+        if (!moves && !(room * longest >= extent)) return s; // nor here, where the huge inverse is not huge enough
         s.inverse = inverse;
         s.entry = begin - room;
         s.exit = begin + room;

@@ -15,34 +15,41 @@ struct box_areas {
 /// What follows the primitives when they move, beside the boxes in the nodes.
 template <primitive_range Range, int Width>
 struct tree_shape {
-    std::vector<leaf<Range, Width>> leaves{};
+    large_array<leaf<Range, Width>> leaves{};
+    large_array<aabb> boxes{};      ///< of each leaf
     std::vector<box_areas> areas{}; ///< of each part of the tree
     aabb box{};                     ///< around all
     float reach = 0;                ///< no coordinate of a box is further from 0
     float leaf_size = 0;            ///< metres: the mean of leaves, as squares
     double cost = 0; ///< expected nodes and leaves that a random ray visits: areas of all boxes over that of the whole
+
+    /// So that `refit` allocates nothing.
+    void make_room(const topology<Width>& tree) {
+        leaves.reserve(tree.leaves());
+        boxes.reserve(tree.leaves());
+        areas.reserve(tree.parts.size());
+    }
 };
 
-/// Fits the boxes in some consecutive nodes to their children, which are leaves, among them, or fitted already.
-/// @return the areas of those boxes
+/// Fits the leaves of a part to their primitives, one after the other, and then the boxes in its nodes to their children,
+/// which are leaves, among them, or fitted already. @return the areas of those boxes
 template <primitive_range Range, int Width>
-box_areas refit_nodes(topology<Width>& tree, std::uint32_t begin, std::uint32_t end, const Range& range,
-                      std::vector<leaf<Range, Width>>& leaves) {
+box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part& part, const Range& range,
+                     tree_shape<Range, Width>& shape) {
     box_areas area;
-    for (std::uint32_t i = end; i-- > begin;) { // children come after their parent
+    for (std::uint32_t i = part.first_leaf; i < part.leaf_end; ++i) {
+        const aabb box = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
+        shape.boxes[i] = box;
+        area.leaves += static_cast<double>(box.half_area());
+    }
+    for (std::uint32_t i = part.end; i-- > part.begin;) { // children come after their parent
         tree_node<Width>& node = tree.nodes[i];
         for (int k = 0; k < Width; ++k) {
             const std::uint32_t child = node.child[k];
             if (child == no_child)
                 node.set_box(k, {});
-            else if ((child & leaf_bit) == 0)
-                node.set_box(k, tree.nodes[child].all());
-            else {
-                const std::size_t index = child ^ leaf_bit;
-                const aabb box = leaves[index].fill(range, tree.slots.data() + index * Width);
-                node.set_box(k, box);
-                area.leaves += static_cast<double>(box.half_area());
-            }
+            else
+                node.set_box(k, (child & leaf_bit) == 0 ? tree.nodes[child].all() : shape.boxes[child ^ leaf_bit]);
         }
         area.all += static_cast<double>(node.half_area());
     }
@@ -57,15 +64,16 @@ box_areas refit_nodes(topology<Width>& tree, std::uint32_t begin, std::uint32_t 
 template <exec::policy Policy, primitive_range Range, int Width>
 void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree_shape<Range, Width>& shape) {
     shape.leaves.resize(tree.leaves());
+    shape.boxes.resize(tree.leaves());
     shape.areas.resize(tree.parts.size());
     shape.box = {};
     shape.reach = shape.leaf_size = 0;
     shape.cost = 0;
     if (tree.nodes.empty()) return;
-    for_each_index(policy, tree.parts.size(), [&](std::size_t i) {
-        shape.areas[i] = refit_nodes(tree, tree.parts[i].begin, tree.parts[i].end, range, shape.leaves);
-    });
-    box_areas area = refit_nodes(tree, 0, tree.parts.front().begin, range, shape.leaves);
+    for_each_index(policy, tree.parts.size(),
+                   [&](std::size_t i) { shape.areas[i] = refit_part(tree, tree.parts[i], range, shape); });
+    const auto& first = tree.parts.front();
+    box_areas area = refit_part(tree, {0, first.begin, 0, first.first_leaf}, range, shape);
     for (const box_areas& one : shape.areas) {
         area.all += one.all;
         area.leaves += one.leaves;

@@ -1,61 +1,11 @@
 #ifndef INSONIFY_BVH_SAH_BINS_HPP
 #define INSONIFY_BVH_SAH_BINS_HPP
 
-#include <insonify/execution/simd.hpp>
-#include <insonify/geometry/aabb.hpp>
+#include <insonify/bvh/build_box.hpp>
 #include <cstddef>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
-
-/// A box as a builder moves it about: [-lower, -, upper, -], so that the union of two is one maximum.
-struct alignas(32) sah_box {
-    float row[8] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
-
-    sah_box() = default;
-
-    /// Of a primitive. The spare lanes carry its index along, in two halves that are exact as floats.
-    sah_box(const aabb& box, std::uint32_t primitive)
-        : row{-box.lower.x, -box.lower.y, -box.lower.z, static_cast<float>(primitive >> 16U),
-              box.upper.x,  box.upper.y,  box.upper.z,  static_cast<float>(primitive & 0xFFFFU)} {}
-
-    std::uint32_t primitive() const {
-        return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
-    }
-    INSONIFY_INLINE void add(const sah_box& other) {
-        for (int k = 0; k < 8; k += simd_width)
-            store(greater(load<simd_width>(row + k), load<simd_width>(other.row + k)), row + k);
-    }
-    INSONIFY_INLINE lanes<4> minus_lower() const { return load<4>(row); }
-    INSONIFY_INLINE lanes<4> upper() const { return load<4>(row + 4); }
-
-    /// Half the centre: it sorts as the centre does, and two of them never lie infinitely far apart.
-    INSONIFY_INLINE lanes<4> half_centre() const {
-        return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
-    }
-    float half_area() const {
-        const float x = row[4] + row[0], y = row[5] + row[1], z = row[6] + row[2];
-        return x * y + y * z + z * x;
-    }
-};
-
-/// Where the halved centres of a group lie, at most.
-struct sah_range {
-    float begin[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
-    float end[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
-
-    INSONIFY_INLINE void add(const lanes<4>& first, const lanes<4>& last) {
-        store(lesser(load<4>(begin), first), begin);
-        store(greater(load<4>(end), last), end);
-    }
-    /// A centre lies within its box.
-    INSONIFY_INLINE sah_range within(const sah_box& box) const {
-        sah_range both;
-        store(greater(load<4>(begin), lanes<4>(-0.5F) * box.minus_lower()), both.begin);
-        store(lesser(load<4>(end), lanes<4>(0.5F) * box.upper()), both.end);
-        return both;
-    }
-};
 
 /// How centres fall into bins: fewer bins for fewer primitives, 16 at most.
 struct sah_grid {
@@ -64,7 +14,8 @@ struct sah_grid {
     int bins = most;
     float begin[4] = {}, scale[4] = {};
 
-    sah_grid(const sah_range& centres, std::size_t count) : bins{count < 64 ? 8 + static_cast<int>(count) / 8 : most} {
+    sah_grid(const centre_range& centres, std::size_t count)
+        : bins{count < 64 ? 8 + static_cast<int>(count) / 8 : most} {
         for (int axis = 0; axis < 3; ++axis) {
             const float extent = centres.end[axis] - centres.begin[axis];
             begin[axis] = centres.begin[axis];
@@ -91,13 +42,13 @@ class sah_bins {
     explicit sah_bins(const sah_grid& grid) : bins_{grid.bins} {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < bins_; ++k) {
-                box_[axis][k] = {};
+                box_[axis][k] = build_box::none();
                 count_[axis][k] = 0;
             }
     }
 
     /// Adds boxes, and writes down which bins they fall into, so that those who move them agree.
-    void add(const sah_grid& grid, const sah_box* boxes, std::uint32_t* places, std::size_t count) {
+    void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
         const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale);
         const lanes<4> last(static_cast<float>(bins_ - 1)), first(0.0F);
         for (std::size_t i = 0; i < count; ++i) {
@@ -127,8 +78,8 @@ class sah_bins {
         for (std::uint32_t k = 0; k < plane.bin; ++k) count += count_[plane.axis][k];
         return count;
     }
-    sah_box box_of(const sah_plane& plane, bool above) const {
-        sah_box whole;
+    build_box box_of(const sah_plane& plane, bool above) const {
+        build_box whole = build_box::none();
         const int begin = above ? static_cast<int>(plane.bin) : 0, end = above ? bins_ : static_cast<int>(plane.bin);
         for (int k = begin; k < end; ++k) whole.add(box_[plane.axis][k]);
         return whole;
@@ -141,14 +92,14 @@ class sah_bins {
         float least_cost = FLT_MAX;
         for (int axis = 0; axis < 3; ++axis) {
             float cost_above[sah_grid::most];
-            sah_box above;
+            build_box above = build_box::none();
             std::size_t held = 0;
             for (int k = bins_ - 1; k > 0; --k) {
                 above.add(box_[axis][k]);
                 held += count_[axis][k];
                 cost_above[k] = above.half_area() * leaves<Width>(held);
             }
-            sah_box below;
+            build_box below = build_box::none();
             held = 0;
             for (int k = 1; k < bins_; ++k) {
                 below.add(box_[axis][k - 1]);
@@ -170,7 +121,7 @@ class sah_bins {
     }
 
     int bins_;
-    sah_box box_[3][sah_grid::most];
+    build_box box_[3][sah_grid::most];
     std::uint32_t count_[3][sah_grid::most];
 };
 

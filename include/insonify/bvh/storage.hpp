@@ -7,17 +7,19 @@
 #include <insonify/bvh/traverse.hpp>
 #include <insonify/core/error.hpp>
 #include <algorithm>
+#include <new>
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
 /// Numbers about a tree.
 struct bvh_statistics {
     std::size_t primitives = 0; ///< in leaves; those with bounds that are not finite are left out
-    std::size_t nodes = 0;
-    std::size_t leaves = 0;
-    std::uint32_t levels = 0; ///< nodes on the longest way down
-    double cost = 0;          ///< expected nodes and leaves visited by a random ray that meets the whole
-    std::size_t bytes = 0;    ///< of all arrays: about 62 a triangle, and 68 more while it is built
+    std::size_t nodes = 0;      ///< with `Width` children each, empty ones included
+    std::size_t leaves = 0;     ///< with up to `Width` primitives each
+    std::uint32_t levels = 0;   ///< nodes on the longest way down
+    double cost = 0;            ///< expected nodes and leaves visited by a random ray that meets the whole
+    std::size_t bytes = 0;      ///< of all arrays: about 61 a triangle, and 68 more while it is built
 };
 
 /// What an update did.
@@ -51,23 +53,31 @@ class bvh_storage {
     ///
     /// Counted in refits, a rebuild by `build_sah` costs about 10, by `build_morton` about 5; the latter's trees are
     /// about 1.1 times as dear. So the former pays where it lasts: spread over 16 updates it costs half a refit each.
-    /// The choice depends on the primitives' positions alone.
+    /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,
+    /// because it was not finite, has become so. Where there is no memory for the former, refitting must do.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     way_of_update update(const Policy& policy, const Range& range) {
         refit(policy, range);
-        if (degradation() <= 1.5) return way_of_update::refit;
-        if (refits_ < 16) {
-            build_by(build_morton{}, policy, range);
-            return way_of_update::quick_rebuild;
+        const bool lacks = lacks_usable(range);
+        if (degradation() <= 1.5 && !lacks) return way_of_update::refit;
+        const bool soon = refits_ < 16;
+        try {
+            if (soon)
+                build_by(build_morton{}, policy, range);
+            else
+                build(policy, range);
+        } catch (const std::bad_alloc&) {
+            if (lacks) throw;
+            return way_of_update::refit;
         }
-        build(policy, range);
-        return way_of_update::rebuild;
+        return soon ? way_of_update::quick_rebuild : way_of_update::rebuild;
     }
 
     /// How much dearer a random ray has become since the tree was built: 1 as built.
     double degradation() const { return cost_as_built_ > 0 ? shape_.cost / cost_as_built_ : 1; }
 
+    /// What queries are asked of; good until the next build, refit or update.
     bvh_view<Range, Width> view_of(const Range& range) const {
         return {tree_.nodes, shape_.leaves, tree_.slots, range, shape_.reach, shape_.leaf_size};
     }
@@ -75,6 +85,7 @@ class bvh_storage {
     /// The box around all primitives; empty for none.
     aabb box() const { return shape_.box; }
 
+    /// Counted anew with every call.
     bvh_statistics statistics() const {
         return {.primitives = tree_.slots.size() - static_cast<std::size_t>(std::count(
                                                        tree_.slots.begin(), tree_.slots.end(), no_primitive)),
@@ -83,25 +94,47 @@ class bvh_storage {
                 .levels = tree_.levels,
                 .cost = shape_.cost,
                 .bytes = tree_.nodes.size() * sizeof(tree_node<Width>) + tree_.slots.size() * sizeof(std::uint32_t) +
-                         tree_.leaves() * sizeof(leaf<Range, Width>)};
+                         tree_.leaves() * (sizeof(leaf<Range, Width>) + sizeof(aabb))};
     }
 
   private:
     template <class Any, class Policy>
     void build_by(const Any& builder, const Policy& policy, const Range& range) {
         if (range.size() >= leaf_bit) throw usage_error{"bvh: more than 2147483647 primitives in one tree; split them"};
-        tree_ = builder.template operator()<Width>(policy, range);
+        topology<Width> made = builder.template operator()<Width>(policy, range);
+        std::vector<std::uint32_t> left_out = left_out_by(made, range.size());
+        shape_.make_room(made); // the last that may throw, so that nothing is half done
+        tree_ = std::move(made);
+        left_out_ = std::move(left_out);
         insonify::refit(policy, tree_, range, shape_);
         cost_as_built_ = shape_.cost;
         count_ = range.size();
         refits_ = 0;
     }
 
+    static std::vector<std::uint32_t> left_out_by(const topology<Width>& tree, std::size_t count) {
+        std::vector<std::uint32_t> left_out;
+        const auto empty = static_cast<std::size_t>(std::count(tree.slots.begin(), tree.slots.end(), no_primitive));
+        if (tree.slots.size() - empty == count) return left_out;
+        std::vector<std::uint8_t> held(count);
+        for (const std::uint32_t slot : tree.slots)
+            if (slot != no_primitive) held[slot] = 1;
+        for (std::size_t i = 0; i < count; ++i)
+            if (held[i] == 0) left_out.push_back(static_cast<std::uint32_t>(i));
+        return left_out;
+    }
+
+    bool lacks_usable(const Range& range) const {
+        return std::any_of(left_out_.begin(), left_out_.end(),
+                           [&](std::uint32_t i) { return is_finite(bounds(range[i])); });
+    }
+
     topology<Width> tree_{};
     tree_shape<Range, Width> shape_{};
     double cost_as_built_ = 0;
     std::size_t count_ = 0;
-    std::uint32_t refits_ = 0; ///< since it was built
+    std::uint32_t refits_ = 0;              ///< since it was built
+    std::vector<std::uint32_t> left_out_{}; ///< primitives that were not finite when it was built
 };
 
 } // namespace insonify::inline INSONIFY_ABI

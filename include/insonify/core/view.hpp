@@ -14,10 +14,11 @@ namespace insonify::inline INSONIFY_ABI {
 /// It owns nothing; what it points to must outlive it.
 template <class T>
 struct view {
-    T* first = nullptr;
-    std::size_t count = 0;
+    T* first = nullptr;    ///< null where it is empty
+    std::size_t count = 0; ///< elements
 
     view() = default;
+    /// Of `number` elements from `first_element` on.
     INSONIFY_FN constexpr view(T* first_element, std::size_t number) : first{first_element}, count{number} {}
 
     /// Of any contiguous container (lvalue) whose elements are T.
@@ -29,12 +30,15 @@ struct view {
     }
     constexpr view(Container& container) : first{std::data(container)}, count{std::size(container)} {}
 
+    /// What std::span has under the same names; the index is not checked.
+    /// @{
     INSONIFY_FN constexpr T& operator[](std::size_t index) const { return first[index]; }
     INSONIFY_FN constexpr T* begin() const { return first; }
     INSONIFY_FN constexpr T* end() const { return first + count; }
     INSONIFY_FN constexpr T* data() const { return first; }
     INSONIFY_FN constexpr std::size_t size() const { return count; }
     INSONIFY_FN constexpr bool empty() const { return count == 0; }
+    /// @}
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -13,6 +13,7 @@ namespace insonify::inline INSONIFY_ABI::exec {
 /// argument-dependent lookup), and specialise `is_unsequenced_v` where it asks for SIMD. The library cuts its work by
 /// index, never by thread, so results do not depend on how a policy spreads the calls.
 /// An exception of the body leaves the call, the one of the lowest index (the standard's policies terminate).
+/// @throws usage_error  where more than 1024 participants were asked for
 template <class Body>
 void for_each_index(const sequenced_policy&, std::size_t count, const Body& body) {
     for (std::size_t i = 0; i < count; ++i) body(i);
@@ -36,6 +37,7 @@ void for_each_index(const StandardPolicy&, std::size_t count, const Body& body) 
 
 /// Something to call, for the check below.
 struct any_body {
+    /// Does nothing.
     void operator()(std::size_t) const {}
 };
 

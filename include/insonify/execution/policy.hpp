@@ -29,8 +29,9 @@ struct parallel_policy {
 
 /// Threads and SIMD.
 struct parallel_unsequenced_policy {
-    std::uint32_t participants = 0;
+    std::uint32_t participants = 0; ///< the caller included; 0: one a processor
 
+    /// Exactly n participants, the caller being one.
     [[nodiscard]] constexpr parallel_unsequenced_policy threads(std::uint32_t n) const { return {n}; }
 };
 

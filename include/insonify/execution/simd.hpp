@@ -34,6 +34,12 @@ INSONIFY_INLINE void store(const Lanes& value, float* to) {
     value.copy_to(to, stdx::element_aligned);
 }
 
+/// Lane i is value(i).
+template <int N, class Value>
+INSONIFY_INLINE lanes<N> each_lane(const Value& value) {
+    return lanes<N>([&value](auto i) { return value(static_cast<int>(i)); });
+}
+
 /// Bit i is set where lane i is.
 template <class Mask>
 INSONIFY_INLINE std::uint32_t bits_of(const Mask& mask) {
@@ -211,6 +217,10 @@ INSONIFY_FN lanes<N> load(const float* from) {
 template <int N>
 INSONIFY_FN void store(const lanes<N>& value, float* to) {
     for (int i = 0; i < N; ++i) to[i] = value.lane[i];
+}
+template <int N, class Value>
+INSONIFY_FN lanes<N> each_lane(const Value& value) {
+    return lanes<N>::template each<lanes<N>>(value);
 }
 template <int N>
 INSONIFY_FN std::uint32_t bits_of(const lane_mask<N>& mask) {

@@ -78,6 +78,9 @@ struct bit_lanes {
     INSONIFY_FN friend bit_lanes operator&(const bit_lanes& a, const bit_lanes& b) {
         return each([&](int i) { return a.lane[i] & b.lane[i]; });
     }
+    INSONIFY_FN friend bit_lanes operator|(const bit_lanes& a, const bit_lanes& b) {
+        return each([&](int i) { return a.lane[i] | b.lane[i]; });
+    }
     INSONIFY_FN friend bit_lanes operator<<(const bit_lanes& a, int by) {
         return each([&](int i) { return a.lane[i] << static_cast<unsigned>(by); });
     }
@@ -122,6 +125,13 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> raw_bits(const lanes<N>& floats) {
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
     return __builtin_bit_cast(lanes<N>, bits);
+}
+
+/// Negative where an exponent has all its bits: infinities and NaN; reads the bits, so that it holds under -ffast-math.
+/// The results of several may be joined by |.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_finite(const lanes<N>& floats) {
+    return (raw_bits<N>(floats) & 0x7F800000U) + 0x00800000U;
 }
 
 /// `mix_bits` of many numbers: 32 well-mixed bits of each.

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <exception>
 #include <mutex>
-#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -21,8 +20,9 @@ namespace insonify::inline INSONIFY_ABI::exec {
 /// caller's stack. Not usable after fork, nor from destructors of statics.
 class thread_pool {
   public:
-    static constexpr std::uint32_t most_participants = 1024;
+    static constexpr std::uint32_t most_participants = 1024; ///< of one call, the caller included
 
+    /// The pool of the program.
     static thread_pool& instance() {
         static thread_pool pool;
         return pool;
@@ -79,17 +79,17 @@ class thread_pool {
     void offer(job& work) {
         const std::lock_guard lock{mutex_};
         try {
+            jobs_.push_back(&work);
             while (workers_.size() < work.seats) workers_.emplace_back([this] { serve(); });
-        } catch (const std::system_error&) {
-            // no more threads to be had: those that run, and the caller, do the work
+        } catch (const std::exception&) {
+            // no more threads or memory to be had: the threads that run, and the caller, do the work
         }
-        jobs_.push_back(&work);
         for (std::uint32_t i = 0; i < work.seats; ++i) work_came_.notify_one();
     }
 
     void withdraw(job& work) {
         std::unique_lock lock{mutex_};
-        jobs_.erase(std::find(jobs_.begin(), jobs_.end(), &work));
+        jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
         work.all_left.wait(lock, [&work] { return work.inside == 0; });
     }
 

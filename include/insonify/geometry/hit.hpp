@@ -12,6 +12,7 @@ struct hit {
     float distance = FLT_MAX;      ///< along the ray, in units of its direction
     std::uint32_t primitive = ~0U; ///< index into the range that the tree was built over
 
+    /// Whether anything was met.
     INSONIFY_FN constexpr explicit operator bool() const { return distance < FLT_MAX; }
 
     friend bool operator==(const hit&, const hit&) = default;

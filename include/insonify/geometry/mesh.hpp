@@ -11,21 +11,25 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Triangles over shared vertices. Positions in metres; a face's corners run counter-clockwise seen from outside.
 struct mesh {
-    std::vector<vec3> positions{};
-    std::vector<uvec3> faces{};
+    std::vector<vec3> positions{}; ///< of the vertices, metres
+    std::vector<uvec3> faces{};    ///< three vertices each, from 0
 };
 
 /// A mesh that somebody else owns, as a range of triangles.
 struct mesh_view {
-    view<const vec3> positions{};
-    view<const uvec3> faces{};
+    view<const vec3> positions{}; ///< metres
+    view<const uvec3> faces{};    ///< three vertices each, from 0
 
     mesh_view() = default;
+    /// Of arrays that somebody else keeps alive.
     INSONIFY_FN mesh_view(view<const vec3> vertex_positions, view<const uvec3> corner_indices)
         : positions{vertex_positions}, faces{corner_indices} {}
+    /// Of a mesh, which must outlive it.
     mesh_view(const mesh& m) : positions{m.positions}, faces{m.faces} {}
 
+    /// Triangles.
     INSONIFY_FN std::size_t size() const { return faces.size(); }
+    /// The corners of a face; neither its index nor those of its vertices are checked.
     INSONIFY_FN triangle operator[](std::size_t face) const {
         const uvec3 corner = faces[face];
         return {positions[corner.x], positions[corner.y], positions[corner.z]};

@@ -79,18 +79,21 @@ inline vec3 unit_across(vec3 direction) {
 /// What every shape asks of its arguments and of its result.
 namespace shape_check {
 
-inline constexpr float furthest = 1e6F;
+inline constexpr float furthest = 1e6F; ///< metres from the origin
 
+/// @throws geometry_error  where a point is not finite or too far away
 INSONIFY_LAZY void point(const std::string& shape, vec3 p) {
     if (!is_finite(p) || absolute(p).x > furthest || absolute(p).y > furthest || absolute(p).z > furthest)
         throw geometry_error{shape + ": every coordinate must be a number of metres within 1000 km of the origin"};
 }
 
+/// @throws geometry_error  where a length is not above 0, or too large; `what` names it
 INSONIFY_LAZY void length(const std::string& shape, const std::string& what, float value) {
     if (!is_finite(value) || !(value > 0) || value > furthest)
         throw geometry_error{shape + ": the " + what + " must be above 0 and at most 1000 km"};
 }
 
+/// @throws geometry_error  for more than ten
 INSONIFY_LAZY void subdivisions(const std::string& shape, std::uint32_t count) {
     if (count > 10) throw geometry_error{shape + ": at most 10 subdivisions, each makes four times as many triangles"};
 }

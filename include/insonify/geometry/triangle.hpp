@@ -9,9 +9,9 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Three corners, counter-clockwise seen from outside.
 struct triangle {
-    vec3 a{0, 0, 0};
-    vec3 b{0, 0, 0};
-    vec3 c{0, 0, 0};
+    vec3 a{0, 0, 0}; ///< metres, as the others
+    vec3 b{0, 0, 0}; ///< next after a
+    vec3 c{0, 0, 0}; ///< next after b
 };
 
 /// Empty where a corner is not finite.
@@ -27,11 +27,15 @@ INSONIFY_FN inline vec3 area_vector(const triangle& t) { return cross(t.b - t.a,
 ///
 /// Source: Woop, Benthin & Wald 2013, "Watertight ray/triangle intersection".
 struct sheared_ray {
-    vec3 begin{0, 0, 0};     ///< the origin, in the order of the axes below
-    int x = 0, y = 1, z = 2; ///< which world axes stand for x, y and z; z is the one along which the ray is longest
-    vec3 shear{0, 0, 1};     ///< x and y: what to subtract a share of z from; z: the scale that makes z the distance
+    vec3 begin{0, 0, 0}; ///< the origin, in the order of the axes below
+    /// Which world axes stand for x, y and z; z is the one along which the ray is longest.
+    /// @{
+    int x = 0, y = 1, z = 2;
+    /// @}
+    vec3 shear{0, 0, 1}; ///< x and y: what to subtract a share of z from; z: the scale that makes z the distance
 
     sheared_ray() = default;
+    /// Of a ray of any direction.
     INSONIFY_FN explicit sheared_ray(const ray& r) {
         const vec3 size = absolute(r.direction);
         const bool y_over_x = !(size.x > size.y); // without branches: no one foresees the way of a ray
@@ -85,6 +89,7 @@ INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
     return found;
 }
 
+/// The same for a ray that meets one triangle only.
 INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return intersect(sheared_ray{r}, t); }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -7,6 +7,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How far frames are displaced for the blur.
 struct radial_blur_settings {
     float lines = 1.5F;       ///< the frames are displaced by up to this many lines to either side
     std::uint32_t frames = 9; ///< in the middles of as many equal parts of that range

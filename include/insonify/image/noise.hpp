@@ -10,9 +10,10 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How the noise of a picture is drawn.
 struct noise_settings {
-    std::uint64_t seed = 1;
-    float strength = 1; ///< 0: no noise, all pixels 1; 1: the full scatter of an ultrasound envelope
+    std::uint64_t seed = 1; ///< another one, another noise of the same kind
+    float strength = 1;     ///< 0: no noise, all pixels 1; 1: the full scatter of an ultrasound envelope
 };
 
 /// The noise picture of the paper, section 3.4: made once, multiplied onto every frame.

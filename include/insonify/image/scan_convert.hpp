@@ -47,6 +47,7 @@ struct scan_map {
         return sample < last_line ? sample + samples : sample - last_line;
     }
 
+    /// From pixel coordinates to {x, z} in the slice plane, metres.
     INSONIFY_FN vec2 point(vec2 pixel) const {
         return centre + pitch * (pixel - 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)});
     }
@@ -54,6 +55,7 @@ struct scan_map {
     INSONIFY_FN vec2 point(std::uint32_t column, std::uint32_t row) const {
         return point({static_cast<float>(column) + 0.5F, static_cast<float>(row) + 0.5F});
     }
+    /// From {x, z} in the slice plane, metres, to pixel coordinates.
     INSONIFY_FN vec2 pixel(vec2 point) const {
         return (point - centre) / pitch + 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)};
     }
@@ -69,10 +71,11 @@ template <exec::policy Policy, transducer Probe>
 scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisition& scan,
                        const scan_convert_settings& settings = {}) {
     probe.check();
-    if (!is_finite(scan.depth) || !(scan.depth > 0) || scan.samples == 0)
-        throw usage_error{"scan_convert: the lines need a depth above 0 and at least one sample"};
-    if (static_cast<std::uint64_t>(probe.lines) * scan.samples >= scan_map::outside)
-        throw usage_error{"scan_convert: lines times samples must stay below 2^32"};
+    if (!is_depth(scan.depth) || scan.samples == 0)
+        throw usage_error{"scan_convert: the lines need a depth from 1 nm to 1000 km and at least one sample"};
+    constexpr std::uint32_t most = 1U << 23U; // floats count halves no further
+    if (probe.lines > most || scan.samples > most || std::uint64_t{probe.lines} * scan.samples >= scan_map::outside)
+        throw usage_error{"scan_convert: at most 2^23 lines and 2^23 samples a line, and below 2^32 in all"};
     if (!is_finite(settings.background)) throw usage_error{"scan_convert: `background` must be a finite grey"};
 
     const auto lines = static_cast<float>(probe.lines);
@@ -139,6 +142,7 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
 template <transducer Probe>
 class kept_scan_map {
   public:
+    /// @throws usage_error  as `make_scan_map`
     template <exec::policy Policy>
     const scan_map& operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
                                const scan_convert_settings& settings) {

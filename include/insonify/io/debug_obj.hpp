@@ -4,6 +4,7 @@
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
+#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/scene.hpp>
 #include <cstdint>
@@ -15,9 +16,9 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// One named object of a drawing in space, in metres.
 struct drawn_object {
-    std::string name{};
-    mesh surface{};
-    std::vector<std::vector<vec3>> polylines{};
+    std::string name{};                         ///< after `o`; empty: object_ and its number
+    mesh surface{};                             ///< may be empty
+    std::vector<std::vector<vec3>> polylines{}; ///< may be none
 };
 
 /// Writes objects as Wavefront OBJ, in metres: faces as `f`, polylines as `l`.
@@ -30,7 +31,7 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
 /// The objects of the file: `probe`, the outline of the field from the face down to `depth`; `lines`, one polyline for
 /// each line of the probe; then every object of the scene under its name, where it is placed. The scene need not be
 /// built.
-/// @throws usage_error     for a depth that is not above 0, more than 65536 lines, or a probe that makes no sense
+/// @throws usage_error     for a depth that is none, more than 65536 lines, or a probe that makes no sense
 /// @throws geometry_error  for a pose that is no rigid motion
 /// @throws io_error        where the file cannot be written
 template <transducer Probe>
@@ -38,8 +39,8 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
     probe.check();
     if (!is_rigid(at)) throw geometry_error{"write_debug_obj: the pose of the probe is no rigid motion"};
     if (probe.lines > 65536) throw usage_error{"write_debug_obj: at most 65536 lines are drawn; ask for fewer"};
-    if (!is_finite(depth) || !(depth > 0))
-        throw usage_error{"write_debug_obj: the depth must be a finite number of metres above 0"};
+    if (!is_depth(depth))
+        throw usage_error{"write_debug_obj: the depth must be a number of metres, from 1 nm to 1000 km"};
 
     const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };
     std::vector<vec3> face, end;

@@ -12,8 +12,16 @@
 
 namespace insonify::inline INSONIFY_ABI::io {
 
+/// @throws io_error  for a name that the system would cut off
+inline void check_name(const std::string& path) {
+    if (path.empty()) throw io_error{"a file was asked for without a name; give its path"};
+    if (path.find('\0') != std::string::npos)
+        throw io_error{path.substr(0, path.find('\0')) + ": its name goes on after a character 0; take that out"};
+}
+
 /// The whole file, byte by byte, less the mark by which some editors begin UTF-8.
 inline std::string read_file(const std::string& path) {
+    check_name(path);
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored)) throw io_error{path + ": this is a folder; name a file in it"};
     std::ifstream file{path, std::ios::binary};
@@ -28,6 +36,7 @@ inline std::string read_file(const std::string& path) {
 }
 
 inline std::ofstream create_file(const std::string& path) {
+    check_name(path);
     std::ofstream file{path, std::ios::binary};
     if (!file) throw io_error{path + ": the file cannot be written; check that its folder exists and lets you write"};
     return file;

@@ -123,7 +123,7 @@ mesh load_obj(const std::string& path, const obj_settings& settings) {
 scene load_obj_scene(const std::string& path, const obj_settings& settings) {
     scene loaded{settings.background};
     const io::obj_content content = io::read_obj(path, settings.unit);
-    const io::obj_libraries libraries = io::read_libraries(path, content.text.libraries);
+    const io::obj_libraries libraries = io::read_libraries(path, content.text.libraries, settings.libraries);
 
     struct future_object {
         std::string name{};

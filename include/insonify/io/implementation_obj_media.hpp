@@ -5,6 +5,8 @@
 #include <insonify/io/implementation_file.hpp>
 #include <insonify/io/implementation_obj_text.hpp>
 #include <insonify/io/implementation_tinyobj.hpp>
+#include <insonify/io/obj.hpp>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <locale>
@@ -38,13 +40,21 @@ struct obj_libraries {
     }
 };
 
-/// A file name in a mesh from elsewhere must not make a program open files elsewhere.
+/// A name in a mesh from elsewhere must not make a program open files elsewhere: whether it points out of the folder.
 inline bool leaves_folder(std::string_view name) {
     const auto is_separator = [](char c) { return c == '/' || c == '\\'; };
     if (name.empty() || is_separator(name[0]) || name.find(':') != std::string_view::npos) return true;
     for (std::size_t i = name.find(".."); i != std::string_view::npos; i = name.find("..", i + 1))
         if ((i == 0 || is_separator(name[i - 1])) && (i + 2 == name.size() || is_separator(name[i + 2]))) return true;
     return false;
+}
+
+/// Whether it does so by a link.
+inline bool links_out_of(const std::filesystem::path& folder, const std::string& name) {
+    std::error_code fault;
+    const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, fault);
+    const std::filesystem::path place = std::filesystem::weakly_canonical(home / name, fault);
+    return fault || std::mismatch(home.begin(), home.end(), place.begin(), place.end()).first != home.end();
 }
 
 /// Adds the media of one library, comments and tabs taken out, which tinyobjloader does not expect after a value.
@@ -60,13 +70,17 @@ inline void read_library(const std::string& path, obj_libraries& libraries) {
 }
 
 /// Opens the libraries that an OBJ file names: each `mtllib` line gives one name with blanks in it, or several names.
-/// @throws io_error  where one lies outside of the file's folder
-inline obj_libraries read_libraries(const std::string& path, const std::vector<named_line>& lines) {
+/// @throws io_error  where one lies outside of the file's folder, and that is not allowed
+inline obj_libraries read_libraries(const std::string& path, const std::vector<named_line>& lines,
+                                    library_access allowed) {
     const std::filesystem::path folder = std::filesystem::path{path}.parent_path();
     obj_libraries libraries;
+    const auto forbidden = [&](const std::string& name) {
+        return allowed == library_access::own_folder && (leaves_folder(name) || links_out_of(folder, name));
+    };
     const auto exists = [&](const std::string& name) {
         std::error_code ignored;
-        return std::filesystem::exists(folder / name, ignored);
+        return !forbidden(name) && std::filesystem::exists(folder / name, ignored);
     };
     for (const named_line& line : lines) {
         std::vector<std::string> names;
@@ -74,9 +88,11 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
         for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) names.emplace_back(word);
         if (names.size() > 1 && exists(line.name)) names = {line.name};
         for (const std::string& name : names) {
-            if (leaves_folder(name))
-                throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + shown(name) +
-                               "' lies outside of the file's own folder and is not opened; put it beside the file"};
+            if (forbidden(name))
+                throw io_error{
+                    path + ":" + std::to_string(line.line) + ": the material library '" + shown(name) +
+                    "' lies outside of the file's own folder and is not opened; put it beside the file, or allow it: " +
+                    "{.libraries = library_access::anywhere}"};
             if (exists(name))
                 read_library((folder / name).string(), libraries);
             else

@@ -8,10 +8,17 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Which material libraries a mesh from elsewhere may make a program open.
+enum class library_access {
+    own_folder, ///< those in the folder of the OBJ file or below it, links followed
+    anywhere,   ///< whatever it names
+};
+
 /// How to read a Wavefront OBJ file.
 struct obj_settings {
     float unit = 0;                    ///< metres that 1 in the file stands for, as in {.unit = 1_mm}; must be given
     medium background = tissue::water; ///< of a scene: what fills the space around the objects
+    library_access libraries = library_access::own_folder; ///< of a scene: which of those it names are opened
 };
 
 /// All faces of an OBJ file as one mesh. Groups and media are not looked at, and no other file is opened.
@@ -39,7 +46,7 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 /// A name without any key, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.
 /// Compiled where INSONIFY_IMPLEMENTATION is defined.
 /// @throws as load_obj, and io_error for a face without a medium, an unknown medium, a library with values that make no
-///         sense, or one outside of the file's own folder
+///         sense, or one outside of the file's own folder, unless `libraries` allows it
 scene load_obj_scene(const std::string& path, const obj_settings& settings);
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -147,9 +147,9 @@ class line_fan {
         }
         return true;
     }
-    std::size_t bin_of(float key) const { // rises with the key, however it rounds
-        return static_cast<std::size_t>(
-            clamped((key - keys_.front()) * bins_per_key_, 0, static_cast<float>(first_in_bin_.size() - 1)));
+    std::size_t bin_of(float key) const { // rises with the key, however it rounds; NaN is in the first
+        const float bin = greater(0.0F, (key - keys_.front()) * bins_per_key_);
+        return static_cast<std::size_t>(lesser(static_cast<float>(first_in_bin_.size() - 1), bin));
     }
 
     // Rises from line to line: the place across, or something like the angle: -2 to 2 for -180 to 180 degrees.

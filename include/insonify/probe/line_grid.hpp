@@ -12,12 +12,13 @@ namespace insonify::inline INSONIFY_ABI {
 /// Sample k of a line stands at depth (k + 1/2) / samples * depth.
 template <class Value>
 struct line_grid {
-    std::uint32_t count = 0;   ///< lines
-    std::uint32_t samples = 0; ///< along each line
-    float depth = 0;           ///< metres from the face to the end of the last sample
-    std::vector<Value> values{};
+    std::uint32_t count = 0;     ///< lines
+    std::uint32_t samples = 0;   ///< along each line
+    float depth = 0;             ///< metres from the face to the end of the last sample
+    std::vector<Value> values{}; ///< line after line
 
     line_grid() = default;
+    /// Values as `Value{}` makes them: zeros.
     line_grid(std::uint32_t lines, std::uint32_t samples_per_line, float end_depth)
         : count{lines}, samples{samples_per_line}, depth{end_depth},
           values(static_cast<std::size_t>(lines) * samples_per_line) {}
@@ -30,16 +31,20 @@ struct line_grid {
         values.resize(static_cast<std::size_t>(lines) * samples_per_line);
     }
 
+    /// One value; neither index is checked.
+    /// @{
     Value& operator()(std::uint32_t line, std::uint32_t sample) {
         return values[static_cast<std::size_t>(line) * samples + sample];
     }
     const Value& operator()(std::uint32_t line, std::uint32_t sample) const {
         return values[static_cast<std::size_t>(line) * samples + sample];
     }
+    /// @}
 
     friend bool operator==(const line_grid&, const line_grid&) = default;
 };
 
+/// Says which object: its `object_id` as a number.
 using label_id = std::uint32_t;
 
 /// The label of what lies in no object, and of pixels outside the field of view.

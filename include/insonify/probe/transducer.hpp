@@ -34,6 +34,7 @@ concept transducer = requires(const Probe& probe, float line, vec2 point) {
 INSONIFY_FN constexpr float share_of_line(float line, std::uint32_t lines) {
     return (line + 0.5F) / static_cast<float>(lines) - 0.5F;
 }
+/// The line that stands at a share: the inverse.
 INSONIFY_FN constexpr float line_of_share(float share, std::uint32_t lines) {
     return (share + 0.5F) * static_cast<float>(lines) - 0.5F;
 }
@@ -47,10 +48,10 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
            length(end.origin - begin.origin) <= 1e-4F * length(begin.origin);
 }
 
-/// @throws usage_error  naming the setting, where its value is not a finite number above 0
+/// @throws usage_error  naming the setting, where its value is not above 0, or so small or large that squares overflow
 INSONIFY_LAZY void check_positive(float value, const char* setting) {
-    if (!is_finite(value) || !(value > 0))
-        throw usage_error{std::string{"probe: `"} + setting + "` must be a finite number above 0"};
+    if (!is_finite(value) || !(value >= 1e-9F && value <= 1e12F))
+        throw usage_error{std::string{"probe: `"} + setting + "` must be a number above 0, between 1e-9 and 1e12"};
 }
 
 /// Checks what every array has: lines, frequency, fnumber, focus, elevation_height, elevation_focus and, if there,
@@ -61,8 +62,7 @@ void check_array(const Array& array) {
     if (array.lines == 0) throw usage_error{"probe: `lines` must be at least 1"};
     check_positive(array.frequency, "frequency");
     check_positive(array.fnumber, "fnumber");
-    if (!is_finite(array.focus) || !(array.focus >= 0))
-        throw usage_error{"probe: `focus` must be a finite depth in metres, or 0 for half the depth of the picture"};
+    if (array.focus != 0) check_positive(array.focus, "focus"); // 0: half the depth of the picture
     check_positive(array.elevation_height, "elevation_height");
     check_positive(array.elevation_focus, "elevation_focus");
     if constexpr (requires { array.bandwidth; }) check_positive(array.bandwidth, "bandwidth");

@@ -13,11 +13,12 @@ inline constexpr float touching_distance = 1e-6F;
 
 /// Where a line goes through the surface of an object.
 struct crossing {
-    float distance = 0; ///< metres from the face of the probe
-    std::uint32_t rank = 0;
+    float distance = 0;          ///< metres from the face of the probe
+    std::uint32_t rank = 0;      ///< of the object
     std::uint32_t primitive = 0; ///< face of the object's mesh
 
     friend bool operator==(const crossing&, const crossing&) = default;
+    /// Nearest first; ties by rank, then by face.
     friend bool operator<(const crossing& a, const crossing& b) {
         return a.distance != b.distance ? a.distance < b.distance
                : a.rank != b.rank       ? a.rank < b.rank
@@ -66,9 +67,10 @@ INSONIFY_LAZY void find_crossings(const scene& body, const ray& line, float dept
 /// How a line meets a surface: the cosine of the angle of incidence, and the tilt of the normal against the line, in
 /// radians within the slice plane and out of it.
 struct surface_incidence {
-    float cosine = 1;
-    vec2 tilt{0, 0};
+    float cosine = 1; ///< of the angle of incidence, 0 to 1
+    vec2 tilt{0, 0};  ///< radians: within the slice plane, and out of it
 };
+/// How a line meets a face; head on where the face has no area.
 INSONIFY_LAZY surface_incidence incidence_on(const object& one, std::uint32_t face, const line_frame& line) {
     const vec3 normal = area_vector(mesh_view{one.surface}[face]);
     const float size = length(normal);

@@ -14,6 +14,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// Names an object of one scene, for good: ids are never used again.
 enum class object_id : std::uint32_t {};
 
+/// What `scene::add` is told beside surface and medium.
 struct object_settings {
     int priority = 0;   ///< where objects overlap, the highest one's medium counts
     pose at{};          ///< object to world
@@ -22,12 +23,12 @@ struct object_settings {
 
 /// One closed surface and what is inside it.
 struct object {
-    object_id id{};
-    std::string name{};
-    mesh surface{};  ///< in the object's own coordinates
-    medium inside{}; ///< what fills it
-    pose at{};       ///< object to world
-    int priority = 0;
+    object_id id{};                 ///< in its scene
+    std::string name{};             ///< may be empty, need not be the only one
+    mesh surface{};                 ///< in the object's own coordinates
+    medium inside{};                ///< what fills it
+    pose at{};                      ///< object to world
+    int priority = 0;               ///< the highest counts
     float volume = 0;               ///< m^3 enclosed, as built
     std::uint32_t medium_index = 0; ///< into the scene's media, as built
     std::uint32_t rank = 0;         ///< among all objects, as built; where they overlap the lowest rank's medium counts
@@ -36,9 +37,10 @@ struct object {
     bool tree_follows = false;      ///< the tree fits the positions: rays can be traced
     aabb local_box{};               ///< in its own coordinates, as built or updated
     aabb box{};                     ///< in the world
-    bvh_storage<mesh_view> tree{};
-    face_groups groups{}; ///< where the tree waits
+    bvh_storage<mesh_view> tree{};  ///< in its own coordinates
+    face_groups groups{};           ///< where the tree waits
 
+    /// The tree over its surface, for rays in its own coordinates; good until the scene changes.
     bvh_view<mesh_view> tree_view() const { return tree.view_of(mesh_view{surface}); }
 
     /// The ray in the object's own coordinates; distances along it stay.

@@ -35,6 +35,7 @@ enum class trees {
 /// Const functions are safe to call from many threads at once.
 class scene {
   public:
+    /// @throws usage_error  for a background that is none: see `is_valid`
     explicit scene(const medium& background = medium{}) : background_{background} {
         if (!is_valid(background)) throw usage_error{"scene: the background needs a density and a sound speed above 0"};
     }
@@ -51,13 +52,14 @@ class scene {
             if (!is_finite(surface.positions[i]))
                 throw geometry_error{named + "vertex " + std::to_string(i) +
                                      " is not finite; repair the mesh (`validate` tells more)"};
-        const object_id id{next_id_++};
+        const object_id id{next_id_};
         objects_.push_back({.id = id,
                             .name = std::move(settings.name),
                             .surface = std::move(surface),
                             .inside = inside,
                             .at = settings.at,
                             .priority = settings.priority});
+        ++next_id_;
         built_ = false;
         return id;
     }
@@ -76,6 +78,7 @@ class scene {
         one.moved = true;
         return one.surface.positions;
     }
+    /// The same to be read. @throws usage_error  for an unknown id
     std::span<const vec3> positions(object_id id) const { return object_of(id).surface.positions; }
 
     /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
@@ -89,31 +92,48 @@ class scene {
     }
 
     /// Makes the scene ready to trace: builds all trees (with `trees::wait` none), orders the objects.
+    ///
+    /// Where it throws, as for lack of memory, the scene is what it was.
     template <exec::policy Policy>
     scene& build(const Policy& policy, trees upkeep = trees::follow) & {
-        media_ = {background_};
-        places_ = {pose{}};
-        for (object& one : objects_) {
-            one.has_tree = false;
-            take_positions(policy, one, upkeep);
-            one.volume = static_cast<float>(std::fabs(enclosed_volume(one.surface)));
-            places_.push_back(one.at);
-            const auto known = std::find(media_.begin(), media_.end(), one.inside);
-            one.medium_index = static_cast<std::uint32_t>(known - media_.begin());
-            if (known == media_.end()) media_.push_back(one.inside);
+        std::vector<structures> made(objects_.size());
+        std::vector<medium> media = {background_};
+        std::vector<pose> places = {pose{}};
+        std::vector<std::uint32_t> medium_index, by_rank(objects_.size());
+        std::vector<float> volume;
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            const object& one = objects_[i];
+            made[i] = structures_over(policy, one, upkeep);
+            volume.push_back(static_cast<float>(std::fabs(enclosed_volume(one.surface))));
+            places.push_back(one.at);
+            const auto known = std::find(media.begin(), media.end(), one.inside);
+            medium_index.push_back(static_cast<std::uint32_t>(known - media.begin()));
+            if (known == media.end()) media.push_back(one.inside);
         }
-        by_rank_.resize(objects_.size());
-        std::iota(by_rank_.begin(), by_rank_.end(), 0U);
-        std::sort(by_rank_.begin(), by_rank_.end(), [this](std::uint32_t a, std::uint32_t b) {
+        std::iota(by_rank.begin(), by_rank.end(), 0U);
+        std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
             const object &one = objects_[a], &other = objects_[b];
             if (one.priority != other.priority) return one.priority > other.priority;
-            if (one.volume != other.volume) return one.volume < other.volume;
+            if (volume[a] != volume[b]) return volume[a] < volume[b];
             return one.id > other.id;
         });
+
+        media_ = std::move(media); // from here on nothing throws
+        places_ = std::move(places);
+        by_rank_ = std::move(by_rank);
         for (std::uint32_t rank = 0; rank < by_rank_.size(); ++rank) objects_[by_rank_[rank]].rank = rank;
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            object& one = objects_[i];
+            one.volume = volume[i];
+            one.medium_index = medium_index[i];
+            one.has_tree = false;
+            install(one, std::move(made[i]), upkeep);
+            take_boxes(policy, one, upkeep);
+        }
         built_ = true;
         return *this;
     }
+    /// The same of a scene that is made on the spot: `const scene body = load_obj_scene(...).build(exec::par);`
     template <exec::policy Policy>
     scene build(const Policy& policy, trees upkeep = trees::follow) && {
         build(policy, upkeep);
@@ -125,14 +145,25 @@ class scene {
     ///
     /// Cost: nothing for objects at rest; no allocation but where a tree is rebuilt. With `trees::wait` one pass over the
     /// vertices that moved: the cheapest frame of a deforming body, if `trace` can cut it into slices.
+    /// Where it throws for lack of memory, objects wait as before: call it again.
     /// @throws usage_error  where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     void update(const Policy& policy, trees upkeep = trees::follow) {
         require_built();
-        for (object& one : objects_)
-            if (one.moved || (upkeep == trees::follow && !one.tree_follows)) take_positions(policy, one, upkeep);
+        const auto waits = [upkeep](const object& one) {
+            return one.moved || (upkeep == trees::follow && !one.tree_follows);
+        };
+        for (object& one : objects_) // first all that takes memory
+            if (waits(one) && (upkeep == trees::follow ? !one.has_tree : one.groups.empty()))
+                install(one, structures_over(policy, one, upkeep), upkeep);
+        for (object& one : objects_) {
+            if (!waits(one)) continue;
+            if (upkeep == trees::follow) one.tree.update(policy, mesh_view{one.surface});
+            take_boxes(policy, one, upkeep);
+        }
     }
 
+    /// What fills the space around the objects.
     const medium& background() const { return background_; }
 
     /// All objects, in the order they were added.
@@ -164,6 +195,9 @@ class scene {
         return whole;
     }
 
+    /// Whether `build` was called since the last `add` or `remove`.
+    bool is_built() const { return built_; }
+
     /// @throws usage_error  where the scene is not ready to trace
     INSONIFY_LAZY void require_built() const {
         if (!built_)
@@ -180,22 +214,35 @@ class scene {
     }
 
   private:
-    // The positions of an object are new: moves its boxes and, unless it shall wait, its tree.
+    // What is made of an object's faces: a tree or, where that waits, groups.
+    struct structures {
+        bvh_storage<mesh_view> tree{};
+        face_groups groups{};
+    };
     template <class Policy>
-    static void take_positions(const Policy& policy, object& one, trees upkeep) {
-        const mesh_view surface{one.surface};
+    static structures structures_over(const Policy& policy, const object& one, trees upkeep) {
+        structures made;
+        if (upkeep == trees::follow)
+            made.tree.build(policy, mesh_view{one.surface});
+        else
+            made.groups = face_groups{mesh_view{one.surface}};
+        return made;
+    }
+    static void install(object& one, structures&& made, trees upkeep) {
+        if (upkeep == trees::follow) {
+            one.tree = std::move(made.tree);
+            one.has_tree = true;
+        } else {
+            one.groups = std::move(made.groups);
+        }
+    }
+
+    // The positions of an object are new, and its tree fits them unless it waits: moves its boxes.
+    template <class Policy>
+    static void take_boxes(const Policy& policy, object& one, trees upkeep) {
         one.moved = false;
         one.tree_follows = upkeep == trees::follow;
-        if (one.tree_follows) {
-            if (one.has_tree)
-                one.tree.update(policy, surface);
-            else
-                one.tree.build(policy, surface);
-            one.has_tree = true;
-        } else if (one.groups.empty()) {
-            one.groups = face_groups{surface};
-        }
-        one.local_box = one.tree_follows ? one.tree.box() : box_around(policy, surface.positions);
+        one.local_box = one.tree_follows ? one.tree.box() : box_around(policy, one.surface.positions);
         one.box = placed_box(one.local_box, one.at);
     }
 

@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/units.hpp>
+#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <cfloat>
 
@@ -57,7 +58,7 @@ struct beam_model {
 template <transducer Probe>
 beam_model beam_of(const Probe& probe, float depth) {
     probe.check();
-    if (!is_finite(depth) || !(depth > 0)) throw usage_error{"beam_of: the depth of the picture must be above 0"};
+    if (!is_depth(depth)) throw usage_error{"beam_of: the depth of the picture must be from 1 nm to 1000 km"};
     beam_model beam{.wavelength = display_speed / probe.frequency, .focus = depth / 2};
     if constexpr (requires { probe.fnumber; }) beam.least_fnumber = probe.fnumber;
     if constexpr (requires { probe.aperture(); }) beam.aperture = probe.aperture();

@@ -2,6 +2,7 @@
 #define INSONIFY_SIGNAL_CONVOLVE_HPP
 
 #include <insonify/execution/for_each.hpp>
+#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/axial_kernel.hpp>
 #include <insonify/signal/lateral_slab.hpp>
@@ -15,16 +16,17 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// What `convolve` does beside spreading the echoes.
 struct convolve_settings {
     std::uint32_t decimation = 1; ///< so many samples become one, in the middle of them; it must divide their number
 };
 
 /// What `convolve` keeps from frame to frame: handed back each time, nothing is allocated after the first.
 struct convolve_workspace {
-    lateral_kernel lateral{};
-    axial_kernel axial{};
+    lateral_kernel lateral{};                ///< weights across the lines
+    axial_kernel axial{};                    ///< weights along a line
     std::vector<std::vector<vec2>> blocks{}; ///< what a block of lines, or of samples, is worked on in
-    iq_lines decimated{};
+    iq_lines decimated{};                    ///< the lines of the frame before
 };
 
 /// The axial half of `convolve`: in place where nothing is decimated.
@@ -78,7 +80,8 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
 ///
 /// Along: the pulse's envelope, of peak 1. Across: a Gaussian in metres, `beam_model::lateral_sigma` wide,
 /// whose weights sum to 1 over the lines that exist, also at the ends. So a plate keeps its amplitude at every depth,
-/// sampling and line spacing. Beyond the ends of a line there is nothing, so texture fades within two deviations of the pulse from them. In place: pass std::move(echoes).
+/// sampling and line spacing. Beyond the ends of a line there is nothing, so texture fades within two deviations of the
+/// pulse from them. In place: pass std::move(echoes).
 /// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
 /// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse;
 ///                      where the pulse is not at the probe's frequency, or a setting makes no sense
@@ -91,8 +94,7 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
     if (echoes.count != probe.lines || echoes.samples == 0 ||
         echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
         throw usage_error{"convolve: the echoes must have as many lines as the probe, and at least one sample"};
-    if (!is_finite(echoes.depth) || !(echoes.depth > 0))
-        throw usage_error{"convolve: the depth of the echoes must be a finite number of metres above 0"};
+    if (!is_depth(echoes.depth)) throw usage_error{"convolve: the depth of the echoes must be from 1 nm to 1000 km"};
     if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
         throw usage_error{"convolve: `decimation` must divide the number of samples, " +
                           std::to_string(echoes.samples)};
@@ -111,6 +113,7 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
     own.lateral = make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(own.lateral));
     return convolve_across(policy, std::move(lines), own);
 }
+/// The same in memory of its own.
 template <exec::policy Policy, transducer Probe>
 iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
                   const convolve_settings& settings = {}) {

@@ -8,9 +8,10 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How loud the amplifier is.
 struct electronic_noise_settings {
-    float level_db = -130; ///< rms of its envelope against the echo of a perfect mirror
-    std::uint64_t seed = 1;
+    float level_db = -130;   ///< rms of its envelope against the echo of a perfect mirror
+    std::uint64_t seed = 1;  ///< another one, another noise of the same kind
     std::uint32_t frame = 0; ///< each frame of a clip has its own
 };
 

@@ -38,6 +38,7 @@ scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycle
 /// Equal to |IQ| of the same echoes, within 1e-3 of the largest where the fractional bandwidth is below 0.8 and the
 /// signal is not cut off near by: what lies beyond the end of a line is taken for silence.
 /// @param rf  of four samples a cycle at least
+/// @throws usage_error  where there are more or fewer values than lines times samples
 template <exec::policy Policy>
 scan_lines envelope(const Policy& policy, const scan_lines& rf) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;

@@ -20,8 +20,8 @@ class persistence {
             throw usage_error{"persistence: the share of the past must be from 0 to below 1"};
     }
 
-    /// Takes in one more frame. Call `reset` first where another probe or other settings made it. The past is forgotten where the pose of the probe, the number of lines or of samples,
-    /// or the depth differs from the frame before.
+    /// Takes in one more frame. The past is forgotten where the pose of the probe, the number of lines or of samples, or
+    /// the depth differs from the frame before. Call `reset` first where another probe or other settings made the frame.
     /// @return what is to be shown; good until the next call
     template <exec::policy Policy>
     const scan_lines& add(const Policy& policy, scan_lines frame, const pose& at) {

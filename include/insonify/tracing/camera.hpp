@@ -35,10 +35,12 @@ struct orthographic_camera {
     vec2 extent{0.1F, 0.1F}; ///< metres that the picture spans across and down
     uvec2 size{512, 512};    ///< columns, rows
 
+    /// In the world; its direction has length 1.
     INSONIFY_FN ray through(vec2 pixel) const {
         const vec2 share = pixel / vec2{size} - 0.5F;
         return {.origin = at.point({share.x * extent.x, share.y * extent.y, 0}), .direction = at.direction({0, 0, 1})};
     }
+    /// @throws usage_error  naming the setting that makes no sense
     void check() const {
         check_camera(size, at);
         if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
@@ -52,12 +54,14 @@ struct perspective_camera {
     float field_of_view = 60_deg; ///< across the picture, radians
     uvec2 size{512, 512};         ///< columns, rows
 
+    /// In the world; its direction has length 1.
     INSONIFY_FN ray through(vec2 pixel) const {
         const float scale = 2 * std::tan(0.5F * field_of_view) / static_cast<float>(size.x);
         const vec2 from_centre = pixel - 0.5F * vec2{size};
         return {.origin = at.translation,
                 .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
     }
+    /// @throws usage_error  naming the setting that makes no sense
     void check() const {
         check_camera(size, at);
         if (!(field_of_view > 0 && field_of_view < pi))

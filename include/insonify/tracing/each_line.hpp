@@ -15,17 +15,19 @@ enum class search {
 
 /// What `for_each_line` keeps from frame to frame, so that it allocates once.
 struct line_workspace {
+    /// What one thread works in.
     struct block {
-        line_crossings found{};
-        std::vector<layer> layers{};
-        slice_lines::block_segments segments{};
+        line_crossings found{};                 ///< of the line at work
+        std::vector<layer> layers{};            ///< of the line at work
+        slice_lines::block_segments segments{}; ///< of the lines of the block
     };
-    slice_lines slices{};
-    std::vector<block> blocks{};
+    slice_lines slices{};        ///< cut of the scene
+    std::vector<block> blocks{}; ///< one for each block of lines
 };
 
 /// Lines that one thread takes at a time.
 inline constexpr std::size_t lines_per_block = slice_lines::block;
+/// How many blocks that makes.
 constexpr std::size_t line_blocks(std::size_t lines) { return (lines + lines_per_block - 1) / lines_per_block; }
 
 /// Beam `line` of a probe that stands in the world as `at` says.

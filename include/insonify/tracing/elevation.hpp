@@ -13,7 +13,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// height does.
 class elevation_planes {
   public:
-    static constexpr std::uint32_t most = 7;
+    static constexpr std::uint32_t most = 7; ///< planes
 
     /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 deviations of the beam at its thinnest
     /// @throws usage_error  for another count
@@ -33,6 +33,7 @@ class elevation_planes {
         if (count == 1) width_[0] = 1;
     }
 
+    /// How many planes there are.
     std::uint32_t count() const { return count_; }
 
     /// Metres out of the slice plane.

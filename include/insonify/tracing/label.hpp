@@ -20,14 +20,14 @@ enum class grid {
 
 /// How deep to look, how finely, and along which depths.
 struct label_settings {
-    float depth = 0.08F;       ///< metres, of the grid
-    std::uint32_t samples = 0; ///< along each line; 0: as many as a picture by `physical` has
-    insonify::grid grid = insonify::grid::geometric;
+    float depth = 0.08F;                             ///< metres, of the grid
+    std::uint32_t samples = 0;                       ///< along each line; 0: as many as a picture by `physical` has
+    insonify::grid grid = insonify::grid::geometric; ///< what a depth means
 };
 
 /// The depths of a label grid, for the tracer: it makes no samples itself.
 struct label_axis {
-    insonify::grid grid = insonify::grid::geometric;
+    insonify::grid grid = insonify::grid::geometric; ///< what a depth means
 
     /// Where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
     std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
@@ -45,10 +45,10 @@ struct label_axis {
 
 /// Which samples of a line stand in one of its layers: `first` up to, but without, `last`.
 struct label_stretch {
-    float begin = 0; ///< of the layer, in metres of the grid
-    float scale = 1; ///< metres of the grid a metre of the layer
-    std::size_t first = 0;
-    std::size_t last = 0;
+    float begin = 0;       ///< of the layer, in metres of the grid
+    float scale = 1;       ///< metres of the grid a metre of the layer
+    std::size_t first = 0; ///< sample
+    std::size_t last = 0;  ///< sample after the last one
 };
 
 /// Lays the layers of one line on a grid: visit(i, stretch) for layer i, from the face down.

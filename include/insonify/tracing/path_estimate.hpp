@@ -34,7 +34,9 @@ class path_estimate {
         });
     }
 
+    /// Estimates taken in.
     std::uint32_t frames() const { return frames_; }
+    /// Their mean, sample by sample.
     const iq_lines& mean() const { return mean_; }
 
     /// Of each sample's mean: standard deviation of the complex value over the root of the frames; 0 before two.

@@ -7,6 +7,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How far sound is followed as it bends and bounces.
 struct path_settings {
     std::uint32_t bounces = 4;     ///< reflections that a path may undergo before its last echo
     float least_amplitude = 1e-5F; ///< a path that would bring back less of the sound is given up
@@ -25,8 +26,11 @@ struct path_settings {
 template <class Model>
 class path_tracer {
   public:
-    using model_type = Model;
+    using model_type = Model; ///< a `physical`
 
+    /// Refers to scene, model and settings: keep them.
+    /// @param frequency    hertz
+    /// @param pulse_sigma  metres of displayed depth
     path_tracer(const scene& body, const model_type& model, const path_settings& settings, float frequency,
                 float pulse_sigma)
         : body_{body}, model_{model}, settings_{settings} {

@@ -41,6 +41,7 @@ INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, floa
 /// Traces points of the slice one by one, as the paper does: much work twice, kept as the reference for `trace_beams`.
 class pixel_tracer {
   public:
+    /// Refers to scene and model: keep them. @param frequency  hertz
     pixel_tracer(const scene& body, const law2011& model, float frequency)
         : body_{body}, model_{model}, frequency_{frequency} {}
 

@@ -15,8 +15,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// What `trace` keeps from frame to frame: handed back with the lines of the frame before, nothing is allocated.
 template <transducer Probe, acoustic_model Model>
 struct trace_workspace {
-    line_workspace lines{};
-    kept_beam_table<Probe, Model> beams{};
+    line_workspace lines{};                                         ///< crossings and layers
+    kept_beam_table<Probe, Model> beams{};                          ///< the beam at each depth
     std::vector<std::vector<typename Model::sample_type>> slices{}; ///< a line of a slice, for each block of lines
     std::vector<float> weights{};                                   ///< of the planes, by sample
 };

@@ -1,0 +1,70 @@
+#ifndef INSONIFY_BVH_BUILD_BOX_HPP
+#define INSONIFY_BVH_BUILD_BOX_HPP
+
+#include <insonify/execution/simd.hpp>
+#include <insonify/geometry/aabb.hpp>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The box of a primitive as builders move it about: [-lower, -, upper, -], so that the union of two is one maximum.
+struct alignas(32) build_box {
+    float row[8];
+
+    build_box() = default; ///< not set, since arrays of them are written later, by many threads
+    explicit build_box(const aabb& box)
+        : row{-box.lower.x, -box.lower.y, -box.lower.z, 0, box.upper.x, box.upper.y, box.upper.z, 0} {}
+    INSONIFY_INLINE build_box(const lanes<4>& minus_lower, const lanes<4>& upper) {
+        store(minus_lower, row);
+        store(upper, row + 4);
+    }
+
+    /// The spare lanes carry the primitive's index along, in two halves that are exact as floats.
+    void name(std::uint32_t primitive) {
+        row[3] = static_cast<float>(primitive >> 16U);
+        row[7] = static_cast<float>(primitive & 0xFFFFU);
+    }
+    std::uint32_t primitive() const {
+        return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
+    }
+    /// Holds nothing, and adds nothing.
+    static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
+    bool empty() const { return row[4] < -row[0]; }
+
+    INSONIFY_INLINE void add(const build_box& other) {
+        for (int k = 0; k < 8; k += simd_width)
+            store(greater(load<simd_width>(row + k), load<simd_width>(other.row + k)), row + k);
+    }
+    INSONIFY_INLINE lanes<4> minus_lower() const { return load<4>(row); }
+    INSONIFY_INLINE lanes<4> upper() const { return load<4>(row + 4); }
+
+    /// Half the centre: it sorts as the centre does, and two of them never lie infinitely far apart.
+    INSONIFY_INLINE lanes<4> half_centre() const {
+        return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
+    }
+    float half_area() const {
+        const float x = row[4] + row[0], y = row[5] + row[1], z = row[6] + row[2];
+        return x * y + y * z + z * x;
+    }
+};
+
+/// Where the halved centres of a group lie, at most.
+struct centre_range {
+    float begin[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
+    float end[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
+
+    INSONIFY_INLINE void add(const lanes<4>& first, const lanes<4>& last) {
+        store(lesser(load<4>(begin), first), begin);
+        store(greater(load<4>(end), last), end);
+    }
+    /// A centre lies within its box.
+    INSONIFY_INLINE centre_range within(const build_box& box) const {
+        centre_range both;
+        store(greater(load<4>(begin), lanes<4>(-0.5F) * box.minus_lower()), both.begin);
+        store(lesser(load<4>(end), lanes<4>(0.5F) * box.upper()), both.end);
+        return both;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,155 @@
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/core/units.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/scene/diagnose.hpp>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <string>
+#include <vector>
+
+using namespace insonify;
+
+namespace diagnose_test {
+namespace {
+
+const linear_array probe{.lines = 64, .width = 40_mm};
+
+/// A bone of 10 mm radius in muscle.
+scene bone_at(vec3 centre) {
+    scene body{tissue::muscle};
+    body.add(make_sphere(centre, 10_mm, 4), tissue::bone, {.name = "bone"});
+    body.build(exec::seq);
+    return body;
+}
+
+/// A cube so far down.
+scene block(float depth, float edge) {
+    scene body{tissue::muscle};
+    body.add(make_box({0, 0, depth}, {edge, edge, depth + edge}), tissue::bone);
+    body.build(exec::seq);
+    return body;
+}
+
+void says(const diagnosis& found, problem expected, const std::string& sentence) {
+    INFO(found.sentence);
+    REQUIRE(found.problems.size() == 1);
+    CHECK(found.problems[0] == expected);
+    CHECK(found.sentence == sentence);
+}
+
+} // namespace
+
+TEST_CASE("nothing is said of a picture that shows something") {
+    const diagnosis found = diagnose(bone_at({0, 0, 30_mm}), probe, pose{}, {.depth = 60_mm});
+    CHECK(found.problems.empty());
+    CHECK(found.sentence.empty());
+}
+
+TEST_CASE("it is said by how much objects lie beside the field of view") {
+    // The field ends at x = 20 mm, the sphere begins at 73 - 10 mm.
+    says(diagnose(bone_at({73_mm, 0, 30_mm}), probe, pose{}, {.depth = 60_mm}), problem::beside,
+         "No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the "
+         "objects.");
+    // Out of the slice plane.
+    says(diagnose(bone_at({0, 35_mm, 30_mm}), probe, pose{}, {.depth = 60_mm}), problem::beside,
+         "No line meets any object: the nearest surface is 25 mm outside the field of view; move the probe or the "
+         "objects.");
+    // A face of which all corners are far away: a wall beside the field.
+    scene walled{tissue::muscle};
+    walled.add(make_box({25_mm, -0.4F, -0.4F}, {35_mm, 0.4F, 0.4F}), tissue::bone);
+    walled.build(exec::seq, trees::wait);
+    says(diagnose(walled, probe, pose{}, {.depth = 60_mm}), problem::beside,
+         "No line meets any object: the nearest surface is 5 mm outside the field of view; move the probe or the "
+         "objects.");
+}
+
+TEST_CASE("it is said where the lines end before the first surface") {
+    // The linear array's middle lines are 1/64 of 40 mm apart, so the first surface is 70 mm deep to a few micrometres.
+    says(diagnose(bone_at({0, 0, 80_mm}), probe, pose{}, {.depth = 40_mm}), problem::too_shallow,
+         "No line meets any object: the nearest surface on a line is 70 mm deep, the lines end at 40 mm; raise "
+         "`depth`.");
+}
+
+TEST_CASE("it is said where the probe looks away") {
+    says(diagnose(bone_at({0, 0, -30_mm}), probe, pose{}, {.depth = 60_mm}), problem::behind,
+         "No line meets any object: they are behind the probe, which looks away from them; turn it round "
+         "(look_at(from, towards, lateral)).");
+}
+
+TEST_CASE("it is said which unit was probably meant") {
+    says(diagnose(block(30, 20), probe, pose{}, {.depth = 60_mm}), problem::unit,
+         "The objects are 20 m across, but the lines 60 mm deep: the unit is probably 1_m where 1_mm was meant.");
+    says(diagnose(block(3, 2), probe, pose{}, {.depth = 60_mm}), problem::unit,
+         "The objects are 2 m across, but the lines 60 mm deep: the unit is probably 1_m where 1_cm was meant.");
+    says(diagnose(block(0.1F, 100_um), probe, pose{}, {.depth = 60_mm}), problem::unit,
+         "The objects are 100 um across, but the lines 60 mm deep: the unit is probably 1_mm where 1_m was meant.");
+}
+
+TEST_CASE("it is said where the probe stands inside something") {
+    says(diagnose(bone_at({0, 0, 5_mm}), probe, pose{}, {.depth = 60_mm}), problem::inside,
+         "The probe stands inside object 'bone', whose medium lets next to no sound out; move the probe out of it.");
+    scene room{tissue::water};
+    room.add(make_sphere({0, 0, 0}, 0.5F, 4), tissue::muscle);
+    room.build(exec::seq);
+    const diagnosis found = diagnose(room, probe, pose{}, {.depth = 60_mm});
+    REQUIRE(found.problems == std::vector<problem>{problem::inside});
+    CHECK(found.sentence.find("The probe stands inside object 0, whose surface is 49") == 0); // 0.5 m, less the facets
+    CHECK(found.sentence.find("deeper than the 60 mm shown; raise `depth`.") != std::string::npos);
+}
+
+TEST_CASE("it is said where no surface can echo") {
+    scene body{tissue::water};
+    body.add(make_sphere({0, 0, 30_mm}, 10_mm, 3), tissue::water);
+    body.build(exec::seq);
+    says(diagnose(body, probe, pose{}, {.depth = 60_mm}), problem::one_medium,
+         "Every object has the medium of the background, so no surface echoes; give the objects, or the background, "
+         "another one.");
+}
+
+TEST_CASE("it is said what was forgotten") {
+    scene body{tissue::muscle};
+    const std::string nothing = "The scene holds no object with faces; add one, or check the file it came from.";
+    says(diagnose(body, probe, pose{}, {}), problem::no_objects, nothing);
+    const object_id empty = body.add(mesh{}, tissue::bone);
+    says(diagnose(body, probe, pose{}, {}), problem::no_objects, nothing);
+    body.remove(empty);
+    const object_id id = body.add(make_sphere({0, 0, 30_mm}, 10_mm, 3), tissue::bone, {.name = "bone"});
+    says(diagnose(body, probe, pose{}, {}), problem::not_built,
+         "The scene is not built; call build(policy) after the last add or remove.");
+    body.build(exec::seq);
+    body.positions(id)[0].x += 1_mm;
+    says(diagnose(body, probe, pose{}, {}), problem::not_updated,
+         "The positions of object 'bone' were handed out since the last update; call update(policy).");
+}
+
+TEST_CASE("it is said which setting or pose makes no sense") {
+    const scene body = bone_at({0, 0, 30_mm});
+    says(diagnose(body, probe, {.translation = {NAN, 0, 0}}, {}), problem::pose,
+         "The pose of the probe is no rigid motion, or not finite; make it with look_at.");
+    says(diagnose(body, linear_array{.lines = 0}, pose{}, {}), problem::setting, "probe: `lines` must be at least 1.");
+    says(diagnose(body, probe, pose{}, {.depth = -1}), problem::setting,
+         "The depth is no number of metres above 0; write it as in 80_mm.");
+}
+
+TEST_CASE("it is said which surface is open, also where something is seen") {
+    mesh torn = make_sphere({0, 0, 30_mm}, 10_mm, 3);
+    torn.faces.pop_back();
+    scene body{tissue::muscle};
+    body.add(torn, tissue::bone, {.name = "bone"});
+    body.build(exec::seq);
+    says(diagnose(body, probe, pose{}, {.depth = 60_mm}), problem::open_surface,
+         "The surface of object 'bone' is not closed: The surface is open along 3 edges: fill the hole in a mesh "
+         "editor, "
+         "or the medium leaks out.");
+}
+
+TEST_CASE("the distance to a sector is that to its edge") {
+    // The edge of a fan of 90 degrees from one point stands at 45 degrees; a point at {d, 0} is d / sqrt(2) from it.
+    const convex_array fan{.lines = 65, .radius = 1e-6F, .field_of_view = 90_deg};
+    const triangle face{{30_mm, 0, 0}, {60_mm, 1_mm, 0}, {60_mm, -1_mm, 0}};
+    CHECK(distance_to_field(fan, 1, face) == doctest::Approx(30e-3 / std::sqrt(2.0)).epsilon(1e-3));
+}
+
+} // namespace diagnose_test
