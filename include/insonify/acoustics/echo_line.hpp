@@ -30,8 +30,8 @@ class echo_line {
 
     /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i times its complex amplitude.
     /// @param step       not below 0
-    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
-                         float scale, float ratio) const {
+    INSONIFY_LAZY INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real,
+                                       const float* imaginary, float scale, float ratio) const {
         constexpr int width = simd_width;
         using floats = lanes<width>;
         const vec2 turn = ratio * phase(step);
@@ -90,6 +90,7 @@ class echo_line {
     }
 
     // As many as a register holds; zeros after the last.
+    template <class = void>
     INSONIFY_FN INSONIFY_INLINE static lanes<simd_width> some_of(const float* from, std::uint32_t count) {
         if (count >= simd_width) return load<simd_width>(from);
         float some[simd_width] = {};

@@ -54,7 +54,7 @@ struct any_query {
 struct all_query {
     std::vector<hit>* hits = nullptr;
 
-    void begin(std::size_t i) const { hits[i].clear(); }
+    INSONIFY_LAZY void begin(std::size_t i) const { hits[i].clear(); }
     template <class Range, int Width>
     bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width>& walk, std::size_t i) const {
         if (walk.step(tree, [&](const hit& found) { hits[i].push_back(found); })) return true;

@@ -14,6 +14,7 @@ struct alignas(32) build_box {
     build_box() = default; ///< not set, since arrays of them are written later, by many threads
     explicit build_box(const aabb& box)
         : row{-box.lower.x, -box.lower.y, -box.lower.z, 0, box.upper.x, box.upper.y, box.upper.z, 0} {}
+    template <class = void>
     INSONIFY_INLINE build_box(const lanes<4>& minus_lower, const lanes<4>& upper) {
         store(minus_lower, row);
         store(upper, row + 4);
@@ -28,22 +29,30 @@ struct alignas(32) build_box {
         return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
     }
     /// Holds nothing, and adds nothing.
-    static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
+    INSONIFY_LAZY static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
     bool empty() const { return row[4] < -row[0]; }
 
+    template <class = void>
     INSONIFY_INLINE void add(const build_box& other) {
         for (int k = 0; k < 8; k += simd_width)
             store(greater(load<simd_width>(row + k), load<simd_width>(other.row + k)), row + k);
     }
-    INSONIFY_INLINE lanes<4> minus_lower() const { return load<4>(row); }
-    INSONIFY_INLINE lanes<4> upper() const { return load<4>(row + 4); }
+    template <class = void>
+    INSONIFY_INLINE lanes<4> minus_lower() const {
+        return load<4>(row);
+    }
+    template <class = void>
+    INSONIFY_INLINE lanes<4> upper() const {
+        return load<4>(row + 4);
+    }
 
     /// Half the centre: it sorts as the centre does, and two of them never lie infinitely far apart.
+    template <class = void>
     INSONIFY_INLINE lanes<4> half_centre() const {
         return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
     }
-    float half_area() const {
-        const float x = row[4] + row[0], y = row[5] + row[1], z = row[6] + row[2];
+    float half_area() const { // 0 of an empty one
+        const float x = greater(row[4] + row[0], 0), y = greater(row[5] + row[1], 0), z = greater(row[6] + row[2], 0);
         return x * y + y * z + z * x;
     }
 };
@@ -53,11 +62,13 @@ struct centre_range {
     float begin[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
     float end[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
 
+    template <class = void>
     INSONIFY_INLINE void add(const lanes<4>& first, const lanes<4>& last) {
         store(lesser(load<4>(begin), first), begin);
         store(greater(load<4>(end), last), end);
     }
     /// A centre lies within its box.
+    template <class = void>
     INSONIFY_INLINE centre_range within(const build_box& box) const {
         centre_range both;
         store(greater(load<4>(begin), lanes<4>(-0.5F) * box.minus_lower()), both.begin);

@@ -31,8 +31,10 @@ class morton_order {
     }
 
     std::size_t size() const { return count_; }
-    std::uint32_t cell(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place] >> 32U); }
-    std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
+    INSONIFY_LAZY std::uint32_t cell(std::size_t place) const {
+        return static_cast<std::uint32_t>(keys_[place] >> 32U);
+    }
+    INSONIFY_LAZY std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
   private:
     struct alignas(16) centre {
@@ -98,7 +100,7 @@ class morton_order {
     }
 
     // The bits of x, y and z by turns; two zeros come between each coordinate's own.
-    static std::uint32_t cell_at(const lanes<4>& place) {
+    INSONIFY_LAZY static std::uint32_t cell_at(const lanes<4>& place) {
         auto bits = bits_of_whole<4>(greater(lesser(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
         bits = (bits | bits << 16) & 0x30000FFU;
         bits = (bits | bits << 8) & 0x300F00FU;

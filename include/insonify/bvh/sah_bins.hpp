@@ -39,7 +39,7 @@ struct sah_plane {
 /// What lies in each bin along each axis.
 class sah_bins {
   public:
-    explicit sah_bins(const sah_grid& grid) : bins_{grid.bins} {
+    INSONIFY_LAZY explicit sah_bins(const sah_grid& grid) : bins_{grid.bins} {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < bins_; ++k) {
                 box_[axis][k] = build_box::none();
@@ -48,7 +48,7 @@ class sah_bins {
     }
 
     /// Adds boxes, and writes down which bins they fall into, so that those who move them agree.
-    void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
+    INSONIFY_LAZY void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
         const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale);
         const lanes<4> last(static_cast<float>(bins_ - 1)), first(0.0F);
         for (std::size_t i = 0; i < count; ++i) {
@@ -65,7 +65,7 @@ class sah_bins {
         }
     }
 
-    void add(const sah_bins& other) {
+    INSONIFY_LAZY void add(const sah_bins& other) {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < bins_; ++k) {
                 box_[axis][k].add(other.box_[axis][k]);
@@ -73,12 +73,12 @@ class sah_bins {
             }
     }
 
-    std::size_t count_below(const sah_plane& plane) const {
+    INSONIFY_LAZY std::size_t count_below(const sah_plane& plane) const {
         std::size_t count = 0;
         for (std::uint32_t k = 0; k < plane.bin; ++k) count += count_[plane.axis][k];
         return count;
     }
-    build_box box_of(const sah_plane& plane, bool above) const {
+    INSONIFY_LAZY build_box box_of(const sah_plane& plane, bool above) const {
         build_box whole = build_box::none();
         const int begin = above ? static_cast<int>(plane.bin) : 0, end = above ? bins_ : static_cast<int>(plane.bin);
         for (int k = begin; k < end; ++k) whole.add(box_[plane.axis][k]);

@@ -23,7 +23,7 @@ class thread_pool {
     static constexpr std::uint32_t most_participants = 1024; ///< of one call, the caller included
 
     /// The pool of the program.
-    static thread_pool& instance() {
+    INSONIFY_LAZY static thread_pool& instance() {
         static thread_pool pool;
         return pool;
     }
@@ -76,7 +76,7 @@ class thread_pool {
 
     thread_pool() = default;
 
-    void offer(job& work) {
+    INSONIFY_LAZY void offer(job& work) {
         const std::lock_guard lock{mutex_};
         try {
             jobs_.push_back(&work);
@@ -87,13 +87,13 @@ class thread_pool {
         for (std::uint32_t i = 0; i < work.seats; ++i) work_came_.notify_one();
     }
 
-    void withdraw(job& work) {
+    INSONIFY_LAZY void withdraw(job& work) {
         std::unique_lock lock{mutex_};
         jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
         work.all_left.wait(lock, [&work] { return work.inside == 0; });
     }
 
-    void take_part(job& work) {
+    INSONIFY_LAZY void take_part(job& work) {
         for (std::size_t i = 0; (i = work.next.fetch_add(1, std::memory_order_relaxed)) < work.count;) {
             try {
                 work.call(work.body, i);
@@ -108,13 +108,13 @@ class thread_pool {
         }
     }
 
-    job* open_job() {
+    INSONIFY_LAZY job* open_job() {
         for (job* work : jobs_)
             if (work->seats > 0 && work->next.load(std::memory_order_relaxed) < work->count) return work;
         return nullptr;
     }
 
-    void serve() {
+    INSONIFY_LAZY void serve() {
         std::unique_lock lock{mutex_};
         for (;;) {
             job* work = nullptr;
@@ -131,8 +131,8 @@ class thread_pool {
 
     std::mutex mutex_{};
     std::condition_variable work_came_{};
-    std::vector<job*> jobs_{};
-    std::vector<std::thread> workers_{};
+    std::vector<job*> jobs_;
+    std::vector<std::thread> workers_;
     bool stopping_ = false;
 };
 

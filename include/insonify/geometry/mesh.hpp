@@ -25,7 +25,8 @@ struct mesh_view {
     INSONIFY_FN mesh_view(view<const vec3> vertex_positions, view<const uvec3> corner_indices)
         : positions{vertex_positions}, faces{corner_indices} {}
     /// Of a mesh, which must outlive it.
-    mesh_view(const mesh& m) : positions{m.positions}, faces{m.faces} {}
+    mesh_view(const mesh& m)
+        : positions{m.positions.data(), m.positions.size()}, faces{m.faces.data(), m.faces.size()} {}
 
     /// Triangles.
     INSONIFY_FN std::size_t size() const { return faces.size(); }
@@ -49,7 +50,7 @@ INSONIFY_LAZY void check_faces(const mesh_view& m, const std::string& named) {
 
 /// What a closed mesh encloses, m^3; negative where its faces look inwards. By the divergence theorem, in double,
 /// measured from a vertex, so that it does not drown in rounding far from the origin.
-inline double enclosed_volume(const mesh_view& m) {
+INSONIFY_LAZY double enclosed_volume(const mesh_view& m) {
     double volume = 0;
     for (std::size_t i = 0; i < m.size(); ++i) {
         const triangle t = m[i];

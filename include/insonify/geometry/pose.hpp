@@ -53,7 +53,7 @@ INSONIFY_FN inline bool is_rigid(const pose& p) {
 ///
 /// z = towards - from, x = lateral made orthogonal to z, y = z cross x, each of length 1; the inverse of glm::lookAt.
 /// @throws geometry_error  where `lateral` is parallel to the line of sight, or the two points are one
-inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
+INSONIFY_LAZY pose look_at(vec3 from, vec3 towards, vec3 lateral) {
     const vec3 sight = towards - from;
     const float distance = length(sight);
     const float width = length(lateral);

@@ -62,13 +62,13 @@ INSONIFY_LAZY mesh subdivide(const mesh& coarse) {
 }
 
 /// The same direction with length 1, however long or short it was.
-inline vec3 unit_along(vec3 direction) {
+INSONIFY_LAZY vec3 unit_along(vec3 direction) {
     const vec3 size = absolute(direction);
     return normalize(direction / greater(greater(size.x, size.y), size.z));
 }
 
 /// Some direction of length 1 across a direction of length 1: as far from parallel as an axis can be, made orthogonal.
-inline vec3 unit_across(vec3 direction) {
+INSONIFY_LAZY vec3 unit_across(vec3 direction) {
     const vec3 size = absolute(direction);
     const vec3 axis = size.x <= size.y && size.x <= size.z ? vec3{1, 0, 0}
                       : size.y <= size.z                   ? vec3{0, 1, 0}

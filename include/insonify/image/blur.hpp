@@ -15,7 +15,7 @@ struct radial_blur_settings {
 
 /// The picture at a point given in pixel coordinates: bilinear between those of its neighbours that lie in the field of
 /// view, so that the background does not creep in; `otherwise` where none does.
-inline float pixel_in_field(const image& picture, const scan_map& map, vec2 at, float otherwise) {
+INSONIFY_LAZY float pixel_in_field(const image& picture, const scan_map& map, vec2 at, float otherwise) {
     const float left = std::floor(at.x - 0.5F);
     const float top = std::floor(at.y - 0.5F);
     float sum = 0;

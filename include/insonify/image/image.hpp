@@ -9,20 +9,20 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A grey picture: row by row from the top, 0 black to 1 white.
 struct image {
-    uvec2 size{0, 0};            ///< columns, rows
-    std::vector<float> pixels{}; ///< row by row
+    uvec2 size{0, 0};          ///< columns, rows
+    std::vector<float> pixels; ///< row by row
 
     image() = default;
     /// All pixels of one grey.
-    explicit image(uvec2 columns_rows, float value = 0)
+    INSONIFY_LAZY explicit image(uvec2 columns_rows, float value = 0)
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, value) {}
 
     /// One pixel; neither index is checked.
     /// @{
-    float& operator()(std::uint32_t column, std::uint32_t row) {
+    INSONIFY_LAZY float& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    const float& operator()(std::uint32_t column, std::uint32_t row) const {
+    INSONIFY_LAZY const float& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     /// @}

@@ -7,20 +7,20 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A picture of labels: row by row from the top.
 struct label_image {
-    uvec2 size{0, 0};               ///< columns, rows
-    std::vector<label_id> pixels{}; ///< row by row
+    uvec2 size{0, 0};             ///< columns, rows
+    std::vector<label_id> pixels; ///< row by row
 
     label_image() = default;
     /// All pixels of one label.
-    explicit label_image(uvec2 columns_rows, label_id label = background_label)
+    INSONIFY_LAZY explicit label_image(uvec2 columns_rows, label_id label = background_label)
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, label) {}
 
     /// One pixel; neither index is checked.
     /// @{
-    label_id& operator()(std::uint32_t column, std::uint32_t row) {
+    INSONIFY_LAZY label_id& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
+    INSONIFY_LAZY const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     /// @}

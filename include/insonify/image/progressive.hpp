@@ -46,9 +46,9 @@ class progressive {
     void reset() { frames_ = 0; }
 
   private:
-    pose at_{};
-    image picture_{};
-    std::vector<double> mean_{};
+    pose at_;
+    image picture_;
+    std::vector<double> mean_;
     std::uint32_t frames_ = 0;
 };
 

@@ -29,7 +29,7 @@ struct convex_array {
     INSONIFY_FN float aperture() const { return radius * field_of_view; }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_array(*this);
         check_positive(radius, "radius");
         check_positive(field_of_view, "field_of_view");

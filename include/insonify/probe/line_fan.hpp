@@ -51,22 +51,24 @@ class line_fan {
         return find_apex() && turn_upright() && number_gaps();
     }
 
-    std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
-    const line& operator[](std::size_t i) const { return lines_[i]; }
+    INSONIFY_LAZY std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
+    INSONIFY_LAZY const line& operator[](std::size_t i) const { return lines_[i]; }
 
     bool parallel() const { return parallel_; }
 
     /// Where the coordinates stand in the frame of the probe: x across and z along there are x and y here.
-    pose upright() const {
+    INSONIFY_LAZY pose upright() const {
         return {mat3{{axis_.y, 0, -axis_.x}, {0, 1, 0}, {axis_.x, 0, axis_.y}}, {apex_.x, 0, apex_.y}};
     }
 
     /// True where the fan spans less than half a circle: then no point to the left of its first line or to the right of
     /// its last is on any of its lines.
-    bool is_wedge() const { return parallel_ || (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F); }
+    INSONIFY_LAZY bool is_wedge() const {
+        return parallel_ || (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F);
+    }
 
     /// How many lines have the point on their right.
-    std::uint32_t gap(vec2 p) const {
+    INSONIFY_LAZY std::uint32_t gap(vec2 p) const {
         const float key = key_of(p);
         std::uint32_t i = first_in_bin_[bin_of(key)];
         while (i < keys_.size() && keys_[i] < key) ++i;
@@ -123,7 +125,7 @@ class line_fan {
 
     // Turns all coordinates so that the middle line, or the middle between two lines, runs along y: so no line runs straight
     // back, where keys jump.
-    bool turn_upright() {
+    INSONIFY_LAZY bool turn_upright() {
         const vec2 left = lines_[(lines_.size() - 1) / 2].along, right = lines_[lines_.size() / 2].along;
         const vec2 sum = left + right; // 0 for two lines that part in opposite directions
         axis_ = dot(sum, sum) > 1e-6F ? normalize(sum) : vec2{left.y, -left.x};
@@ -147,7 +149,7 @@ class line_fan {
         }
         return true;
     }
-    std::size_t bin_of(float key) const { // rises with the key, however it rounds; NaN is in the first
+    INSONIFY_LAZY std::size_t bin_of(float key) const { // rises with the key, however it rounds; NaN is in the first
         const float bin = greater(0.0F, (key - keys_.front()) * bins_per_key_);
         return static_cast<std::size_t>(lesser(static_cast<float>(first_in_bin_.size() - 1), bin));
     }
@@ -168,9 +170,9 @@ class line_fan {
 
     bool parallel_ = true;
     vec2 apex_{0, 0}, axis_{0, 1};
-    std::vector<line> lines_{};
-    std::vector<float> keys_{};
-    std::vector<std::uint32_t> first_in_bin_{};
+    std::vector<line> lines_;
+    std::vector<float> keys_;
+    std::vector<std::uint32_t> first_in_bin_;
     float bins_per_key_ = 0;
 };
 

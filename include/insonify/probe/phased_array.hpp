@@ -29,7 +29,7 @@ struct phased_array {
     INSONIFY_FN float aperture() const { return width; }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_array(*this);
         check_positive(width, "width");
         check_positive(field_of_view, "field_of_view");

@@ -35,7 +35,7 @@ struct radial_array {
     INSONIFY_FN float aperture() const { return 2 * radius; }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_array(*this);
         check_positive(radius, "radius");
     }

@@ -14,7 +14,7 @@ struct cut_corner {
     float height = 0;
     vec2 place{0, 0};
 };
-inline vec2 cut_edge(const cut_corner& below, const cut_corner& above, float height) {
+INSONIFY_LAZY vec2 cut_edge(const cut_corner& below, const cut_corner& above, float height) {
     const float rise = above.height - below.height;
     const float share = rise > 0 ? clamped((height - below.height) / rise, 0, 1) : 0.0F;
     return {multiply_add(share, above.place.x - below.place.x, below.place.x),

@@ -55,6 +55,7 @@ INSONIFY_LAZY std::string shown(float metres) {
     return std::string{text} + unit;
 }
 
+/// An object by its name, or by its id where it has none.
 INSONIFY_LAZY std::string named(const object& one) {
     return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id))
                             : "object '" + one.name + "'";
@@ -77,6 +78,7 @@ struct line_survey {
     float behind = FLT_MAX;         ///< the same, backwards
     const object* around = nullptr; ///< that gives the medium where the middle line begins
 };
+/// Follows every line of a probe, which stands in the world as `at` says, both ways and without end.
 template <transducer Probe>
 line_survey survey(const scene& body, const Probe& probe, const pose& at) {
     line_survey found;

@@ -18,7 +18,7 @@ class face_groups {
     static constexpr std::size_t size = 64; ///< faces in each but the last
 
     face_groups() = default;
-    explicit face_groups(const mesh_view& surface) : end_((surface.faces.size() + size - 1) / size) {
+    INSONIFY_LAZY explicit face_groups(const mesh_view& surface) : end_((surface.faces.size() + size - 1) / size) {
         std::vector<std::uint32_t> last_group(surface.positions.size(), ~0U);
         vertices_.reserve(surface.faces.size());
         for (std::size_t i = 0; i < surface.faces.size(); ++i) {
@@ -33,20 +33,20 @@ class face_groups {
         vertices_.shrink_to_fit();
     }
 
-    bool empty() const { return end_.empty(); }
+    INSONIFY_LAZY bool empty() const { return end_.empty(); }
 
     /// How many groups there are.
-    std::size_t count() const { return end_.size(); }
+    INSONIFY_LAZY std::size_t count() const { return end_.size(); }
 
     /// The vertices of a group, each once.
-    view<const std::uint32_t> operator[](std::size_t group) const {
+    INSONIFY_LAZY view<const std::uint32_t> operator[](std::size_t group) const {
         const std::size_t begin = group == 0 ? 0 : end_[group - 1];
         return {vertices_.data() + begin, end_[group] - begin};
     }
 
   private:
-    std::vector<std::size_t> end_{};
-    std::vector<std::uint32_t> vertices_{};
+    std::vector<std::size_t> end_;
+    std::vector<std::uint32_t> vertices_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -28,12 +28,12 @@ struct crossing {
 
 /// What the search along one line fills, kept from line to line so that it allocates once.
 struct line_crossings {
-    std::vector<crossing> crossings{}; ///< ascending
-    media_stack inside{};              ///< the objects around the origin of the line
+    std::vector<crossing> crossings; ///< ascending
+    media_stack inside;              ///< the objects around the origin of the line
 };
 
 /// True where the ray, from its origin to `reach`, may touch the box; never false where it does.
-inline bool may_touch(const aabb& box, const ray& r, float reach) {
+INSONIFY_LAZY bool may_touch(const aabb& box, const ray& r, float reach) {
     float in = 0, out = reach;
     for (int axis = 0; axis < 3; ++axis) {
         const float inverse = std::fabs(r.direction[axis]) > 1e-30F ? 1 / r.direction[axis] : 1e30F;

@@ -16,13 +16,13 @@ class media_stack {
     static constexpr std::uint32_t none = ~0U; ///< rank of the background
 
     /// In none of so many objects.
-    void clear(std::size_t objects) { words_.assign((objects + 63) / 64, 0); }
+    INSONIFY_LAZY void clear(std::size_t objects) { words_.assign((objects + 63) / 64, 0); }
 
     /// The point crosses the surface of this object.
-    void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
+    INSONIFY_LAZY void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
 
     /// Whether the point is in this object.
-    bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
+    INSONIFY_LAZY bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
 
     /// Rank of the object whose medium counts; `none` outside all.
     INSONIFY_LAZY std::uint32_t top() const {
@@ -33,7 +33,7 @@ class media_stack {
     }
 
   private:
-    std::vector<std::uint64_t> words_{};
+    std::vector<std::uint64_t> words_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

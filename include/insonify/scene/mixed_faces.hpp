@@ -12,7 +12,7 @@
 namespace insonify::inline INSONIFY_ABI {
 
 /// The level of every point, a few at a time, by plain loops that the compiler turns into SIMD.
-inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
+INSONIFY_LAZY void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
     constexpr std::size_t few = 512;
     const slice_frame own = frame; // which nothing else writes into
     float height[few];

@@ -25,7 +25,7 @@ struct object_settings {
 struct object {
     object_id id{};                 ///< in its scene
     std::string name{};             ///< may be empty, need not be the only one
-    mesh surface{};                 ///< in the object's own coordinates
+    mesh surface;                   ///< in the object's own coordinates
     medium inside{};                ///< what fills it
     pose at{};                      ///< object to world
     int priority = 0;               ///< the highest counts
@@ -37,20 +37,20 @@ struct object {
     bool tree_follows = false;      ///< the tree fits the positions: rays can be traced
     aabb local_box{};               ///< in its own coordinates, as built or updated
     aabb box{};                     ///< in the world
-    bvh_storage<mesh_view> tree{};  ///< in its own coordinates
-    face_groups groups{};           ///< where the tree waits
+    bvh_storage<mesh_view> tree;    ///< in its own coordinates
+    face_groups groups;             ///< where the tree waits
 
     /// The tree over its surface, for rays in its own coordinates; good until the scene changes.
-    bvh_view<mesh_view> tree_view() const { return tree.view_of(mesh_view{surface}); }
+    INSONIFY_LAZY bvh_view<mesh_view> tree_view() const { return tree.view_of(mesh_view{surface}); }
 
     /// The ray in the object's own coordinates; distances along it stay.
-    ray local(const ray& r) const {
+    INSONIFY_LAZY ray local(const ray& r) const {
         return {at.local_point(r.origin), at.local_direction(r.direction), r.min_distance, r.max_distance};
     }
 };
 
 /// A box in the world around a box of the object, with room for the rounding of rays that are taken there and back.
-inline aabb placed_box(const aabb& local, const pose& at) {
+INSONIFY_LAZY aabb placed_box(const aabb& local, const pose& at) {
     if (local.empty()) return {};
     const vec3 centre = at.point(local.centre()), half = 0.5F * local.size();
     const mat3& r = at.rotation;

@@ -36,14 +36,14 @@ enum class trees {
 class scene {
   public:
     /// @throws usage_error  for a background that is none: see `is_valid`
-    explicit scene(const medium& background = medium{}) : background_{background} {
+    INSONIFY_LAZY explicit scene(const medium& background = medium{}) : background_{background} {
         if (!is_valid(background)) throw usage_error{"scene: the background needs a density and a sound speed above 0"};
     }
 
     /// Takes over a closed surface. Call `build` before tracing.
     /// @throws geometry_error  for faces that name no vertex, vertices that are not finite, a pose that is not rigid
     /// @throws usage_error     for a medium that is none
-    object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
+    INSONIFY_LAZY object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
         const std::string named = "object '" + settings.name + "': ";
         if (!is_valid(inside)) throw usage_error{named + "its medium needs a density and a sound speed above 0"};
         if (!is_rigid(settings.at)) throw geometry_error{named + "its pose is no rigid motion; scale the mesh instead"};
@@ -53,12 +53,13 @@ class scene {
                 throw geometry_error{named + "vertex " + std::to_string(i) +
                                      " is not finite; repair the mesh (`validate` tells more)"};
         const object_id id{next_id_};
-        objects_.push_back({.id = id,
-                            .name = std::move(settings.name),
-                            .surface = std::move(surface),
-                            .inside = inside,
-                            .at = settings.at,
-                            .priority = settings.priority});
+        object& one = objects_.emplace_back();
+        one.id = id;
+        one.name = std::move(settings.name);
+        one.surface = std::move(surface);
+        one.inside = inside;
+        one.at = settings.at;
+        one.priority = settings.priority;
         ++next_id_;
         built_ = false;
         return id;
@@ -76,10 +77,13 @@ class scene {
     INSONIFY_LAZY std::span<vec3> positions(object_id id) {
         object& one = object_of(id);
         one.moved = true;
-        return one.surface.positions;
+        return {one.surface.positions.data(), one.surface.positions.size()};
     }
     /// The same to be read. @throws usage_error  for an unknown id
-    std::span<const vec3> positions(object_id id) const { return object_of(id).surface.positions; }
+    INSONIFY_LAZY std::span<const vec3> positions(object_id id) const {
+        const object& one = object_of(id);
+        return {one.surface.positions.data(), one.surface.positions.size()};
+    }
 
     /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
     /// @throws usage_error  for an unknown id  @throws geometry_error  for a pose that is not rigid
@@ -170,7 +174,7 @@ class scene {
     const std::vector<object>& objects() const { return objects_; }
 
     /// @throws usage_error  for an unknown id
-    const object& operator[](object_id id) const { return object_of(id); }
+    INSONIFY_LAZY const object& operator[](object_id id) const { return object_of(id); }
 
     /// The first object of this name, if there is one.
     INSONIFY_LAZY std::optional<object_id> find(std::string_view name) const {
@@ -180,13 +184,13 @@ class scene {
     }
 
     /// The different media, the background first; as built.
-    view<const medium> media() const { return media_; }
+    INSONIFY_LAZY view<const medium> media() const { return {media_.data(), media_.size()}; }
 
     /// Where the background (the world itself) and then the objects are, in the order of `objects`; as built or placed.
-    view<const pose> places() const { return places_; }
+    INSONIFY_LAZY view<const pose> places() const { return {places_.data(), places_.size()}; }
 
     /// The object of this rank; as built.
-    const object& ranked(std::uint32_t rank) const { return objects_[by_rank_[rank]]; }
+    INSONIFY_LAZY const object& ranked(std::uint32_t rank) const { return objects_[by_rank_[rank]]; }
 
     /// The box around all objects, in the world; as built or updated.
     INSONIFY_LAZY aabb box() const {
@@ -216,8 +220,8 @@ class scene {
   private:
     // What is made of an object's faces: a tree or, where that waits, groups.
     struct structures {
-        bvh_storage<mesh_view> tree{};
-        face_groups groups{};
+        bvh_storage<mesh_view> tree;
+        face_groups groups;
     };
     template <class Policy>
     static structures structures_over(const Policy& policy, const object& one, trees upkeep) {
@@ -228,7 +232,7 @@ class scene {
             made.groups = face_groups{mesh_view{one.surface}};
         return made;
     }
-    static void install(object& one, structures&& made, trees upkeep) {
+    INSONIFY_LAZY static void install(object& one, structures&& made, trees upkeep) {
         if (upkeep == trees::follow) {
             one.tree = std::move(made.tree);
             one.has_tree = true;
@@ -269,10 +273,10 @@ class scene {
     }
 
     medium background_;
-    std::vector<object> objects_{};
-    std::vector<medium> media_{};
-    std::vector<pose> places_{};
-    std::vector<std::uint32_t> by_rank_{};
+    std::vector<object> objects_;
+    std::vector<medium> media_;
+    std::vector<pose> places_;
+    std::vector<std::uint32_t> by_rank_;
     std::uint32_t next_id_ = 0;
     bool built_ = false;
 };

@@ -157,10 +157,10 @@ class slice_cut {
     }
 
     slice_region endless_{}, within_reach_{};
-    std::vector<part> vertex_parts_{}, face_parts_{};
-    std::vector<std::uint32_t> subtrees_{}, below_{};
-    std::vector<std::uint8_t> levels_{};
-    std::vector<std::vector<cut_segment>> found_{};
+    std::vector<part> vertex_parts_, face_parts_;
+    std::vector<std::uint32_t> subtrees_, below_;
+    std::vector<std::uint8_t> levels_;
+    std::vector<std::vector<cut_segment>> found_;
     std::size_t work_ = 0;
 };
 

@@ -26,7 +26,7 @@ struct slice_frame {
     slice_frame() = default;
 
     /// @param offsets  heights of the slices in the caller's order, `most` at most
-    slice_frame(const pose& at, view<const float> offsets)
+    INSONIFY_LAZY slice_frame(const pose& at, view<const float> offsets)
         : origin{at.translation}, across{at.rotation[0]}, elevation{at.rotation[1]}, along{at.rotation[2]},
           count{static_cast<std::uint32_t>(offsets.size())} {
         for (std::uint32_t i = 0; i < count; ++i) { // sorted in where it belongs
@@ -41,7 +41,7 @@ struct slice_frame {
     }
 
     /// The same slices as an object sees them that stands in the world as `at` says.
-    slice_frame local(const pose& at) const {
+    INSONIFY_LAZY slice_frame local(const pose& at) const {
         slice_frame l = *this;
         l.origin = at.local_point(origin);
         l.across = at.local_direction(across);
@@ -51,12 +51,14 @@ struct slice_frame {
     }
 
     /// Every copy of a point gets the very same result, also among others in SIMD.
-    float height_of(vec3 p) const { return height_of(p.x, p.y, p.z); }
+    INSONIFY_LAZY float height_of(vec3 p) const { return height_of(p.x, p.y, p.z); }
     template <class Float>
     INSONIFY_INLINE Float height_of(const Float& x, const Float& y, const Float& z) const {
         return component(elevation, x, y, z);
     }
-    vec2 place_of(vec3 p) const { return {component(across, p.x, p.y, p.z), component(along, p.x, p.y, p.z)}; }
+    INSONIFY_LAZY vec2 place_of(vec3 p) const {
+        return {component(across, p.x, p.y, p.z), component(along, p.x, p.y, p.z)};
+    }
 
     std::uint32_t level_of(float point_height) const {
         std::uint32_t level = 0;

@@ -20,7 +20,7 @@ struct slice_region {
     slice_region() = default;
 
     /// What lies between the first and the last line and before none of their origins, however far away.
-    slice_region(const slice_frame& slices, const line_fan& fan) : frame{slices} {
+    INSONIFY_LAZY slice_region(const slice_frame& slices, const line_fan& fan) : frame{slices} {
         if (!fan.is_wedge()) return;
         const auto &left = fan[0], &right = fan[fan.size() - 1];
         add_side({-left.along.y, left.along.x}, left.right({0, 0}));
@@ -31,7 +31,7 @@ struct slice_region {
     }
 
     /// The same, as far as lines of this length reach.
-    slice_region within(float reach, const line_fan& fan) const {
+    INSONIFY_LAZY slice_region within(float reach, const line_fan& fan) const {
         float furthest = -FLT_MAX;
         for (std::uint32_t i = 0; i < fan.size(); ++i)
             furthest = greater(furthest, fan[i].origin.y + reach * fan[i].along.y);
@@ -40,12 +40,12 @@ struct slice_region {
         return near_part;
     }
 
-    void add_side(vec2 outwards, float limit) {
+    INSONIFY_LAZY void add_side(vec2 outwards, float limit) {
         sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along, limit};
     }
 
     /// The same region as an object sees it that stands in the world as `at` says.
-    slice_region local(const pose& at) const {
+    INSONIFY_LAZY slice_region local(const pose& at) const {
         slice_region l = *this;
         l.frame = frame.local(at);
         for (region_side& s : l.sides) s.outwards = at.local_direction(s.outwards);
@@ -83,7 +83,7 @@ INSONIFY_INLINE std::uint32_t overlaps(const slice_region& region, const Lanes (
 }
 
 /// The same for one box.
-inline bool overlaps(const slice_region& region, const aabb& box) {
+INSONIFY_LAZY bool overlaps(const slice_region& region, const aabb& box) {
     using floats = lanes<simd_width>;
     const floats lower[3] = {floats(box.lower.x), floats(box.lower.y), floats(box.lower.z)};
     const floats upper[3] = {floats(box.upper.x), floats(box.upper.y), floats(box.upper.z)};

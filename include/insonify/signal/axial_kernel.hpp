@@ -16,12 +16,12 @@ namespace insonify::inline INSONIFY_ABI {
 class axial_kernel {
   public:
     axial_kernel() = default;
-    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+    INSONIFY_LAZY axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
         set(samples, envelope, decimation);
     }
 
     /// Another kernel in the same memory. @param envelope  in samples
-    void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+    INSONIFY_LAZY void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
         decimation_ = decimation;
         results_ = samples / decimation;
         const auto reach = static_cast<std::size_t>(lesser(envelope.reach(), static_cast<float>(samples)));
@@ -42,7 +42,7 @@ class axial_kernel {
     std::size_t layout_size() const { return decimation_ * stride_; }
 
     /// @param layout  zeros, or a line laid out before
-    void lay_out(const vec2* line, vec2* layout) const {
+    INSONIFY_LAZY void lay_out(const vec2* line, vec2* layout) const {
         for (std::size_t remainder = 0; remainder < decimation_; ++remainder)
             for (std::size_t i = 0; i < results_; ++i)
                 layout[remainder * stride_ + zeros_ + i] = line[i * decimation_ + remainder];
@@ -59,7 +59,7 @@ class axial_kernel {
     std::size_t results_ = 0;
     std::size_t zeros_ = 0;  // before the samples of a remainder, and after them
     std::size_t stride_ = 0; // from one remainder to the next
-    std::vector<tap> taps_{};
+    std::vector<tap> taps_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -23,10 +23,10 @@ struct convolve_settings {
 
 /// What `convolve` keeps from frame to frame: handed back each time, nothing is allocated after the first.
 struct convolve_workspace {
-    lateral_kernel lateral{};                ///< weights across the lines
-    axial_kernel axial{};                    ///< weights along a line
-    std::vector<std::vector<vec2>> blocks{}; ///< what a block of lines, or of samples, is worked on in
-    iq_lines decimated{};                    ///< the lines of the frame before
+    lateral_kernel lateral;                ///< weights across the lines
+    axial_kernel axial;                    ///< weights along a line
+    std::vector<std::vector<vec2>> blocks; ///< what a block of lines, or of samples, is worked on in
+    iq_lines decimated;                    ///< the lines of the frame before
 };
 
 /// The axial half of `convolve`: in place where nothing is decimated.

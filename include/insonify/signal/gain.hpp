@@ -32,14 +32,14 @@ struct log_compress_settings {
                              lesser(greater(grey, floats(0.0F)), floats(1.0F)));
     }
     /// The grey of one amplitude.
-    INSONIFY_FN float grey(float amplitude) const {
+    INSONIFY_LAZY INSONIFY_FN float grey(float amplitude) const {
         float one = 0;
         store(grey<1>(lanes<1>(amplitude)), &one);
         return one;
     }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         if (!is_finite(dynamic_range_db) || !(dynamic_range_db > 0))
             throw usage_error{"log_compress: `dynamic_range_db` must be a finite number above 0; 60 is usual"};
         if (!is_finite(reference_db) || !is_finite(gain_db) || !is_finite(reject_db))
@@ -81,7 +81,7 @@ struct tgc_settings {
     /// @param depth      metres
     /// @param end        of the lines, metres
     /// @param frequency  f0 of the probe, hertz: the automatic gain is 2 attenuation f0 depth
-    float gain_db(float depth, float end, float frequency) const {
+    INSONIFY_LAZY float gain_db(float depth, float end, float frequency) const {
         const float place = clamped(depth / end, 0, 1) * 7;
         const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;
         const float share_of_next = place - static_cast<float>(slider);
@@ -98,7 +98,7 @@ struct tgc_settings {
     }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         if (!is_finite(attenuation) || !(attenuation >= 0) || !is_finite(most_db) || !(most_db >= 0))
             throw usage_error{"tgc: `attenuation` and `most_db` must be finite numbers, 0 or more"};
         for (const float slider : sliders)

@@ -16,7 +16,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// odd places. Source: Gentleman & Sande 1966 forward, Cooley & Tukey 1965 back.
 class hilbert_transform {
   public:
-    explicit hilbert_transform(std::size_t samples)
+    INSONIFY_LAZY explicit hilbert_transform(std::size_t samples)
         : size_{std::bit_ceil(samples + samples / 4 + 2)}, cosine_(size_), sine_(size_) {
         for (std::size_t half = 1; half < size_; half *= 2)
             for (std::size_t i = 0; i < half; ++i) {
@@ -89,8 +89,8 @@ class hilbert_transform {
     }
 
     std::size_t size_ = 0;
-    std::vector<float> cosine_{}; // of i / half of half a turn, at half + i
-    std::vector<float> sine_{};
+    std::vector<float> cosine_; // of i / half of half a turn, at half + i
+    std::vector<float> sine_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

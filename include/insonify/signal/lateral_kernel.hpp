@@ -81,11 +81,11 @@ struct lateral_kernel {
     };
     std::uint32_t lines = 1;
     bool full_circle = false; ///< the last line is the neighbour of the first
-    std::vector<entry> entries{};
-    std::vector<float> weights{};
+    std::vector<entry> entries;
+    std::vector<float> weights;
 
     /// In the middle of the step that a sample belongs to.
-    lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
+    INSONIFY_LAZY lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
 
     /// At a sample itself, as `convolve` takes them: (1 - share) of one step's weights and `share` of another's.
     struct blend {
@@ -93,7 +93,7 @@ struct lateral_kernel {
         view<const float> below{};
         float share = 0;
     };
-    blend blend_at(std::uint32_t sample) const {
+    INSONIFY_LAZY blend blend_at(std::uint32_t sample) const {
         const auto last = static_cast<float>(entries.size() - 1);
         const float place = clamped((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
         const auto first = static_cast<std::size_t>(place);
@@ -104,14 +104,14 @@ struct lateral_kernel {
     }
 
     /// The furthest of all depths, in lines.
-    std::size_t reach() const {
+    INSONIFY_LAZY std::size_t reach() const {
         std::size_t most = 1;
         for (const entry& e : entries) most = e.count > most ? e.count : most;
         return most - 1;
     }
 
   private:
-    lateral_weights of(const entry& e) const {
+    INSONIFY_LAZY lateral_weights of(const entry& e) const {
         return {.half = {weights.data() + e.begin, e.count},
                 .lines = lines,
                 .full_circle = full_circle,

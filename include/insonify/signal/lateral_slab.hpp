@@ -18,7 +18,7 @@ class lateral_slab {
     static constexpr std::size_t samples = 32;
 
     /// @param memory  what is worked in; it grows where it must
-    lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
+    INSONIFY_LAZY lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
         : kernel_{kernel}, lines_{kernel.lines}, reach_{kernel.reach()} {
         const std::size_t rows = 2 * (reach_ + 1) + lines_ + 2 * reach_;
         memory.resize(rows * samples);
@@ -30,7 +30,7 @@ class lateral_slab {
     }
 
     /// Takes the weights of `count` samples from number `first` on.
-    void weigh(std::size_t first, std::size_t count) {
+    INSONIFY_LAZY void weigh(std::size_t first, std::size_t count) {
         std::fill(weights_, values_, vec2{0, 0});
         for (std::size_t k = 0; k < count; ++k) {
             const lateral_kernel::blend at = kernel_.blend_at(static_cast<std::uint32_t>(first + k));
@@ -43,7 +43,7 @@ class lateral_slab {
     }
 
     /// @param stride  from line to line
-    void copy(const vec2* from, std::size_t stride, std::size_t count) {
+    INSONIFY_LAZY void copy(const vec2* from, std::size_t stride, std::size_t count) {
         for (std::size_t line = 0; line < lines_; ++line) std::copy_n(from + line * stride, count, row(line));
         if (!kernel_.full_circle) return;
         std::copy_n(row(lines_ - reach_), reach_ * samples, values_);

@@ -38,12 +38,12 @@ class persistence {
     }
 
     /// Forgets the past, so that the next frame stands alone: for changes that neither the pose nor the grid tells of.
-    void reset() { shown_ = {}; }
+    INSONIFY_LAZY void reset() { shown_ = {}; }
 
   private:
     float share_ = 0;
-    pose at_{};
-    scan_lines shown_{};
+    pose at_;
+    scan_lines shown_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -53,7 +53,7 @@ struct pulse {
 
     /// @param carrier  frequency of the probe, which the echoes were traced at, hertz
     /// @throws usage_error  where a setting makes no sense, or the pulse is not at the carrier
-    void check(float carrier) const {
+    INSONIFY_LAZY void check(float carrier) const {
         if (!is_finite(cycles) || !(cycles > 0))
             throw usage_error{"pulse: `cycles` must be a finite number above 0; 2.5 is usual"};
         if (!is_finite(burst) || !(burst >= 0))

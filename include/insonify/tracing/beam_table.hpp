@@ -63,7 +63,7 @@ class beam_table {
     /// No table: for models that ask for none.
     beam_table() = default;
 
-    line_beam of_line(std::uint32_t line) const {
+    INSONIFY_LAZY line_beam of_line(std::uint32_t line) const {
         if (samples_.empty()) return {};
         return {.samples = {samples_.data() + std::size_t{to_border(line)} * depths, depths},
                 .spacing = spacing_,
@@ -74,8 +74,8 @@ class beam_table {
   private:
     // By distance from the border.
     struct levels {
-        std::vector<float> gain{};
-        std::vector<vec2> alike{};
+        std::vector<float> gain;
+        std::vector<vec2> alike;
     };
 
     template <class Covariance>
@@ -110,17 +110,19 @@ class beam_table {
         return found;
     }
 
-    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(lesser(0.5F * length(a - b), 1)); }
+    INSONIFY_LAZY static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(lesser(0.5F * length(a - b), 1)); }
 
     // Which table a line has: its distance from the nearer end, as far as that matters.
-    std::uint32_t to_border(std::uint32_t line) const { return std::min({line, lines_ - 1 - line, border_}); }
+    INSONIFY_LAZY std::uint32_t to_border(std::uint32_t line) const {
+        return std::min({line, lines_ - 1 - line, border_});
+    }
 
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 0;
-    std::vector<beam_sample> samples_{};
-    std::vector<float> plane_offsets_{};
-    std::vector<float> plane_weights_{};
+    std::vector<beam_sample> samples_;
+    std::vector<float> plane_offsets_;
+    std::vector<float> plane_weights_;
 };
 
 /// The table for a model that says how alike independent echoes are on two lines, with a member

@@ -41,7 +41,7 @@ struct orthographic_camera {
         return {.origin = at.point({share.x * extent.x, share.y * extent.y, 0}), .direction = at.direction({0, 0, 1})};
     }
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_camera(size, at);
         if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
             throw usage_error{"camera: `extent` must be two finite lengths in metres above 0"};
@@ -62,7 +62,7 @@ struct perspective_camera {
                 .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
     }
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_camera(size, at);
         if (!(field_of_view > 0 && field_of_view < pi))
             throw usage_error{"camera: `field_of_view` must lie between 0 and 180 degrees, such as 60_deg"};

@@ -17,12 +17,12 @@ enum class search {
 struct line_workspace {
     /// What one thread works in.
     struct block {
-        line_crossings found{};                 ///< of the line at work
-        std::vector<layer> layers{};            ///< of the line at work
-        slice_lines::block_segments segments{}; ///< of the lines of the block
+        line_crossings found;                 ///< of the line at work
+        std::vector<layer> layers;            ///< of the line at work
+        slice_lines::block_segments segments; ///< of the lines of the block
     };
-    slice_lines slices{};        ///< cut of the scene
-    std::vector<block> blocks{}; ///< one for each block of lines
+    slice_lines slices;        ///< cut of the scene
+    std::vector<block> blocks; ///< one for each block of lines
 };
 
 /// Lines that one thread takes at a time.

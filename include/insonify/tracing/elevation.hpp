@@ -17,7 +17,7 @@ class elevation_planes {
 
     /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 deviations of the beam at its thinnest
     /// @throws usage_error  for another count
-    elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
+    INSONIFY_LAZY elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
         if (count % 2 == 0 || count > most)
             throw usage_error{"trace: `planes` must be 1, 3, 5 or 7; one plane, or pairs to both sides of it"};
         constexpr float deviations[] = {0, 0.9F, 2.2F, 5};

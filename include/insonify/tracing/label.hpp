@@ -30,7 +30,9 @@ struct label_axis {
     insonify::grid grid = insonify::grid::geometric; ///< what a depth means
 
     /// Where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
-    std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
+    INSONIFY_LAZY std::uint32_t samples(float depth, float frequency) const {
+        return samples_for(depth, pulse{}.sigma_z(frequency));
+    }
 
     /// How far lines are to be followed, metres: where sound is fast, things below `depth` are displayed above it.
     INSONIFY_LAZY float reach(float depth, view<const medium> media) const {

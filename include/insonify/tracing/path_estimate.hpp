@@ -40,7 +40,7 @@ class path_estimate {
     const iq_lines& mean() const { return mean_; }
 
     /// Of each sample's mean: standard deviation of the complex value over the root of the frames; 0 before two.
-    scan_lines standard_error() const {
+    INSONIFY_LAZY scan_lines standard_error() const {
         scan_lines error{mean_.count, mean_.samples, mean_.depth};
         if (frames_ > 1)
             for (std::size_t i = 0; i < squares_.size(); ++i)
@@ -51,8 +51,8 @@ class path_estimate {
 
   private:
     std::uint32_t frames_ = 0;
-    iq_lines mean_{};
-    std::vector<float> squares_{};
+    iq_lines mean_;
+    std::vector<float> squares_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -216,12 +216,12 @@ class path_tracer {
     const scene& body_;
     const model_type& model_;
     const path_settings& settings_;
-    traced_line line_{};
-    line_frame face_{};
+    traced_line line_;
+    line_frame face_;
     float fastest_ = display_speed;
     std::uint64_t random_ = 0;
-    line_crossings found_{};
-    std::vector<branch> waiting_{};
+    line_crossings found_;
+    std::vector<branch> waiting_;
 };
 
 /// Echoes with refraction, multiple reflections, mirror images and reverberation; else as `trace_beams`, and equal to it

@@ -42,11 +42,11 @@ INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, floa
 class pixel_tracer {
   public:
     /// Refers to scene and model: keep them. @param frequency  hertz
-    pixel_tracer(const scene& body, const law2011& model, float frequency)
+    INSONIFY_LAZY pixel_tracer(const scene& body, const law2011& model, float frequency)
         : body_{body}, model_{model}, frequency_{frequency} {}
 
     /// Intensity at `depth` metres along a beam in the world.
-    float operator()(const ray& line, float depth) {
+    INSONIFY_LAZY float operator()(const ray& line, float depth) {
         find_pixel_crossings(body_, line, depth, model_.reflection_length, found_);
         stack_layers(body_, {.origin = line.origin, .along = line.direction}, depth + model_.reflection_length, found_,
                      layers_, angles::skip);
@@ -57,8 +57,8 @@ class pixel_tracer {
     const scene& body_;
     const law2011& model_;
     float frequency_;
-    line_crossings found_{};
-    std::vector<layer> layers_{};
+    line_crossings found_;
+    std::vector<layer> layers_;
 };
 
 /// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace_beams`, within rounding.

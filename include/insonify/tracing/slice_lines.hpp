@@ -16,8 +16,8 @@ class slice_lines {
 
     /// The segments of one block, by line and slice.
     struct block_segments {
-        std::vector<std::uint32_t> end{}; ///< of each line and slice, in `segments`
-        std::vector<const cut_segment*> segments{};
+        std::vector<std::uint32_t> end; ///< of each line and slice, in `segments`
+        std::vector<const cut_segment*> segments;
     };
 
     /// @return false where the lines are no `line_fan`: then nothing is found
@@ -91,8 +91,8 @@ class slice_lines {
     }
 
     /// The same as `find_crossings` for the ray that leaves `origin`, in the world, as this line of this slice.
-    void find(std::size_t line, std::size_t slice, vec3 origin, const block_segments& own,
-              line_crossings& found) const {
+    INSONIFY_LAZY void find(std::size_t line, std::size_t slice, vec3 origin, const block_segments& own,
+                            line_crossings& found) const {
         found.crossings.clear();
         found.inside.clear(body_->objects().size());
         const std::size_t slot = line % block * slices_ + slice;
@@ -131,10 +131,10 @@ class slice_lines {
     const scene* body_ = nullptr;
     std::size_t slices_ = 0;
     float reach_ = 0;
-    line_fan fan_{};
-    slice_cut cut_{};
-    std::vector<std::size_t> block_end_{};
-    std::vector<const cut_segment*> of_blocks_{};
+    line_fan fan_;
+    slice_cut cut_;
+    std::vector<std::size_t> block_end_;
+    std::vector<const cut_segment*> of_blocks_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+"""Whether the tests would notice: flips each comparison, sign and constant of ten core functions, one at a time.
+
+    python3 tests/mutants/mutants.py                 all of them, as a markdown table
+    python3 tests/mutants/mutants.py pulse fresnel   those whose name has one of these words
+
+A mutant is caught where a test of the files named beside its function fails, or where it crashes or hangs them. What does
+not compile is not counted. Those that no test can catch, for they compute the same, are listed in `equivalent` with the
+reason.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+project = pathlib.Path(__file__).resolve().parents[2]
+
+# Name, header, pattern where the code begins, pattern of the line where it ends, tests.
+functions = [
+    ("triangle test", "geometry/triangle.hpp", r"double edge_side", r"^inline hit|^INSONIFY_FN inline hit intersect\(const ray", ["geometry/triangle"]),
+    ("fresnel", "acoustics/fresnel.hpp", r"^struct fresnel", r"^};", ["acoustics/fresnel"]),
+    ("Snell", "acoustics/fresnel.hpp", r"float refracted_cosine", r"^struct fresnel", ["acoustics/fresnel"]),
+    ("medium stack", "scene/media_stack.hpp", r"^class media_stack", r"^};", ["scene/media_stack"]),
+    ("layers of a line", "scene/line_layers.hpp", r"void stack_layers", r"^}", ["scene/line_layers"]),
+    ("SAH split", "bvh/sah_bins.hpp", r"sah_plane cheapest", r"^};", ["bvh/sah_bins"]),
+    ("refit", "bvh/refit.hpp", r"box_areas refit_part", r"^} // namespace", ["bvh/refit"]),
+    ("pulse", "signal/pulse.hpp", r"^struct pulse_envelope", r"^template", ["signal/pulse"]),
+    ("scan conversion", "image/scan_convert.hpp", r"const bool full_circle = ", r"^/// The picture of one frame, for", ["image/scan_convert"]),
+    ("progressive mean", "image/progressive.hpp", r"const image& add", r"^    /// The mean, as of", ["image/progressive"]),
+    ("attenuation", "acoustics/attenuation.hpp", r"float echo_loss", r"^} // namespace", ["acoustics/attenuation"]),
+]
+
+# Header, mutated code, reason.
+equivalent = []
+
+flips = [(" <= ", " > "), (" >= ", " < "), (" < ", " >= "), (" > ", " <= "), (" == ", " != "), (" != ", " == "),
+         (" + ", " - "), (" - ", " + "), (" * ", " / "), (" / ", " * "), (" && ", " || "), (" || ", " && "),
+         (" += ", " -= "), ("!(", "(")]
+number = re.compile(r"(?<![\w.\"])(\d+\.\d+(?:e-?\d+)?F?|\d+e-?\d+F?|\d+U?)(?![\w.\"])")
+negation = re.compile(r"(?<=[(=,{?:] )-(?=[\w(])|(?<=[({])-(?=[\w(])|(?<=return )-(?=[\w(])")
+
+
+def changed(text):
+    if text.endswith("F") or "." in text or "e" in text:
+        return repr(float(text.rstrip("F")) * 1.5 + (1 if float(text.rstrip("F")) == 0 else 0)) + "F"
+    return str(int(text.rstrip("U")) + 1) + ("U" if text.endswith("U") else "")
+
+
+def mutants_of(lines, begin, end):
+    for i in range(begin, end):
+        code = lines[i].split("//")[0]
+        if not code.strip() or code.strip().startswith(("throw", "static_assert", "template", "\"", "friend")):
+            continue
+        strings = [(m.start(), m.end()) for m in re.finditer(r'"[^"]*"', code)]
+        inside = lambda at: any(a <= at < b for a, b in strings)
+        for old, new in flips:
+            at = code.find(old)
+            while at >= 0:
+                if not inside(at):
+                    yield i, code[:at] + new + code[at + len(old):]
+                at = code.find(old, at + 1)
+        for m in number.finditer(code):
+            if not inside(m.start()):
+                yield i, code[:m.start()] + changed(m[0]) + code[m.end():]
+        for m in negation.finditer(code):
+            yield i, code[:m.start()] + code[m.end():]
+
+
+def run(command, seconds):
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=seconds)
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def main():
+    words = sys.argv[1:]
+    compiler = ["g++", "-std=c++20", "-O1", "-w"]
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        run([*compiler, "-I", project / "include", "-c", project / "tests/main.cpp", "-o", folder / "main.o"], 600)
+
+        def outcome(tests, first):
+            program = folder / "tests"
+            sources = [project / "tests" / (test + ".cpp") for test in tests]
+            built = run([*compiler, "-I", first, "-I", project / "include", *sources, folder / "main.o", "-o", program, "-pthread"], 900)
+            if built is None or built.returncode != 0:
+                return None
+            ran = run([program], 120)
+            if ran is None:
+                return "hangs"
+            if ran.returncode == 0:
+                return ""
+            named = re.search(r"TEST CASE: +(.*)", ran.stdout)
+            return named[1] if named else "crashes"
+
+        print("| function | line | mutant | caught by |\n|---|---|---|---|")
+        survivors = total = excused = 0
+        for name, header, first, last, tests in functions:
+            if words and not any(word in name for word in words):
+                continue
+            lines = (project / "include/insonify" / header).read_text().split("\n")
+            begin = next(i for i, line in enumerate(lines) if re.search(first, line))
+            end = next(i for i in range(begin + 1, len(lines)) if re.search(last, lines[i]))
+            if outcome(tests, folder) != "":
+                sys.exit(f"{name}: its tests fail, or do not compile, without any mutant")
+            for i, code in mutants_of(lines, begin, end):
+                copy = folder / "mutated/insonify" / header
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                copy.write_text("\n".join(lines[:i] + [code] + lines[i + 1:]))
+                caught = outcome(tests, folder / "mutated")
+                copy.unlink()
+                if caught is None:
+                    continue
+                total += 1
+                reason = next((why for where, what, why in equivalent if where == header and what == code.strip()), None)
+                if caught == "" and reason:
+                    excused += 1
+                elif caught == "":
+                    survivors += 1
+                shown = code.strip().replace("|", "\\|")
+                print(f"| {name} | {header}:{i + 1} | `{shown}` | {caught or reason or '**nobody**'} |", flush=True)
+        print(f"\n{total} mutants: {total - survivors - excused} caught, {excused} compute the same, {survivors} survive")
+        return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,96 @@
+#include <insonify/acoustics/law2011.hpp>
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/bvh/bvh.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/geometry/validate.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/tracing/label.hpp>
+#include <insonify/tracing/trace.hpp>
+#include <algorithm>
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <vector>
+
+using namespace insonify;
+
+// To be run under the address, undefined and float-divide-by-zero sanitizers, too.
+namespace garbage_test {
+namespace {
+
+class chance {
+  public:
+    explicit chance(std::uint64_t seed) : seed_{seed} {}
+    std::uint32_t bits() { return static_cast<std::uint32_t>(hash_bits(seed_, next_++) >> 32U); }
+    std::uint32_t below(std::uint32_t n) { return bits() % n; }
+    float number() { return __builtin_bit_cast(float, bits()); }
+    vec3 point() {
+        const float x = number(), y = number(), z = number();
+        return {x, y, z};
+    }
+
+  private:
+    std::uint64_t seed_, next_ = 0;
+};
+
+mesh random_mesh(chance& any) {
+    mesh m;
+    m.positions.resize(1 + any.below(200));
+    for (vec3& p : m.positions) p = any.point();
+    m.faces.resize(any.below(257));
+    const auto count = static_cast<std::uint32_t>(m.positions.size());
+    for (uvec3& f : m.faces) f = {any.below(count), any.below(count), any.below(count)};
+    return m;
+}
+
+bool reaches(const hit& found, const ray& r, std::size_t faces) {
+    return found.primitive < faces && is_finite(found.distance) && found.distance >= r.min_distance &&
+           found.distance <= r.max_distance;
+}
+
+} // namespace
+
+TEST_CASE("a thousand scenes of random bits are built, moved and traced") {
+    std::uint64_t faces = 0, hits = 0;
+    bool sound = true;
+    for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+        chance any{seed};
+        scene body{tissue::water};
+        for (int i = 0; i < 20; ++i) {
+            mesh m = random_mesh(any);
+            faces += m.faces.size();
+            const bvh tree{exec::unseq, m};
+            std::vector<hit> all;
+            for (int k = 0; k < 2; ++k) {
+                const ray r{.origin = any.point(), .direction = any.point()};
+                tree.all(r, all);
+                hits += all.size();
+                for (const hit& found : all) sound = sound && reaches(found, r, m.faces.size());
+                sound = sound && tree.closest(r) == (all.empty() ? hit{} : all.front()) && tree.any(r) == !all.empty();
+            }
+            if (i == 0) validate(m);
+            // A scene takes finite vertices only, but anything may be written into them later.
+            mesh at_rest = m;
+            for (vec3& p : at_rest.positions) p = {hash_uniform(seed, any.bits()), 0, 0};
+            const object_id id = body.add(at_rest, tissue::all[any.below(std::size(tissue::all))].value);
+            body.build(exec::seq, any.below(2) == 0 ? trees::follow : trees::wait);
+            std::copy(m.positions.begin(), m.positions.end(), body.positions(id).begin());
+        }
+        body.build(exec::seq, seed % 2 == 0 ? trees::follow : trees::wait);
+        body.update(exec::seq, seed % 4 < 2 ? trees::follow : trees::wait);
+        const linear_array probe{.lines = 4, .frequency = 1};
+        const acquisition scan{.depth = 1 + 1000 * hash_uniform(seed, 0), .samples = 16};
+        const scan_lines slices = trace_slice(exec::unseq, body, probe, pose{}, law2011{}, scan);
+        for (const float value : slices.values) sound = sound && is_finite(value);
+        const label_lines labels =
+            label(exec::seq, body, probe, pose{}, {.depth = scan.depth, .samples = scan.samples});
+        for (const label_id id : labels.values) sound = sound && (id == background_label || id < 20);
+        body.update(exec::seq);
+        const scan_lines rays = trace_beams(exec::seq, body, probe, pose{}, law2011{}, scan);
+        for (const float value : rays.values) sound = sound && is_finite(value);
+    }
+    CHECK(sound);
+    CHECK(faces > 2'000'000);
+    CHECK(hits > 1000);
+}
+
+} // namespace garbage_test

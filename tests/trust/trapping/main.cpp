@@ -1,0 +1,66 @@
+// No legal picture divides by zero or makes a NaN on its way: either would stop this program.
+#include <insonify/insonify.hpp>
+#include <cfenv>
+#include <cmath>
+#include <cstdio>
+
+using namespace insonify;
+
+namespace {
+
+bool trapping() {
+#if defined(__GLIBC__)
+    return feenableexcept(FE_INVALID | FE_DIVBYZERO) != -1;
+#else
+    return false;
+#endif
+}
+
+template <class Policy, transducer Probe>
+void draw(const Policy& policy, scene& body, const Probe& probe, const pose& at) {
+    const acquisition scan{.depth = 50_mm, .samples = 1024, .planes = 3};
+    const image picture = b_mode(policy, body, probe, at, {.depth = 50_mm, .size = {128, 128}});
+    trace_paths(policy, body, probe, at, physical{}, scan);
+    trace_paths(policy, body, probe, at, physical{}, scan, {.face_reflection = 0.3F, .samples = 4});
+    trace_beams(policy, body, probe, at, physical{}.with_scattering(poisson_scatterers<>{}), scan);
+    const scan_lines lines = trace_slice(policy, body, probe, at, law2011{.band = band::after}, scan);
+    const label_settings labels{.depth = 50_mm, .samples = 256, .grid = grid::displayed};
+    ground_truth(policy, body, probe, at, labels);
+    const image flat = scan_convert(policy, lines, probe, {.size = {64, 64}});
+    const scan_map map = make_scan_map(policy, probe, {.depth = 50_mm, .samples = 1024}, {.size = {64, 64}});
+    progressive mean;
+    mean.add(policy, radial_blur(policy, flat, probe, map), at);
+    map_grey(policy, add_noise(policy, picture, make_noise(policy, picture.size)), {.gamma = 0.8F, .contrast = 0.5F});
+    envelope(policy, to_rf(policy, trace(policy, body, probe, at, physical{}, {.depth = 50_mm, .samples = 4096}),
+                           probe.frequency));
+    diagnose(body, probe, at, scan);
+}
+
+} // namespace
+
+int main() {
+    if (!trapping()) {
+        std::puts("this system's floating point does not trap: nothing is tested");
+        return 0;
+    }
+    scene body{tissue::muscle};
+    body.add(make_box({-10_mm, -10_mm, 0}, {10_mm, 10_mm, 10_mm}), tissue::fat); // the probe stands on its face
+    body.add(make_sphere({0, 0, 25_mm}, 8_mm, 4), tissue::bone);
+    body.add(make_cylinder({-8_mm, -20_mm, 12_mm}, {-8_mm, 20_mm, 12_mm}, 3_mm, 32), tissue::blood);
+    body.add(make_cylinder({10_mm, 0, 0}, {10_mm, 0, 40_mm}, 1_mm, 16), tissue::steel, {.priority = 1});
+    body.add(make_box({-15_mm, -5_mm, 30_mm}, {-12_mm, 5_mm, 30.0005_mm}), tissue::air);
+    body.build(exec::par);
+    const pose aslant = look_at({3_mm, 1_mm, -2_mm}, {0, 0, 30_mm}, {1, 0.1F, 0});
+    for (const pose& at : {pose{}, aslant}) {
+        draw(exec::seq, body, linear_array{.lines = 32}, at);
+        draw(exec::par_unseq, body, linear_array{.lines = 32}, at);
+        draw(exec::par_unseq, body, convex_array{.lines = 33}, at);
+        draw(exec::par_unseq, body, phased_array{.lines = 32}, at);
+        draw(exec::par_unseq, body, radial_array{.lines = 32, .frequency = 5_MHz}, at);
+        trace_pixels(exec::par_unseq, body, linear_array{.lines = 32}, at, law2011{}, {.depth = 50_mm, .samples = 128});
+    }
+    body.update(exec::par, trees::wait);
+    scene nothing{tissue::fat};
+    draw(exec::seq, nothing.build(exec::seq), linear_array{.lines = 1}, pose{});
+    std::puts("no division by zero and no NaN on the way to any picture");
+}
