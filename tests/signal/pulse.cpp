@@ -54,6 +54,14 @@ TEST_CASE("pulse: a burst's envelope is a box smoothed by the ring's Gaussian, o
     }
 }
 
+TEST_CASE("pulse: it reaches four deviations of the ring beyond the ends of the burst") {
+    const float sigma = pulse{}.sigma_z(5_MHz), cycle = 1540 / 2.0F / 5_MHz;
+    CHECK(pulse{}.burst == 0);
+    CHECK(pulse{}.envelope(5_MHz).reach() == doctest::Approx(4 * sigma));
+    CHECK(pulse{.burst = 3}.envelope(5_MHz).reach() == doctest::Approx(4 * sigma + 1.5F * cycle));
+    CHECK(pulse_envelope{.sigma = 1, .burst = 0.012F}(1) == doctest::Approx(std::exp(-0.5)).epsilon(1e-4));
+}
+
 TEST_CASE("pulse: a probe's bandwidth makes its nominal pulse, and a probe without one has the usual pulse") {
     struct pencil {
         std::uint32_t lines = 1;
@@ -71,6 +79,9 @@ TEST_CASE("pulse: a probe's bandwidth makes its nominal pulse, and a probe witho
 TEST_CASE("pulse: what is not at the probe's frequency, or makes no sense, is refused") {
     CHECK_NOTHROW(pulse{}.check(5_MHz));
     CHECK_NOTHROW(pulse{.frequency = 5_MHz}.check(5_MHz));
+    CHECK_NOTHROW(pulse{.frequency = 5.00004_MHz}.check(5_MHz)); // rounded on its way
+    CHECK_THROWS_AS(pulse{.frequency = 5.00006_MHz}.check(5_MHz), usage_error);
+    CHECK_NOTHROW(pulse{.cycles = 0.8F}.check(5_MHz));
     CHECK_THROWS_AS(pulse{.frequency = 7.5_MHz}.check(5_MHz), usage_error);
     CHECK_THROWS_AS(pulse{.frequency = 5.01_MHz}.check(5_MHz), usage_error);
     const float infinite = std::numeric_limits<float>::infinity();

@@ -146,7 +146,8 @@ TEST_CASE("a NaN ray is a miss, and no dearer than 2.5 normal ones") {
     std::vector<ray> normal(20'000), bad;
     for (std::size_t i = 0; i < normal.size(); ++i) normal[i] = random_ray(i, 1, {0, 0, 0});
     bad = normal;
-    for (std::size_t i = 0; i < bad.size(); ++i) (i % 2 == 0 ? bad[i].origin : bad[i].direction)[i % 3] = std::nanf("");
+    for (std::size_t i = 0; i < bad.size(); ++i)
+        (i % 2 == 0 ? bad[i].origin : bad[i].direction)[static_cast<int>(i % 3)] = std::nanf("");
     std::vector<hit> hits(normal.size());
     const auto seconds = [&](const std::vector<ray>& rays) {
         double best = 1e9;

@@ -1,0 +1,68 @@
+#include <insonify/bvh/build_sah.hpp>
+#include <insonify/bvh/refit.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/geometry/mesh.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <doctest/doctest.h>
+
+using namespace insonify;
+
+namespace refit_test {
+namespace {
+
+constexpr int width = simd_width;
+
+// The boxes of everything below a code, from the triangles themselves; checks what stands in the nodes on the way.
+aabb box_below(const topology<width>& tree, const mesh_view& surface, std::uint32_t code, double& all, double& leaves) {
+    aabb whole;
+    if ((code & leaf_bit) != 0) {
+        for (int k = 0; k < width; ++k)
+            if (const std::uint32_t slot =
+                    tree.slots[(code ^ leaf_bit) * std::size_t{width} + static_cast<unsigned>(k)];
+                slot != no_primitive)
+                whole = merged(whole, bounds(surface[slot]));
+        leaves += static_cast<double>(whole.half_area());
+        return whole;
+    }
+    const tree_node<width>& node = tree.nodes[code];
+    for (int k = 0; k < width; ++k) {
+        if (node.child[k] == no_child) {
+            CHECK(node.box(k).empty());
+            continue;
+        }
+        const aabb below = box_below(tree, surface, node.child[k], all, leaves);
+        CHECK(node.box(k).lower == below.lower);
+        CHECK(node.box(k).upper == below.upper);
+        all += static_cast<double>(below.half_area());
+        whole = merged(whole, below);
+    }
+    return whole;
+}
+
+} // namespace
+} // namespace refit_test
+
+TEST_CASE("after a refit every box is the smallest around what is below it, and the figures of the tree are theirs") {
+    using refit_test::width;
+    for (const std::uint32_t subdivisions : {0U, 1U, 3U, 5U})
+        for (std::uint64_t seed = 0; seed < 3; ++seed) {
+            mesh m = make_sphere({0, 0, 0}, 1, subdivisions);
+            topology<width> tree = build_sah{}.operator()<width>(exec::par, mesh_view{m});
+            tree_shape<mesh_view, width> shape;
+            for (std::size_t i = 0; i < m.positions.size(); ++i)
+                m.positions[i] +=
+                    vec3{hash_uniform(seed, 3 * i), 3 * hash_uniform(seed, 3 * i + 1), -hash_uniform(seed, 3 * i + 2)};
+            refit(exec::par, tree, mesh_view{m}, shape);
+            double all = 0, leaves = 0;
+            const aabb box = refit_test::box_below(tree, mesh_view{m}, 0, all, leaves);
+            CHECK(shape.box.lower == box.lower);
+            CHECK(shape.box.upper == box.upper);
+            CHECK(shape.cost == doctest::Approx(all / static_cast<double>(box.half_area())).epsilon(1e-5));
+            const double leaf_area = leaves / static_cast<double>(tree.leaves());
+            CHECK(static_cast<double>(shape.leaf_size) == doctest::Approx(std::sqrt(leaf_area)).epsilon(1e-5));
+            float farthest = 0;
+            for (const vec3& p : m.positions)
+                for (int axis = 0; axis < 3; ++axis) farthest = greater(farthest, std::fabs(p[axis]));
+            CHECK(shape.reach == farthest);
+        }
+}

@@ -1,0 +1,26 @@
+#include <insonify/core/random.hpp>
+#include <insonify/scene/media_stack.hpp>
+#include <doctest/doctest.h>
+#include <set>
+
+using namespace insonify;
+
+TEST_CASE("the object of lowest rank that contains the point gives the medium, whatever the number of objects") {
+    for (const std::size_t objects : {1U, 2U, 63U, 64U, 65U, 128U, 200U}) {
+        media_stack stack;
+        stack.clear(objects);
+        std::set<std::uint32_t> inside; // what the stack stands for
+        CHECK(stack.top() == media_stack::none);
+        for (std::uint64_t step = 0; step < 2000; ++step) {
+            const auto rank = static_cast<std::uint32_t>(hash_bits(objects, step) % objects);
+            stack.toggle(rank);
+            if (inside.erase(rank) == 0) inside.insert(rank);
+            REQUIRE(stack.top() == (inside.empty() ? media_stack::none : *inside.begin()));
+            const auto other = static_cast<std::uint32_t>(hash_bits(objects + 1, step) % objects);
+            REQUIRE(stack.contains(rank) == (inside.count(rank) == 1));
+            REQUIRE(stack.contains(other) == (inside.count(other) == 1));
+        }
+        stack.clear(objects);
+        CHECK(stack.top() == media_stack::none);
+    }
+}
