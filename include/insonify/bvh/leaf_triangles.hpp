@@ -27,8 +27,8 @@ struct triangle_hits {
 
     /// Along the ray; of those that are certain.
     INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
-        const lanes<N> share = scale / (u + v + w); // first, lest large numbers overflow
-        return multiply_add(u * share, t.z[0], multiply_add(v * share, t.z[1], w * share * t.z[2]));
+        const lanes<N> share = lanes<N>(1.0F) / (u + v + w); // first, lest large numbers overflow, or small ones vanish
+        return multiply_add(u * share, t.z[0], multiply_add(v * share, t.z[1], w * share * t.z[2])) * scale;
     }
 };
 
@@ -47,7 +47,9 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
         const floats reach_y = greater(greater(absolute(t.y[0]), absolute(t.y[1])), absolute(t.y[2]));
         doubt = reach_x * reach_y * floats(5e-7F) + doubt;
     }
-    return {u, v, w, !(lowest < -doubt && doubt < highest), doubt < lowest || highest < -doubt};
+    // Beyond 1e37 their sum has no precise inverse.
+    const auto told = (doubt < lowest || highest < -doubt) && absolute(u + v + w) <= floats(1e37F);
+    return {u, v, w, !(lowest < -doubt && doubt < highest), told};
 }
 
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
@@ -114,7 +116,8 @@ struct alignas(64) leaf<Range, Width> {
         store(met.distance(t, floats(shear.shear.z)), distance);
         for (std::uint32_t left = possible; left != 0; left &= left - 1) {
             const std::uint32_t i = lowest_bit(left);
-            const float found = (certain >> i & 1U) != 0 ? distance[i] : intersect(shear, corners(i)).distance;
+            const bool told = (certain >> i & 1U) != 0 && is_finite(distance[i]);
+            const float found = told ? distance[i] : intersect(shear, corners(i)).distance;
             if (found >= r.source.min_distance && found <= max_distance && found < FLT_MAX)
                 visit(hit{.distance = found, .primitive = slots[i]});
         }
@@ -150,7 +153,8 @@ struct alignas(64) leaf<Range, Width> {
             const std::uint32_t possible = bits_of(met.possible);
             if (possible == 0) continue;
             floats distance = select(met.possible, met.distance(t, load<Width>(p.shear[2])), floats(FLT_MAX));
-            if (std::uint32_t doubtful = possible & ~bits_of(met.certain); doubtful != 0) {
+            if (std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
+                doubtful != 0) {
                 alignas(sizeof(floats)) float exact[Width];
                 store(distance, exact);
                 for (; doubtful != 0; doubtful &= doubtful - 1) {

@@ -23,6 +23,13 @@ INSONIFY_FN inline aabb bounds(const triangle& t) {
 /// Outward, of length twice the area.
 INSONIFY_FN inline vec3 area_vector(const triangle& t) { return cross(t.b - t.a, t.c - t.a); }
 
+/// Outward, of length 1; `otherwise` where the triangle is so small or large that floats cannot tell.
+INSONIFY_FN inline vec3 unit_normal(const triangle& t, vec3 otherwise) {
+    const vec3 area = area_vector(t);
+    const float size = length(area);
+    return size > 0 && is_finite(size) ? area / size : otherwise;
+}
+
 /// A ray prepared for triangles: the shear that makes it the z axis, so that a triangle is tested in two dimensions.
 ///
 /// Source: Woop, Benthin & Wald 2013, "Watertight ray/triangle intersection".

@@ -72,13 +72,11 @@ struct surface_incidence {
 };
 /// How a line meets a face; head on where the face has no area.
 INSONIFY_LAZY surface_incidence incidence_on(const object& one, std::uint32_t face, const line_frame& line) {
-    const vec3 normal = area_vector(mesh_view{one.surface}[face]);
-    const float size = length(normal);
-    if (!(size > 0)) return {};
     const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
+    const vec3 normal = unit_normal(mesh_view{one.surface}[face], -along);
     const float facing = std::fabs(dot(normal, along));
     return {
-        .cosine = lesser(facing / size, 1.0F),
+        .cosine = lesser(facing, 1.0F),
         .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)}};
 }
 

@@ -141,7 +141,8 @@ class path_tracer {
               const echo_line& echoes) {
         const object& one = body_.ranked(at.rank);
         const surface_incidence smooth = incidence_on(one, at.primitive, now.frame);
-        const vec3 smooth_normal = one.at.direction(normalize(area_vector(mesh_view{one.surface}[at.primitive])));
+        const vec3 smooth_normal = one.at.direction(
+            unit_normal(mesh_view{one.surface}[at.primitive], -one.at.local_direction(now.frame.along)));
         vec3 normal = smooth_normal;
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         if (settings_.samples > 0 && rms_height(before, after) > 0)
