@@ -1,5 +1,8 @@
+#include <insonify/acoustics/tissue.hpp>
 #include <insonify/bvh/build_morton.hpp>
 #include <insonify/bvh/bvh.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/tracing/slice_lines.hpp>
 #include "../support/embree.hpp"
 #include "../support/meshes.hpp"
 #include "../support/rays.hpp"
@@ -74,30 +77,58 @@ void measure_rays(table& into, const std::string& name, const mesh& m) {
     }
 }
 
+// The lines of `fan_rays`, frame by frame, each cut at once.
+void cut_fans(slice_lines& cut, const scene& body, const convex_array& probe, std::vector<std::vector<hit>>& hits) {
+    const float in_plane = 0;
+    slice_lines::block_segments own;
+    line_crossings found;
+    for (std::uint32_t fan = 0; fan * probe.lines < hits.size(); ++fan) {
+        const pose at = probe_pose(fan);
+        cut.cut(exec::unseq, body, at, {&in_plane, 1}, 300_mm);
+        for (std::uint32_t line = 0; line < probe.lines; ++line) {
+            if (line % slice_lines::block == 0) cut.start(line, own);
+            cut.find(line, 0, at.point(probe.beam(static_cast<float>(line)).origin), own, found);
+            std::vector<hit>& of_line = hits[fan * probe.lines + line];
+            of_line.clear();
+            for (const auto& one : found.crossings) of_line.push_back({one.distance, one.primitive});
+        }
+    }
+}
+
 void measure_all_crossings(table& into, const std::string& name, const mesh& m) {
     if (!into.wants("all crossings fan")) return;
     const bvh tree{exec::par, m};
     const embree_peer peer{m, {.flags = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION}};
-    const std::vector<ray> rays = fan_rays();
+    const convex_array probe{.lines = 512, .radius = 60_mm, .field_of_view = 70_deg, .frequency = 4_MHz};
+    const std::vector<ray> rays = fan_rays(64, probe.lines);
+    scene body{tissue::fat};
+    body.add(m, tissue::liver);
+    body.build(exec::par);
+    slice_lines cut;
+    cut.take(probe);
     const embree_rays theirs{rays};
     std::vector<std::vector<hit>> hits(rays.size()), expected(rays.size());
-    const auto ours = [&] {
-        for (std::size_t i = 0; i < rays.size(); ++i) tree.all(rays[i], hits[i]);
-    };
-    ours();
     peer.all(theirs, expected);
     std::size_t found = 0;
-    for (const std::vector<hit>& one : hits) found += one.size();
-    into.measure({.work = "all crossings fan",
-                  .data = name,
-                  .unit = "M hits/s",
-                  .must = 2,
-                  .different = share_that_differs(hits, expected)},
-                 {{"insonify", ours},
-                  {"Embree filter, one ray", [&] { peer.all(theirs, expected); }},
-                  {"Embree filter, coherent packets",
-                   [&] { peer.all_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
-                 static_cast<double>(found));
+    for (const std::vector<hit>& one : expected) found += one.size();
+    const contender ours[] = {{"all crossings fan, slice", [&] { cut_fans(cut, body, probe, hits); }},
+                              {"all crossings fan, packets", [&] { tree.all(exec::unseq, rays, hits); }},
+                              {"all crossings fan, one ray", [&] {
+                                   for (std::size_t i = 0; i < rays.size(); ++i) tree.all(rays[i], hits[i]);
+                               }}};
+    for (const contender& one : ours) {
+        one.work();
+        into.measure({.work = one.name,
+                      .data = name,
+                      .unit = "M hits/s",
+                      .must = 2,
+                      .different = share_that_differs(hits, expected)},
+                     {one,
+                      {"Embree filter, one ray", [&] { peer.all(theirs, expected); }},
+                      {"Embree filter, coherent packets",
+                       [&] { peer.all_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
+                     static_cast<double>(found));
+    }
 }
 
 void measure_trees(table& into, const std::string& name, const mesh& m, unsigned threads) {

@@ -399,7 +399,7 @@ INSONIFY_FN inline bool is_rigid(const pose& p) {
 ///
 /// z = towards - from, x = lateral made orthogonal to z, y = z cross x, each of length 1; the inverse of glm::lookAt.
 /// @throws geometry_error  where `lateral` is parallel to the line of sight, or the two points are one
-inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
+INSONIFY_LAZY pose look_at(vec3 from, vec3 towards, vec3 lateral) {
     const vec3 sight = towards - from;
     const float distance = length(sight);
     const float width = length(lateral);
@@ -614,7 +614,7 @@ class thread_pool {
     static constexpr std::uint32_t most_participants = 1024; ///< of one call, the caller included
 
     /// The pool of the program.
-    static thread_pool& instance() {
+    INSONIFY_LAZY static thread_pool& instance() {
         static thread_pool pool;
         return pool;
     }
@@ -667,7 +667,7 @@ class thread_pool {
 
     thread_pool() = default;
 
-    void offer(job& work) {
+    INSONIFY_LAZY void offer(job& work) {
         const std::lock_guard lock{mutex_};
         try {
             jobs_.push_back(&work);
@@ -678,13 +678,13 @@ class thread_pool {
         for (std::uint32_t i = 0; i < work.seats; ++i) work_came_.notify_one();
     }
 
-    void withdraw(job& work) {
+    INSONIFY_LAZY void withdraw(job& work) {
         std::unique_lock lock{mutex_};
         jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
         work.all_left.wait(lock, [&work] { return work.inside == 0; });
     }
 
-    void take_part(job& work) {
+    INSONIFY_LAZY void take_part(job& work) {
         for (std::size_t i = 0; (i = work.next.fetch_add(1, std::memory_order_relaxed)) < work.count;) {
             try {
                 work.call(work.body, i);
@@ -699,13 +699,13 @@ class thread_pool {
         }
     }
 
-    job* open_job() {
+    INSONIFY_LAZY job* open_job() {
         for (job* work : jobs_)
             if (work->seats > 0 && work->next.load(std::memory_order_relaxed) < work->count) return work;
         return nullptr;
     }
 
-    void serve() {
+    INSONIFY_LAZY void serve() {
         std::unique_lock lock{mutex_};
         for (;;) {
             job* work = nullptr;
@@ -722,8 +722,8 @@ class thread_pool {
 
     std::mutex mutex_{};
     std::condition_variable work_came_{};
-    std::vector<job*> jobs_{};
-    std::vector<std::thread> workers_{};
+    std::vector<job*> jobs_;
+    std::vector<std::thread> workers_;
     bool stopping_ = false;
 };
 
@@ -2057,8 +2057,8 @@ class echo_line {
 
     /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i times its complex amplitude.
     /// @param step       not below 0
-    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
-                         float scale, float ratio) const {
+    INSONIFY_LAZY INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real,
+                                       const float* imaginary, float scale, float ratio) const {
         constexpr int width = simd_width;
         using floats = lanes<width>;
         const vec2 turn = ratio * phase(step);
@@ -2117,6 +2117,7 @@ class echo_line {
     }
 
     // As many as a register holds; zeros after the last.
+    template <class = void>
     INSONIFY_FN INSONIFY_INLINE static lanes<simd_width> some_of(const float* from, std::uint32_t count) {
         if (count >= simd_width) return load<simd_width>(from);
         float some[simd_width] = {};
@@ -2939,7 +2940,7 @@ inline constexpr named_medium all[] = {
 // clang-format on
 
 /// The medium of that name, as a mesh file may give it; none where there is no such name. Case counts.
-constexpr std::optional<medium> find(std::string_view name) {
+INSONIFY_LAZY constexpr std::optional<medium> find(std::string_view name) {
     for (const named_medium& each : all)
         if (name == each.name) return each.value;
     return std::nullopt;
@@ -2985,20 +2986,20 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A grey picture: row by row from the top, 0 black to 1 white.
 struct image {
-    uvec2 size{0, 0};            ///< columns, rows
-    std::vector<float> pixels{}; ///< row by row
+    uvec2 size{0, 0};          ///< columns, rows
+    std::vector<float> pixels; ///< row by row
 
     image() = default;
     /// All pixels of one grey.
-    explicit image(uvec2 columns_rows, float value = 0)
+    INSONIFY_LAZY explicit image(uvec2 columns_rows, float value = 0)
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, value) {}
 
     /// One pixel; neither index is checked.
     /// @{
-    float& operator()(std::uint32_t column, std::uint32_t row) {
+    INSONIFY_LAZY float& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    const float& operator()(std::uint32_t column, std::uint32_t row) const {
+    INSONIFY_LAZY const float& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     /// @}
@@ -3514,7 +3515,7 @@ struct pulse {
 
     /// @param carrier  frequency of the probe, which the echoes were traced at, hertz
     /// @throws usage_error  where a setting makes no sense, or the pulse is not at the carrier
-    void check(float carrier) const {
+    INSONIFY_LAZY void check(float carrier) const {
         if (!is_finite(cycles) || !(cycles > 0))
             throw usage_error{"pulse: `cycles` must be a finite number above 0; 2.5 is usual"};
         if (!is_finite(burst) || !(burst >= 0))
@@ -3552,12 +3553,12 @@ namespace insonify::inline INSONIFY_ABI {
 class axial_kernel {
   public:
     axial_kernel() = default;
-    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+    INSONIFY_LAZY axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
         set(samples, envelope, decimation);
     }
 
     /// Another kernel in the same memory. @param envelope  in samples
-    void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+    INSONIFY_LAZY void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
         decimation_ = decimation;
         results_ = samples / decimation;
         const auto reach = static_cast<std::size_t>(lesser(envelope.reach(), static_cast<float>(samples)));
@@ -3578,7 +3579,7 @@ class axial_kernel {
     std::size_t layout_size() const { return decimation_ * stride_; }
 
     /// @param layout  zeros, or a line laid out before
-    void lay_out(const vec2* line, vec2* layout) const {
+    INSONIFY_LAZY void lay_out(const vec2* line, vec2* layout) const {
         for (std::size_t remainder = 0; remainder < decimation_; ++remainder)
             for (std::size_t i = 0; i < results_; ++i)
                 layout[remainder * stride_ + zeros_ + i] = line[i * decimation_ + remainder];
@@ -3595,7 +3596,7 @@ class axial_kernel {
     std::size_t results_ = 0;
     std::size_t zeros_ = 0;  // before the samples of a remainder, and after them
     std::size_t stride_ = 0; // from one remainder to the next
-    std::vector<tap> taps_{};
+    std::vector<tap> taps_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -3762,11 +3763,11 @@ struct lateral_kernel {
     };
     std::uint32_t lines = 1;
     bool full_circle = false; ///< the last line is the neighbour of the first
-    std::vector<entry> entries{};
-    std::vector<float> weights{};
+    std::vector<entry> entries;
+    std::vector<float> weights;
 
     /// In the middle of the step that a sample belongs to.
-    lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
+    INSONIFY_LAZY lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
 
     /// At a sample itself, as `convolve` takes them: (1 - share) of one step's weights and `share` of another's.
     struct blend {
@@ -3774,7 +3775,7 @@ struct lateral_kernel {
         view<const float> below{};
         float share = 0;
     };
-    blend blend_at(std::uint32_t sample) const {
+    INSONIFY_LAZY blend blend_at(std::uint32_t sample) const {
         const auto last = static_cast<float>(entries.size() - 1);
         const float place = clamped((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
         const auto first = static_cast<std::size_t>(place);
@@ -3785,14 +3786,14 @@ struct lateral_kernel {
     }
 
     /// The furthest of all depths, in lines.
-    std::size_t reach() const {
+    INSONIFY_LAZY std::size_t reach() const {
         std::size_t most = 1;
         for (const entry& e : entries) most = e.count > most ? e.count : most;
         return most - 1;
     }
 
   private:
-    lateral_weights of(const entry& e) const {
+    INSONIFY_LAZY lateral_weights of(const entry& e) const {
         return {.half = {weights.data() + e.begin, e.count},
                 .lines = lines,
                 .full_circle = full_circle,
@@ -3852,7 +3853,7 @@ class lateral_slab {
     static constexpr std::size_t samples = 32;
 
     /// @param memory  what is worked in; it grows where it must
-    lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
+    INSONIFY_LAZY lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
         : kernel_{kernel}, lines_{kernel.lines}, reach_{kernel.reach()} {
         const std::size_t rows = 2 * (reach_ + 1) + lines_ + 2 * reach_;
         memory.resize(rows * samples);
@@ -3864,7 +3865,7 @@ class lateral_slab {
     }
 
     /// Takes the weights of `count` samples from number `first` on.
-    void weigh(std::size_t first, std::size_t count) {
+    INSONIFY_LAZY void weigh(std::size_t first, std::size_t count) {
         std::fill(weights_, values_, vec2{0, 0});
         for (std::size_t k = 0; k < count; ++k) {
             const lateral_kernel::blend at = kernel_.blend_at(static_cast<std::uint32_t>(first + k));
@@ -3877,7 +3878,7 @@ class lateral_slab {
     }
 
     /// @param stride  from line to line
-    void copy(const vec2* from, std::size_t stride, std::size_t count) {
+    INSONIFY_LAZY void copy(const vec2* from, std::size_t stride, std::size_t count) {
         for (std::size_t line = 0; line < lines_; ++line) std::copy_n(from + line * stride, count, row(line));
         if (!kernel_.full_circle) return;
         std::copy_n(row(lines_ - reach_), reach_ * samples, values_);
@@ -3947,10 +3948,10 @@ struct convolve_settings {
 
 /// What `convolve` keeps from frame to frame: handed back each time, nothing is allocated after the first.
 struct convolve_workspace {
-    lateral_kernel lateral{};                ///< weights across the lines
-    axial_kernel axial{};                    ///< weights along a line
-    std::vector<std::vector<vec2>> blocks{}; ///< what a block of lines, or of samples, is worked on in
-    iq_lines decimated{};                    ///< the lines of the frame before
+    lateral_kernel lateral;                ///< weights across the lines
+    axial_kernel axial;                    ///< weights along a line
+    std::vector<std::vector<vec2>> blocks; ///< what a block of lines, or of samples, is worked on in
+    iq_lines decimated;                    ///< the lines of the frame before
 };
 
 /// The axial half of `convolve`: in place where nothing is decimated.
@@ -4067,7 +4068,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// odd places. Source: Gentleman & Sande 1966 forward, Cooley & Tukey 1965 back.
 class hilbert_transform {
   public:
-    explicit hilbert_transform(std::size_t samples)
+    INSONIFY_LAZY explicit hilbert_transform(std::size_t samples)
         : size_{std::bit_ceil(samples + samples / 4 + 2)}, cosine_(size_), sine_(size_) {
         for (std::size_t half = 1; half < size_; half *= 2)
             for (std::size_t i = 0; i < half; ++i) {
@@ -4140,8 +4141,8 @@ class hilbert_transform {
     }
 
     std::size_t size_ = 0;
-    std::vector<float> cosine_{}; // of i / half of half a turn, at half + i
-    std::vector<float> sine_{};
+    std::vector<float> cosine_; // of i / half of half a turn, at half + i
+    std::vector<float> sine_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -4238,14 +4239,14 @@ struct log_compress_settings {
                              lesser(greater(grey, floats(0.0F)), floats(1.0F)));
     }
     /// The grey of one amplitude.
-    INSONIFY_FN float grey(float amplitude) const {
+    INSONIFY_LAZY INSONIFY_FN float grey(float amplitude) const {
         float one = 0;
         store(grey<1>(lanes<1>(amplitude)), &one);
         return one;
     }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         if (!is_finite(dynamic_range_db) || !(dynamic_range_db > 0))
             throw usage_error{"log_compress: `dynamic_range_db` must be a finite number above 0; 60 is usual"};
         if (!is_finite(reference_db) || !is_finite(gain_db) || !is_finite(reject_db))
@@ -4287,7 +4288,7 @@ struct tgc_settings {
     /// @param depth      metres
     /// @param end        of the lines, metres
     /// @param frequency  f0 of the probe, hertz: the automatic gain is 2 attenuation f0 depth
-    float gain_db(float depth, float end, float frequency) const {
+    INSONIFY_LAZY float gain_db(float depth, float end, float frequency) const {
         const float place = clamped(depth / end, 0, 1) * 7;
         const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;
         const float share_of_next = place - static_cast<float>(slider);
@@ -4304,7 +4305,7 @@ struct tgc_settings {
     }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         if (!is_finite(attenuation) || !(attenuation >= 0) || !is_finite(most_db) || !(most_db >= 0))
             throw usage_error{"tgc: `attenuation` and `most_db` must be finite numbers, 0 or more"};
         for (const float slider : sliders)
@@ -4373,7 +4374,7 @@ class elevation_planes {
 
     /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 deviations of the beam at its thinnest
     /// @throws usage_error  for another count
-    elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
+    INSONIFY_LAZY elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
         if (count % 2 == 0 || count > most)
             throw usage_error{"trace: `planes` must be 1, 3, 5 or 7; one plane, or pairs to both sides of it"};
         constexpr float deviations[] = {0, 0.9F, 2.2F, 5};
@@ -4487,7 +4488,7 @@ class beam_table {
     /// No table: for models that ask for none.
     beam_table() = default;
 
-    line_beam of_line(std::uint32_t line) const {
+    INSONIFY_LAZY line_beam of_line(std::uint32_t line) const {
         if (samples_.empty()) return {};
         return {.samples = {samples_.data() + std::size_t{to_border(line)} * depths, depths},
                 .spacing = spacing_,
@@ -4498,8 +4499,8 @@ class beam_table {
   private:
     // By distance from the border.
     struct levels {
-        std::vector<float> gain{};
-        std::vector<vec2> alike{};
+        std::vector<float> gain;
+        std::vector<vec2> alike;
     };
 
     template <class Covariance>
@@ -4534,17 +4535,19 @@ class beam_table {
         return found;
     }
 
-    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(lesser(0.5F * length(a - b), 1)); }
+    INSONIFY_LAZY static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(lesser(0.5F * length(a - b), 1)); }
 
     // Which table a line has: its distance from the nearer end, as far as that matters.
-    std::uint32_t to_border(std::uint32_t line) const { return std::min({line, lines_ - 1 - line, border_}); }
+    INSONIFY_LAZY std::uint32_t to_border(std::uint32_t line) const {
+        return std::min({line, lines_ - 1 - line, border_});
+    }
 
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 0;
-    std::vector<beam_sample> samples_{};
-    std::vector<float> plane_offsets_{};
-    std::vector<float> plane_weights_{};
+    std::vector<beam_sample> samples_;
+    std::vector<float> plane_offsets_;
+    std::vector<float> plane_weights_;
 };
 
 /// The table for a model that says how alike independent echoes are on two lines, with a member
@@ -4619,6 +4622,9 @@ class kept_beam_table {
 
 #ifndef INSONIFY_BVH_RAY_PACKET_HPP
 #define INSONIFY_BVH_RAY_PACKET_HPP
+
+#ifndef INSONIFY_BVH_PREPARED_RAY_HPP
+#define INSONIFY_BVH_PREPARED_RAY_HPP
 
 #ifndef INSONIFY_BVH_NODE_HPP
 #define INSONIFY_BVH_NODE_HPP
@@ -4886,6 +4892,13 @@ INSONIFY_FN inline aabb bounds(const triangle& t) {
 /// Outward, of length twice the area.
 INSONIFY_FN inline vec3 area_vector(const triangle& t) { return cross(t.b - t.a, t.c - t.a); }
 
+/// Outward, of length 1; `otherwise` where the triangle is so small or large that floats cannot tell.
+INSONIFY_FN inline vec3 unit_normal(const triangle& t, vec3 otherwise) {
+    const vec3 area = area_vector(t);
+    const float size = length(area);
+    return size > 0 && is_finite(size) ? normalize(area) : otherwise;
+}
+
 /// A ray prepared for triangles: the shear that makes it the z axis, so that a triangle is tested in two dimensions.
 ///
 /// Source: Woop, Benthin & Wald 2013, "Watertight ray/triangle intersection".
@@ -4960,6 +4973,109 @@ INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return inter
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// False for NaN; reads the bits, so that it holds under -ffast-math too.
+INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
+    return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
+}
+
+/// A direction without what is too little to be divided by.
+INSONIFY_FN INSONIFY_INLINE vec3 settled(vec3 direction) {
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(std::fabs(direction[axis]) > 1e-30F)) direction[axis] = 0;
+    return direction;
+}
+
+/// Whether a ray may meet anything: it is finite but for its limits, which are numbers, and has a direction.
+INSONIFY_FN INSONIFY_INLINE bool is_legal(const ray& r) {
+    return is_finite(r.origin) && is_finite(r.direction) && is_number(r.min_distance) && is_number(r.max_distance) &&
+           settled(r.direction) != vec3{0, 0, 0};
+}
+
+/// A ray with what every box and triangle asks of it worked out once.
+///
+/// It meets the side of a box that stands at s along an axis at the distance s * inverse + entry (or + exit). `entry`
+/// and `exit` are apart by what rounding may add up to, so that no box is lost (Ize 2013, "Robust BVH ray traversal").
+/// Along an axis across which the ray does not move, it passes every box whose sides it stands between or on: a ray in
+/// the plane that two boxes share must meet both, for the triangle test alone knows whose the edge between them is.
+/// So there the inverse is huge.
+template <int Width>
+struct prepared_ray {
+    /// What a box is asked along one axis.
+    struct slab {
+        float inverse = 0; ///< 1 / direction, finite
+        float entry = -FLT_MAX;
+        float exit = FLT_MAX;
+        std::uint32_t entry_row = 0; ///< of a node's bounds: the side that the ray meets first ...
+        std::uint32_t exit_row = 0;  ///< ... and last
+    };
+    ray source{};
+    slab slabs[3]{};
+    sheared_ray sheared{};
+    bool legal = false; ///< a ray that is not meets nothing
+
+    /// @param reach  no coordinate of a box is further from 0
+    INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
+        source = r;
+        legal = is_legal(r);
+        if (!legal) return;
+        source.direction = settled(r.direction);
+        const vec3 along = source.direction;
+        const vec3 from = absolute(r.origin), size = absolute(along);
+        const float extent = from.x + from.y + from.z + reach, longest = greater(size.x, greater(size.y, size.z));
+        slabs[0] = slab_of(0, r.origin.x, along.x, reach, extent, longest);
+        slabs[1] = slab_of(1, r.origin.y, along.y, reach, extent, longest);
+        slabs[2] = slab_of(2, r.origin.z, along.z, reach, extent, longest);
+        sheared = sheared_ray{source};
+    }
+
+  private:
+    // `extent / longest` is further than any hit.
+    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float along, float reach,
+                                                    float extent, float longest) {
+        const bool moves = along != 0;
+        slab s;
+        const std::uint32_t backwards = along < 0 ? 1 : 0;
+        s.entry_row = tree_node<Width>::row(backwards, axis);
+        s.exit_row = tree_node<Width>::row(1 - backwards, axis);
+        const float inverse = moves ? 1 / along : 1e30F;
+        const float begin = -origin * inverse;
+        const float room = std::fabs(inverse) * (5e-7F * (std::fabs(origin) + reach) + 1e-20F);
+        if (!(std::fabs(begin) + room < 1e36F)) return s;    // so far away that this axis tells nothing
+        if (!moves && !(room * longest >= extent)) return s; // nor here, where the huge inverse is not huge enough
+        s.inverse = inverse;
+        s.entry = begin - room;
+        s.exit = begin + room;
+        return s;
+    }
+};
+
+/// Where the ray enters the boxes of a node's children; `met` has a bit for each box that it meets within its limits.
+template <int Width>
+struct box_entries {
+    lanes<Width> distance{};
+    std::uint32_t met = 0;
+};
+
+/// Slab test of all children at once. Conservative: rounding never loses a box.
+template <int Width>
+INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& node, const prepared_ray<Width>& r,
+                                                     float max_distance) {
+    using floats = lanes<Width>;
+    floats in(r.source.min_distance), out(max_distance);
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto& slab = r.slabs[axis];
+        const floats inverse(slab.inverse), entry(slab.entry), exit(slab.exit);
+        in = greater(multiply_add(load<Width>(node.sides + slab.entry_row), inverse, entry), in);
+        out = lesser(multiply_add(load<Width>(node.sides + slab.exit_row), inverse, exit), out);
+    }
+    return {in, bits_of(in <= out)};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
 /// Rays that go much the same way, as many as there are lanes: a node or a triangle is asked once for all of them.
 ///
 /// All have the same longest axis z and walk it in the same direction. Four planes hold them from where the first one
@@ -4995,22 +5111,22 @@ struct ray_packet {
     alignas(32) float shear[3][N];
     alignas(32) float min_distance[N];
     alignas(32) float limit[N]; ///< what a hit must not be beyond; below 0: this ray is done
-    const ray* rays = nullptr;
 
     /// Takes N rays. @return whether they go together; else ask them one by one
     ///
-    /// They do where they are finite, have the same longest axis, go the same way, begin at 0 or later, and where they
-    /// leave the tree make a row no longer than 16 of its leaves and no wider than 2. Measured: there a packet takes
-    /// 0.4 to 1 of the time of single rays; in wider ones, rays that meet nothing together wait for one another.
+    /// They do where they are legal, have the same longest axis, go the same way, begin at 0 or later, and where they
+    /// leave the tree make a row no longer than 16 of its leaves and no wider than 2. In longer or wider ones, rays that
+    /// meet nothing together wait for one another.
     /// @param reach      no coordinate of a box is further from 0
     /// @param leaf_size  how wide a leaf is
     bool prepare(const ray* first, float reach, float leaf_size) {
         using floats = lanes<N>;
-        rays = first;
+        if (!is_legal(first[0])) return false;
         const sheared_ray lead{first[0]};
         axes[0] = lead.x, axes[1] = lead.y, axes[2] = lead.z;
         forward = lead.shear.z < 0 ? -1.0F : 1.0F;
-        alignas(32) float from[3][N], along[3][N];
+        alignas(32) float from[3][N], along[3][N], inverse[N];
+        bool numbers = true;
         for (int i = 0; i < N; ++i) {
             const ray& r = first[i];
             from[0][i] = r.origin.x;
@@ -5021,18 +5137,28 @@ struct ray_packet {
             along[2][i] = r.direction.z;
             min_distance[i] = r.min_distance;
             limit[i] = r.max_distance;
+            numbers = numbers && is_number(r.min_distance) && is_number(r.max_distance);
+            const float forth = along[lead.z][i]; // divided one by one: -ffast-math divides several less precisely
+            inverse[i] = 1 / (forth != 0 ? forth : 1.0F);
         }
-        const floats size[3] = {absolute(load<N>(along[0])), absolute(load<N>(along[1])), absolute(load<N>(along[2]))};
-        const floats most(FLT_MAX), z = load<N>(along[lead.z]), scale = floats(1.0F) / z;
+        if (!numbers) return false;
+        bit_lanes<N> wild{};
+        floats size[3];
+        for (int k = 0; k < 3; ++k) {
+            wild = wild | not_finite<N>(load<N>(from[k])) | not_finite<N>(load<N>(along[k]));
+            size[k] = absolute(load<N>(along[k]));
+        }
+        const floats z = load<N>(along[lead.z]), scale = load<N>(inverse);
         // The axis that sheared_ray chooses, ties included.
         const auto longest = lead.z == 0   ? size[1] < size[0] && size[2] < size[0]
                              : lead.z == 1 ? size[0] <= size[1] && size[2] < size[1]
                                            : size[0] <= size[2] && size[1] <= size[2];
-        auto together = longest && floats(0.0F) < floats(forward) * z && floats(0.0F) <= load<N>(min_distance);
+        const auto together = longest && floats(1e-30F) < floats(forward) * z &&
+                              floats(0.0F) <= load<N>(min_distance) && floats(0.0F) <= floats_of<N>(wild);
         for (int k = 0; k < 3; ++k) {
-            together = together && size[k] <= most && absolute(load<N>(from[k])) <= most;
             store(load<N>(from[axes[k]]), origin[k]);
-            store(k < 2 ? load<N>(along[axes[k]]) * scale : scale, shear[k]);
+            const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), load<N>(along[axes[k]]));
+            store(k < 2 ? settled * scale : scale, shear[k]);
         }
         constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
         return bits_of(together) == all && enclose(reach, leaf_size) && shorten();
@@ -5045,6 +5171,15 @@ struct ray_packet {
         const floats last = multiply_add(most, lengths, floats(forward) * load<N>(origin[2]));
         end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
         return end >= begin;
+    }
+
+    /// One of the rays.
+    sheared_ray operator[](std::uint32_t k) const {
+        sheared_ray one;
+        one.begin = {origin[0][k], origin[1][k], origin[2][k]};
+        one.x = axes[0], one.y = axes[1], one.z = axes[2];
+        one.shear = {shear[0][k], shear[1][k], shear[2][k]};
+        return one;
     }
 
   private:
@@ -5158,6 +5293,7 @@ struct alignas(32) build_box {
     build_box() = default; ///< not set, since arrays of them are written later, by many threads
     explicit build_box(const aabb& box)
         : row{-box.lower.x, -box.lower.y, -box.lower.z, 0, box.upper.x, box.upper.y, box.upper.z, 0} {}
+    template <class = void>
     INSONIFY_INLINE build_box(const lanes<4>& minus_lower, const lanes<4>& upper) {
         store(minus_lower, row);
         store(upper, row + 4);
@@ -5172,22 +5308,30 @@ struct alignas(32) build_box {
         return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
     }
     /// Holds nothing, and adds nothing.
-    static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
+    INSONIFY_LAZY static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
     bool empty() const { return row[4] < -row[0]; }
 
+    template <class = void>
     INSONIFY_INLINE void add(const build_box& other) {
         for (int k = 0; k < 8; k += simd_width)
             store(greater(load<simd_width>(row + k), load<simd_width>(other.row + k)), row + k);
     }
-    INSONIFY_INLINE lanes<4> minus_lower() const { return load<4>(row); }
-    INSONIFY_INLINE lanes<4> upper() const { return load<4>(row + 4); }
+    template <class = void>
+    INSONIFY_INLINE lanes<4> minus_lower() const {
+        return load<4>(row);
+    }
+    template <class = void>
+    INSONIFY_INLINE lanes<4> upper() const {
+        return load<4>(row + 4);
+    }
 
     /// Half the centre: it sorts as the centre does, and two of them never lie infinitely far apart.
+    template <class = void>
     INSONIFY_INLINE lanes<4> half_centre() const {
         return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
     }
-    float half_area() const {
-        const float x = row[4] + row[0], y = row[5] + row[1], z = row[6] + row[2];
+    float half_area() const { // 0 of an empty one
+        const float x = greater(row[4] + row[0], 0), y = greater(row[5] + row[1], 0), z = greater(row[6] + row[2], 0);
         return x * y + y * z + z * x;
     }
 };
@@ -5197,11 +5341,13 @@ struct centre_range {
     float begin[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
     float end[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
 
+    template <class = void>
     INSONIFY_INLINE void add(const lanes<4>& first, const lanes<4>& last) {
         store(lesser(load<4>(begin), first), begin);
         store(greater(load<4>(end), last), end);
     }
     /// A centre lies within its box.
+    template <class = void>
     INSONIFY_INLINE centre_range within(const build_box& box) const {
         centre_range both;
         store(greater(load<4>(begin), lanes<4>(-0.5F) * box.minus_lower()), both.begin);
@@ -5240,93 +5386,6 @@ template <class Range>
 concept primitive_range = std::copyable<Range> && primitive<range_primitive_t<Range>> && requires(const Range& range) {
     { range.size() } -> std::convertible_to<std::size_t>;
 };
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_BVH_PREPARED_RAY_HPP
-#define INSONIFY_BVH_PREPARED_RAY_HPP
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A ray with what every box and triangle asks of it worked out once.
-///
-/// It meets the side of a box that stands at s along an axis at the distance s * inverse + entry (or + exit). `entry`
-/// and `exit` are apart by what rounding may add up to, so that no box is lost (Ize 2013, "Robust BVH ray traversal").
-/// Along an axis across which the ray does not move, it passes every box whose sides it stands between or on: a ray in
-/// the plane that two boxes share must meet both, for the triangle test alone knows whose the edge between them is.
-/// So there the inverse is huge.
-template <int Width>
-struct prepared_ray {
-    /// What a box is asked along one axis.
-    struct slab {
-        float inverse = 0; ///< 1 / direction, finite
-        float entry = -FLT_MAX;
-        float exit = FLT_MAX;
-        std::uint32_t entry_row = 0; ///< of a node's bounds: the side that the ray meets first ...
-        std::uint32_t exit_row = 0;  ///< ... and last
-    };
-    ray source{};
-    slab slabs[3]{};
-    sheared_ray sheared{};
-    bool legal = false; ///< finite, with a direction; a ray that is not meets nothing
-
-    /// @param reach  no coordinate of a box is further from 0
-    INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
-        source = r;
-        vec3& along = source.direction;
-        const vec3 from = absolute(r.origin), size = absolute(along);
-        const float extent = from.x + from.y + from.z + reach, longest = greater(size.x, greater(size.y, size.z));
-        slabs[0] = slab_of(0, r.origin.x, along.x, reach, extent, longest);
-        slabs[1] = slab_of(1, r.origin.y, along.y, reach, extent, longest);
-        slabs[2] = slab_of(2, r.origin.z, along.z, reach, extent, longest);
-        legal = is_finite(r.origin) && is_finite(r.direction) && along != vec3{0, 0, 0};
-        if (legal) sheared = sheared_ray{source};
-    }
-
-  private:
-    // `extent / longest` is further than any hit.
-    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float& along, float reach,
-                                                    float extent, float longest) {
-        const bool moves = std::fabs(along) > 1e-30F;
-        if (!moves) along = 0;
-        slab s;
-        const std::uint32_t backwards = along < 0 ? 1 : 0;
-        s.entry_row = tree_node<Width>::row(backwards, axis);
-        s.exit_row = tree_node<Width>::row(1 - backwards, axis);
-        const float inverse = moves ? 1 / along : 1e30F;
-        const float begin = -origin * inverse;
-        const float room = std::fabs(inverse) * (5e-7F * (std::fabs(origin) + reach) + 1e-20F);
-        if (!(std::fabs(begin) + room < 1e36F)) return s;    // so far away that this axis tells nothing
-        if (!moves && !(room * longest >= extent)) return s; // nor here, where the huge inverse is not huge enough
-        s.inverse = inverse;
-        s.entry = begin - room;
-        s.exit = begin + room;
-        return s;
-    }
-};
-
-/// Where the ray enters the boxes of a node's children; `met` has a bit for each box that it meets within its limits.
-template <int Width>
-struct box_entries {
-    lanes<Width> distance{};
-    std::uint32_t met = 0;
-};
-
-/// Slab test of all children at once. Conservative: rounding never loses a box.
-template <int Width>
-INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& node, const prepared_ray<Width>& r,
-                                                     float max_distance) {
-    using floats = lanes<Width>;
-    floats in(r.source.min_distance), out(max_distance);
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto& slab = r.slabs[axis];
-        const floats inverse(slab.inverse), entry(slab.entry), exit(slab.exit);
-        in = greater(multiply_add(load<Width>(node.sides + slab.entry_row), inverse, entry), in);
-        out = lesser(multiply_add(load<Width>(node.sides + slab.exit_row), inverse, exit), out);
-    }
-    return {in, bits_of(in <= out)};
-}
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -5399,8 +5458,13 @@ struct triangle_hits {
 
     /// Along the ray; of those that are certain.
     INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
-        const lanes<N> share = scale / (u + v + w); // first, lest large numbers overflow
-        return multiply_add(u * share, t.z[0], multiply_add(v * share, t.z[1], w * share * t.z[2]));
+        // First, lest large numbers overflow, or small ones vanish. The others divide by 1: their sum may be 0.
+        const lanes<N> one(1.0F), share = one / select(certain, u + v + w, one);
+        lanes<N> shares[3] = {u * share, v * share, w * share};
+#if defined(__FAST_MATH__) && !defined(__CUDACC__)
+        asm("" : "+m"(shares)); // or the compiler changes the order back
+#endif
+        return multiply_add(shares[0], t.z[0], multiply_add(shares[1], t.z[1], shares[2] * t.z[2])) * scale;
     }
 };
 
@@ -5419,7 +5483,9 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
         const floats reach_y = greater(greater(absolute(t.y[0]), absolute(t.y[1])), absolute(t.y[2]));
         doubt = reach_x * reach_y * floats(5e-7F) + doubt;
     }
-    return {u, v, w, !(lowest < -doubt && doubt < highest), doubt < lowest || highest < -doubt};
+    // Beyond 1e37 their sum has no precise inverse.
+    const auto told = (doubt < lowest || highest < -doubt) && absolute(u + v + w) <= floats(1e37F);
+    return {u, v, w, !(lowest < -doubt && doubt < highest), told};
 }
 
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
@@ -5486,7 +5552,8 @@ struct alignas(64) leaf<Range, Width> {
         store(met.distance(t, floats(shear.shear.z)), distance);
         for (std::uint32_t left = possible; left != 0; left &= left - 1) {
             const std::uint32_t i = lowest_bit(left);
-            const float found = (certain >> i & 1U) != 0 ? distance[i] : intersect(shear, corners(i)).distance;
+            const bool told = (certain >> i & 1U) != 0 && is_finite(distance[i]);
+            const float found = told ? distance[i] : intersect(shear, corners(i)).distance;
             if (found >= r.source.min_distance && found <= max_distance && found < FLT_MAX)
                 visit(hit{.distance = found, .primitive = slots[i]});
         }
@@ -5522,12 +5589,13 @@ struct alignas(64) leaf<Range, Width> {
             const std::uint32_t possible = bits_of(met.possible);
             if (possible == 0) continue;
             floats distance = select(met.possible, met.distance(t, load<Width>(p.shear[2])), floats(FLT_MAX));
-            if (std::uint32_t doubtful = possible & ~bits_of(met.certain); doubtful != 0) {
+            if (std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
+                doubtful != 0) {
                 alignas(sizeof(floats)) float exact[Width];
                 store(distance, exact);
                 for (; doubtful != 0; doubtful &= doubtful - 1) {
                     const std::uint32_t k = lowest_bit(doubtful);
-                    exact[k] = intersect(sheared_ray{p.rays[k]}, corners(i)).distance;
+                    exact[k] = intersect(p[k], corners(i)).distance;
                 }
                 distance = load<Width>(exact);
             }
@@ -5844,7 +5912,8 @@ struct packet_walk {
 /// Many rays at once. Neighbours that go together walk in packets, the others alone; several of either take turns, so
 /// that the memory of one comes while another is worked on.
 ///
-/// Measured against one ray after the other: 1.2 times as fast on 82 thousand triangles, 1.6 to 2 times on a million.
+/// Against one ray after the other: 1.1 times as fast where rays have nothing in common, 1.3 to 1.8 times along a fan
+/// (bench/bvh.cpp).
 namespace insonify::inline INSONIFY_ABI {
 
 /// What the batches below ask of each ray: begin(i) before the first step of ray i alone, step(tree, walk, i) until it is
@@ -5889,7 +5958,7 @@ struct any_query {
 struct all_query {
     std::vector<hit>* hits = nullptr;
 
-    void begin(std::size_t i) const { hits[i].clear(); }
+    INSONIFY_LAZY void begin(std::size_t i) const { hits[i].clear(); }
     template <class Range, int Width>
     bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width>& walk, std::size_t i) const {
         if (walk.step(tree, [&](const hit& found) { hits[i].push_back(found); })) return true;
@@ -6168,8 +6237,10 @@ class morton_order {
     }
 
     std::size_t size() const { return count_; }
-    std::uint32_t cell(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place] >> 32U); }
-    std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
+    INSONIFY_LAZY std::uint32_t cell(std::size_t place) const {
+        return static_cast<std::uint32_t>(keys_[place] >> 32U);
+    }
+    INSONIFY_LAZY std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
   private:
     struct alignas(16) centre {
@@ -6235,7 +6306,7 @@ class morton_order {
     }
 
     // The bits of x, y and z by turns; two zeros come between each coordinate's own.
-    static std::uint32_t cell_at(const lanes<4>& place) {
+    INSONIFY_LAZY static std::uint32_t cell_at(const lanes<4>& place) {
         auto bits = bits_of_whole<4>(greater(lesser(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
         bits = (bits | bits << 16) & 0x30000FFU;
         bits = (bits | bits << 8) & 0x300F00FU;
@@ -6379,7 +6450,7 @@ struct sah_plane {
 /// What lies in each bin along each axis.
 class sah_bins {
   public:
-    explicit sah_bins(const sah_grid& grid) : bins_{grid.bins} {
+    INSONIFY_LAZY explicit sah_bins(const sah_grid& grid) : bins_{grid.bins} {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < bins_; ++k) {
                 box_[axis][k] = build_box::none();
@@ -6388,7 +6459,7 @@ class sah_bins {
     }
 
     /// Adds boxes, and writes down which bins they fall into, so that those who move them agree.
-    void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
+    INSONIFY_LAZY void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
         const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale);
         const lanes<4> last(static_cast<float>(bins_ - 1)), first(0.0F);
         for (std::size_t i = 0; i < count; ++i) {
@@ -6405,7 +6476,7 @@ class sah_bins {
         }
     }
 
-    void add(const sah_bins& other) {
+    INSONIFY_LAZY void add(const sah_bins& other) {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < bins_; ++k) {
                 box_[axis][k].add(other.box_[axis][k]);
@@ -6413,12 +6484,12 @@ class sah_bins {
             }
     }
 
-    std::size_t count_below(const sah_plane& plane) const {
+    INSONIFY_LAZY std::size_t count_below(const sah_plane& plane) const {
         std::size_t count = 0;
         for (std::uint32_t k = 0; k < plane.bin; ++k) count += count_[plane.axis][k];
         return count;
     }
-    build_box box_of(const sah_plane& plane, bool above) const {
+    INSONIFY_LAZY build_box box_of(const sah_plane& plane, bool above) const {
         build_box whole = build_box::none();
         const int begin = above ? static_cast<int>(plane.bin) : 0, end = above ? bins_ : static_cast<int>(plane.bin);
         for (int k = begin; k < end; ++k) whole.add(box_[plane.axis][k]);
@@ -6709,7 +6780,7 @@ struct bvh_statistics {
     std::size_t leaves = 0;     ///< with up to `Width` primitives each
     std::uint32_t levels = 0;   ///< nodes on the longest way down
     double cost = 0;            ///< expected nodes and leaves visited by a random ray that meets the whole
-    std::size_t bytes = 0;      ///< of all arrays: about 61 a triangle, and 68 more while it is built
+    std::size_t bytes = 0;      ///< of all arrays: about 64 a triangle; while it is built, 85
 };
 
 /// What an update did.
@@ -6741,8 +6812,9 @@ class bvh_storage {
     /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
     /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
     ///
-    /// Counted in refits, a rebuild by `build_sah` costs about 10, by `build_morton` about 5; the latter's trees are
-    /// about 1.1 times as dear. So the former pays where it lasts: spread over 16 updates it costs half a refit each.
+    /// Counted in refits, a rebuild by `build_sah` costs about 10, by `build_morton` about 3; the latter's trees are
+    /// about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16 updates it costs half a
+    /// refit each.
     /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,
     /// because it was not finite, has become so. Where there is no memory for the former, refitting must do.
     /// @throws geometry_error  where the number of primitives has changed
@@ -6853,7 +6925,8 @@ struct mesh_view {
     INSONIFY_FN mesh_view(view<const vec3> vertex_positions, view<const uvec3> corner_indices)
         : positions{vertex_positions}, faces{corner_indices} {}
     /// Of a mesh, which must outlive it.
-    mesh_view(const mesh& m) : positions{m.positions}, faces{m.faces} {}
+    mesh_view(const mesh& m)
+        : positions{m.positions.data(), m.positions.size()}, faces{m.faces.data(), m.faces.size()} {}
 
     /// Triangles.
     INSONIFY_FN std::size_t size() const { return faces.size(); }
@@ -6877,7 +6950,7 @@ INSONIFY_LAZY void check_faces(const mesh_view& m, const std::string& named) {
 
 /// What a closed mesh encloses, m^3; negative where its faces look inwards. By the divergence theorem, in double,
 /// measured from a vertex, so that it does not drown in rounding far from the origin.
-inline double enclosed_volume(const mesh_view& m) {
+INSONIFY_LAZY double enclosed_volume(const mesh_view& m) {
     double volume = 0;
     for (std::size_t i = 0; i < m.size(); ++i) {
         const triangle t = m[i];
@@ -7045,7 +7118,7 @@ class face_groups {
     static constexpr std::size_t size = 64; ///< faces in each but the last
 
     face_groups() = default;
-    explicit face_groups(const mesh_view& surface) : end_((surface.faces.size() + size - 1) / size) {
+    INSONIFY_LAZY explicit face_groups(const mesh_view& surface) : end_((surface.faces.size() + size - 1) / size) {
         std::vector<std::uint32_t> last_group(surface.positions.size(), ~0U);
         vertices_.reserve(surface.faces.size());
         for (std::size_t i = 0; i < surface.faces.size(); ++i) {
@@ -7060,20 +7133,20 @@ class face_groups {
         vertices_.shrink_to_fit();
     }
 
-    bool empty() const { return end_.empty(); }
+    INSONIFY_LAZY bool empty() const { return end_.empty(); }
 
     /// How many groups there are.
-    std::size_t count() const { return end_.size(); }
+    INSONIFY_LAZY std::size_t count() const { return end_.size(); }
 
     /// The vertices of a group, each once.
-    view<const std::uint32_t> operator[](std::size_t group) const {
+    INSONIFY_LAZY view<const std::uint32_t> operator[](std::size_t group) const {
         const std::size_t begin = group == 0 ? 0 : end_[group - 1];
         return {vertices_.data() + begin, end_[group] - begin};
     }
 
   private:
-    std::vector<std::size_t> end_{};
-    std::vector<std::uint32_t> vertices_{};
+    std::vector<std::size_t> end_;
+    std::vector<std::uint32_t> vertices_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -7097,7 +7170,7 @@ struct object_settings {
 struct object {
     object_id id{};                 ///< in its scene
     std::string name{};             ///< may be empty, need not be the only one
-    mesh surface{};                 ///< in the object's own coordinates
+    mesh surface;                   ///< in the object's own coordinates
     medium inside{};                ///< what fills it
     pose at{};                      ///< object to world
     int priority = 0;               ///< the highest counts
@@ -7109,20 +7182,20 @@ struct object {
     bool tree_follows = false;      ///< the tree fits the positions: rays can be traced
     aabb local_box{};               ///< in its own coordinates, as built or updated
     aabb box{};                     ///< in the world
-    bvh_storage<mesh_view> tree{};  ///< in its own coordinates
-    face_groups groups{};           ///< where the tree waits
+    bvh_storage<mesh_view> tree;    ///< in its own coordinates
+    face_groups groups;             ///< where the tree waits
 
     /// The tree over its surface, for rays in its own coordinates; good until the scene changes.
-    bvh_view<mesh_view> tree_view() const { return tree.view_of(mesh_view{surface}); }
+    INSONIFY_LAZY bvh_view<mesh_view> tree_view() const { return tree.view_of(mesh_view{surface}); }
 
     /// The ray in the object's own coordinates; distances along it stay.
-    ray local(const ray& r) const {
+    INSONIFY_LAZY ray local(const ray& r) const {
         return {at.local_point(r.origin), at.local_direction(r.direction), r.min_distance, r.max_distance};
     }
 };
 
 /// A box in the world around a box of the object, with room for the rounding of rays that are taken there and back.
-inline aabb placed_box(const aabb& local, const pose& at) {
+INSONIFY_LAZY aabb placed_box(const aabb& local, const pose& at) {
     if (local.empty()) return {};
     const vec3 centre = at.point(local.centre()), half = 0.5F * local.size();
     const mat3& r = at.rotation;
@@ -7204,14 +7277,14 @@ enum class trees {
 class scene {
   public:
     /// @throws usage_error  for a background that is none: see `is_valid`
-    explicit scene(const medium& background = medium{}) : background_{background} {
+    INSONIFY_LAZY explicit scene(const medium& background = medium{}) : background_{background} {
         if (!is_valid(background)) throw usage_error{"scene: the background needs a density and a sound speed above 0"};
     }
 
     /// Takes over a closed surface. Call `build` before tracing.
     /// @throws geometry_error  for faces that name no vertex, vertices that are not finite, a pose that is not rigid
     /// @throws usage_error     for a medium that is none
-    object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
+    INSONIFY_LAZY object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
         const std::string named = "object '" + settings.name + "': ";
         if (!is_valid(inside)) throw usage_error{named + "its medium needs a density and a sound speed above 0"};
         if (!is_rigid(settings.at)) throw geometry_error{named + "its pose is no rigid motion; scale the mesh instead"};
@@ -7221,12 +7294,13 @@ class scene {
                 throw geometry_error{named + "vertex " + std::to_string(i) +
                                      " is not finite; repair the mesh (`validate` tells more)"};
         const object_id id{next_id_};
-        objects_.push_back({.id = id,
-                            .name = std::move(settings.name),
-                            .surface = std::move(surface),
-                            .inside = inside,
-                            .at = settings.at,
-                            .priority = settings.priority});
+        object& one = objects_.emplace_back();
+        one.id = id;
+        one.name = std::move(settings.name);
+        one.surface = std::move(surface);
+        one.inside = inside;
+        one.at = settings.at;
+        one.priority = settings.priority;
         ++next_id_;
         built_ = false;
         return id;
@@ -7244,10 +7318,13 @@ class scene {
     INSONIFY_LAZY std::span<vec3> positions(object_id id) {
         object& one = object_of(id);
         one.moved = true;
-        return one.surface.positions;
+        return {one.surface.positions.data(), one.surface.positions.size()};
     }
     /// The same to be read. @throws usage_error  for an unknown id
-    std::span<const vec3> positions(object_id id) const { return object_of(id).surface.positions; }
+    INSONIFY_LAZY std::span<const vec3> positions(object_id id) const {
+        const object& one = object_of(id);
+        return {one.surface.positions.data(), one.surface.positions.size()};
+    }
 
     /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
     /// @throws usage_error  for an unknown id  @throws geometry_error  for a pose that is not rigid
@@ -7338,7 +7415,7 @@ class scene {
     const std::vector<object>& objects() const { return objects_; }
 
     /// @throws usage_error  for an unknown id
-    const object& operator[](object_id id) const { return object_of(id); }
+    INSONIFY_LAZY const object& operator[](object_id id) const { return object_of(id); }
 
     /// The first object of this name, if there is one.
     INSONIFY_LAZY std::optional<object_id> find(std::string_view name) const {
@@ -7348,13 +7425,13 @@ class scene {
     }
 
     /// The different media, the background first; as built.
-    view<const medium> media() const { return media_; }
+    INSONIFY_LAZY view<const medium> media() const { return {media_.data(), media_.size()}; }
 
     /// Where the background (the world itself) and then the objects are, in the order of `objects`; as built or placed.
-    view<const pose> places() const { return places_; }
+    INSONIFY_LAZY view<const pose> places() const { return {places_.data(), places_.size()}; }
 
     /// The object of this rank; as built.
-    const object& ranked(std::uint32_t rank) const { return objects_[by_rank_[rank]]; }
+    INSONIFY_LAZY const object& ranked(std::uint32_t rank) const { return objects_[by_rank_[rank]]; }
 
     /// The box around all objects, in the world; as built or updated.
     INSONIFY_LAZY aabb box() const {
@@ -7384,8 +7461,8 @@ class scene {
   private:
     // What is made of an object's faces: a tree or, where that waits, groups.
     struct structures {
-        bvh_storage<mesh_view> tree{};
-        face_groups groups{};
+        bvh_storage<mesh_view> tree;
+        face_groups groups;
     };
     template <class Policy>
     static structures structures_over(const Policy& policy, const object& one, trees upkeep) {
@@ -7396,7 +7473,7 @@ class scene {
             made.groups = face_groups{mesh_view{one.surface}};
         return made;
     }
-    static void install(object& one, structures&& made, trees upkeep) {
+    INSONIFY_LAZY static void install(object& one, structures&& made, trees upkeep) {
         if (upkeep == trees::follow) {
             one.tree = std::move(made.tree);
             one.has_tree = true;
@@ -7437,10 +7514,10 @@ class scene {
     }
 
     medium background_;
-    std::vector<object> objects_{};
-    std::vector<medium> media_{};
-    std::vector<pose> places_{};
-    std::vector<std::uint32_t> by_rank_{};
+    std::vector<object> objects_;
+    std::vector<medium> media_;
+    std::vector<pose> places_;
+    std::vector<std::uint32_t> by_rank_;
     std::uint32_t next_id_ = 0;
     bool built_ = false;
 };
@@ -7454,7 +7531,7 @@ namespace insonify::inline INSONIFY_ABI {
 inline constexpr std::uint64_t most_samples = std::uint64_t{1} << 28U;
 
 /// No line is longer than so many wavelengths: the time to make texture grows with them, whatever the samples.
-inline constexpr float most_wavelengths = 1 << 20;
+inline constexpr float most_wavelengths = 1 << 24;
 
 /// What every tracer asks of its arguments before it starts.
 /// @return the number of samples along each line
@@ -7471,7 +7548,7 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
         throw usage_error{"trace: `depth` must be a number of metres, from 1 nm to 1000 km, such as 80_mm"};
     if (settings.depth * probe.frequency > most_wavelengths * display_speed)
         throw usage_error{"trace: a depth of " + std::to_string(settings.depth) +
-                          " m is more than a million wavelengths; give it in metres, such as 80_mm"};
+                          " m is more than 2^24 wavelengths; give it in metres, such as 80_mm"};
     const std::uint32_t samples =
         settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency);
     if (std::uint64_t{samples} * probe.lines > most_samples)
@@ -7508,13 +7585,13 @@ class media_stack {
     static constexpr std::uint32_t none = ~0U; ///< rank of the background
 
     /// In none of so many objects.
-    void clear(std::size_t objects) { words_.assign((objects + 63) / 64, 0); }
+    INSONIFY_LAZY void clear(std::size_t objects) { words_.assign((objects + 63) / 64, 0); }
 
     /// The point crosses the surface of this object.
-    void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
+    INSONIFY_LAZY void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
 
     /// Whether the point is in this object.
-    bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
+    INSONIFY_LAZY bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
 
     /// Rank of the object whose medium counts; `none` outside all.
     INSONIFY_LAZY std::uint32_t top() const {
@@ -7525,7 +7602,7 @@ class media_stack {
     }
 
   private:
-    std::vector<std::uint64_t> words_{};
+    std::vector<std::uint64_t> words_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -7554,12 +7631,12 @@ struct crossing {
 
 /// What the search along one line fills, kept from line to line so that it allocates once.
 struct line_crossings {
-    std::vector<crossing> crossings{}; ///< ascending
-    media_stack inside{};              ///< the objects around the origin of the line
+    std::vector<crossing> crossings; ///< ascending
+    media_stack inside;              ///< the objects around the origin of the line
 };
 
 /// True where the ray, from its origin to `reach`, may touch the box; never false where it does.
-inline bool may_touch(const aabb& box, const ray& r, float reach) {
+INSONIFY_LAZY bool may_touch(const aabb& box, const ray& r, float reach) {
     float in = 0, out = reach;
     for (int axis = 0; axis < 3; ++axis) {
         const float inverse = std::fabs(r.direction[axis]) > 1e-30F ? 1 / r.direction[axis] : 1e30F;
@@ -7598,13 +7675,11 @@ struct surface_incidence {
 };
 /// How a line meets a face; head on where the face has no area.
 INSONIFY_LAZY surface_incidence incidence_on(const object& one, std::uint32_t face, const line_frame& line) {
-    const vec3 normal = area_vector(mesh_view{one.surface}[face]);
-    const float size = length(normal);
-    if (!(size > 0)) return {};
     const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
+    const vec3 normal = unit_normal(mesh_view{one.surface}[face], -along);
     const float facing = std::fabs(dot(normal, along));
     return {
-        .cosine = lesser(facing / size, 1.0F),
+        .cosine = lesser(facing, 1.0F),
         .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)}};
 }
 
@@ -7689,7 +7764,7 @@ struct slice_frame {
     slice_frame() = default;
 
     /// @param offsets  heights of the slices in the caller's order, `most` at most
-    slice_frame(const pose& at, view<const float> offsets)
+    INSONIFY_LAZY slice_frame(const pose& at, view<const float> offsets)
         : origin{at.translation}, across{at.rotation[0]}, elevation{at.rotation[1]}, along{at.rotation[2]},
           count{static_cast<std::uint32_t>(offsets.size())} {
         for (std::uint32_t i = 0; i < count; ++i) { // sorted in where it belongs
@@ -7704,7 +7779,7 @@ struct slice_frame {
     }
 
     /// The same slices as an object sees them that stands in the world as `at` says.
-    slice_frame local(const pose& at) const {
+    INSONIFY_LAZY slice_frame local(const pose& at) const {
         slice_frame l = *this;
         l.origin = at.local_point(origin);
         l.across = at.local_direction(across);
@@ -7714,12 +7789,14 @@ struct slice_frame {
     }
 
     /// Every copy of a point gets the very same result, also among others in SIMD.
-    float height_of(vec3 p) const { return height_of(p.x, p.y, p.z); }
+    INSONIFY_LAZY float height_of(vec3 p) const { return height_of(p.x, p.y, p.z); }
     template <class Float>
     INSONIFY_INLINE Float height_of(const Float& x, const Float& y, const Float& z) const {
         return component(elevation, x, y, z);
     }
-    vec2 place_of(vec3 p) const { return {component(across, p.x, p.y, p.z), component(along, p.x, p.y, p.z)}; }
+    INSONIFY_LAZY vec2 place_of(vec3 p) const {
+        return {component(across, p.x, p.y, p.z), component(along, p.x, p.y, p.z)};
+    }
 
     std::uint32_t level_of(float point_height) const {
         std::uint32_t level = 0;
@@ -7748,7 +7825,7 @@ struct cut_corner {
     float height = 0;
     vec2 place{0, 0};
 };
-inline vec2 cut_edge(const cut_corner& below, const cut_corner& above, float height) {
+INSONIFY_LAZY vec2 cut_edge(const cut_corner& below, const cut_corner& above, float height) {
     const float rise = above.height - below.height;
     const float share = rise > 0 ? clamped((height - below.height) / rise, 0, 1) : 0.0F;
     return {multiply_add(share, above.place.x - below.place.x, below.place.x),
@@ -7841,22 +7918,24 @@ class line_fan {
         return find_apex() && turn_upright() && number_gaps();
     }
 
-    std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
-    const line& operator[](std::size_t i) const { return lines_[i]; }
+    INSONIFY_LAZY std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
+    INSONIFY_LAZY const line& operator[](std::size_t i) const { return lines_[i]; }
 
     bool parallel() const { return parallel_; }
 
     /// Where the coordinates stand in the frame of the probe: x across and z along there are x and y here.
-    pose upright() const {
+    INSONIFY_LAZY pose upright() const {
         return {mat3{{axis_.y, 0, -axis_.x}, {0, 1, 0}, {axis_.x, 0, axis_.y}}, {apex_.x, 0, apex_.y}};
     }
 
     /// True where the fan spans less than half a circle: then no point to the left of its first line or to the right of
     /// its last is on any of its lines.
-    bool is_wedge() const { return parallel_ || (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F); }
+    INSONIFY_LAZY bool is_wedge() const {
+        return parallel_ || (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F);
+    }
 
     /// How many lines have the point on their right.
-    std::uint32_t gap(vec2 p) const {
+    INSONIFY_LAZY std::uint32_t gap(vec2 p) const {
         const float key = key_of(p);
         std::uint32_t i = first_in_bin_[bin_of(key)];
         while (i < keys_.size() && keys_[i] < key) ++i;
@@ -7913,7 +7992,7 @@ class line_fan {
 
     // Turns all coordinates so that the middle line, or the middle between two lines, runs along y: so no line runs straight
     // back, where keys jump.
-    bool turn_upright() {
+    INSONIFY_LAZY bool turn_upright() {
         const vec2 left = lines_[(lines_.size() - 1) / 2].along, right = lines_[lines_.size() / 2].along;
         const vec2 sum = left + right; // 0 for two lines that part in opposite directions
         axis_ = dot(sum, sum) > 1e-6F ? normalize(sum) : vec2{left.y, -left.x};
@@ -7937,7 +8016,7 @@ class line_fan {
         }
         return true;
     }
-    std::size_t bin_of(float key) const { // rises with the key, however it rounds; NaN is in the first
+    INSONIFY_LAZY std::size_t bin_of(float key) const { // rises with the key, however it rounds; NaN is in the first
         const float bin = greater(0.0F, (key - keys_.front()) * bins_per_key_);
         return static_cast<std::size_t>(lesser(static_cast<float>(first_in_bin_.size() - 1), bin));
     }
@@ -7958,9 +8037,9 @@ class line_fan {
 
     bool parallel_ = true;
     vec2 apex_{0, 0}, axis_{0, 1};
-    std::vector<line> lines_{};
-    std::vector<float> keys_{};
-    std::vector<std::uint32_t> first_in_bin_{};
+    std::vector<line> lines_;
+    std::vector<float> keys_;
+    std::vector<std::uint32_t> first_in_bin_;
     float bins_per_key_ = 0;
 };
 
@@ -7982,7 +8061,7 @@ struct slice_region {
     slice_region() = default;
 
     /// What lies between the first and the last line and before none of their origins, however far away.
-    slice_region(const slice_frame& slices, const line_fan& fan) : frame{slices} {
+    INSONIFY_LAZY slice_region(const slice_frame& slices, const line_fan& fan) : frame{slices} {
         if (!fan.is_wedge()) return;
         const auto &left = fan[0], &right = fan[fan.size() - 1];
         add_side({-left.along.y, left.along.x}, left.right({0, 0}));
@@ -7993,7 +8072,7 @@ struct slice_region {
     }
 
     /// The same, as far as lines of this length reach.
-    slice_region within(float reach, const line_fan& fan) const {
+    INSONIFY_LAZY slice_region within(float reach, const line_fan& fan) const {
         float furthest = -FLT_MAX;
         for (std::uint32_t i = 0; i < fan.size(); ++i)
             furthest = greater(furthest, fan[i].origin.y + reach * fan[i].along.y);
@@ -8002,12 +8081,12 @@ struct slice_region {
         return near_part;
     }
 
-    void add_side(vec2 outwards, float limit) {
+    INSONIFY_LAZY void add_side(vec2 outwards, float limit) {
         sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along, limit};
     }
 
     /// The same region as an object sees it that stands in the world as `at` says.
-    slice_region local(const pose& at) const {
+    INSONIFY_LAZY slice_region local(const pose& at) const {
         slice_region l = *this;
         l.frame = frame.local(at);
         for (region_side& s : l.sides) s.outwards = at.local_direction(s.outwards);
@@ -8045,7 +8124,7 @@ INSONIFY_INLINE std::uint32_t overlaps(const slice_region& region, const Lanes (
 }
 
 /// The same for one box.
-inline bool overlaps(const slice_region& region, const aabb& box) {
+INSONIFY_LAZY bool overlaps(const slice_region& region, const aabb& box) {
     using floats = lanes<simd_width>;
     const floats lower[3] = {floats(box.lower.x), floats(box.lower.y), floats(box.lower.z)};
     const floats upper[3] = {floats(box.upper.x), floats(box.upper.y), floats(box.upper.z)};
@@ -8060,7 +8139,7 @@ inline bool overlaps(const slice_region& region, const aabb& box) {
 namespace insonify::inline INSONIFY_ABI {
 
 /// The level of every point, a few at a time, by plain loops that the compiler turns into SIMD.
-inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
+INSONIFY_LAZY void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
     constexpr std::size_t few = 512;
     const slice_frame own = frame; // which nothing else writes into
     float height[few];
@@ -8297,10 +8376,10 @@ class slice_cut {
     }
 
     slice_region endless_{}, within_reach_{};
-    std::vector<part> vertex_parts_{}, face_parts_{};
-    std::vector<std::uint32_t> subtrees_{}, below_{};
-    std::vector<std::uint8_t> levels_{};
-    std::vector<std::vector<cut_segment>> found_{};
+    std::vector<part> vertex_parts_, face_parts_;
+    std::vector<std::uint32_t> subtrees_, below_;
+    std::vector<std::uint8_t> levels_;
+    std::vector<std::vector<cut_segment>> found_;
     std::size_t work_ = 0;
 };
 
@@ -8319,8 +8398,8 @@ class slice_lines {
 
     /// The segments of one block, by line and slice.
     struct block_segments {
-        std::vector<std::uint32_t> end{}; ///< of each line and slice, in `segments`
-        std::vector<const cut_segment*> segments{};
+        std::vector<std::uint32_t> end; ///< of each line and slice, in `segments`
+        std::vector<const cut_segment*> segments;
     };
 
     /// @return false where the lines are no `line_fan`: then nothing is found
@@ -8394,8 +8473,8 @@ class slice_lines {
     }
 
     /// The same as `find_crossings` for the ray that leaves `origin`, in the world, as this line of this slice.
-    void find(std::size_t line, std::size_t slice, vec3 origin, const block_segments& own,
-              line_crossings& found) const {
+    INSONIFY_LAZY void find(std::size_t line, std::size_t slice, vec3 origin, const block_segments& own,
+                            line_crossings& found) const {
         found.crossings.clear();
         found.inside.clear(body_->objects().size());
         const std::size_t slot = line % block * slices_ + slice;
@@ -8434,10 +8513,10 @@ class slice_lines {
     const scene* body_ = nullptr;
     std::size_t slices_ = 0;
     float reach_ = 0;
-    line_fan fan_{};
-    slice_cut cut_{};
-    std::vector<std::size_t> block_end_{};
-    std::vector<const cut_segment*> of_blocks_{};
+    line_fan fan_;
+    slice_cut cut_;
+    std::vector<std::size_t> block_end_;
+    std::vector<const cut_segment*> of_blocks_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -8456,12 +8535,12 @@ enum class search {
 struct line_workspace {
     /// What one thread works in.
     struct block {
-        line_crossings found{};                 ///< of the line at work
-        std::vector<layer> layers{};            ///< of the line at work
-        slice_lines::block_segments segments{}; ///< of the lines of the block
+        line_crossings found;                 ///< of the line at work
+        std::vector<layer> layers;            ///< of the line at work
+        slice_lines::block_segments segments; ///< of the lines of the block
     };
-    slice_lines slices{};        ///< cut of the scene
-    std::vector<block> blocks{}; ///< one for each block of lines
+    slice_lines slices;        ///< cut of the scene
+    std::vector<block> blocks; ///< one for each block of lines
 };
 
 /// Lines that one thread takes at a time.
@@ -8825,7 +8904,7 @@ struct convex_array {
     INSONIFY_FN float aperture() const { return radius * field_of_view; }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_array(*this);
         check_positive(radius, "radius");
         check_positive(field_of_view, "field_of_view");
@@ -8866,7 +8945,7 @@ struct linear_array {
     INSONIFY_FN float aperture() const { return width; }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_array(*this);
         check_positive(width, "width");
     }
@@ -8905,7 +8984,7 @@ struct phased_array {
     INSONIFY_FN float aperture() const { return width; }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_array(*this);
         check_positive(width, "width");
         check_positive(field_of_view, "field_of_view");
@@ -8995,7 +9074,7 @@ struct radial_array {
     INSONIFY_FN float aperture() const { return 2 * radius; }
 
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_array(*this);
         check_positive(radius, "radius");
     }
@@ -9126,13 +9205,13 @@ INSONIFY_LAZY mesh subdivide(const mesh& coarse) {
 }
 
 /// The same direction with length 1, however long or short it was.
-inline vec3 unit_along(vec3 direction) {
+INSONIFY_LAZY vec3 unit_along(vec3 direction) {
     const vec3 size = absolute(direction);
     return normalize(direction / greater(greater(size.x, size.y), size.z));
 }
 
 /// Some direction of length 1 across a direction of length 1: as far from parallel as an axis can be, made orthogonal.
-inline vec3 unit_across(vec3 direction) {
+INSONIFY_LAZY vec3 unit_across(vec3 direction) {
     const vec3 size = absolute(direction);
     const vec3 axis = size.x <= size.y && size.x <= size.z ? vec3{1, 0, 0}
                       : size.y <= size.z                   ? vec3{0, 1, 0}
@@ -9530,9 +9609,9 @@ class progressive {
     void reset() { frames_ = 0; }
 
   private:
-    pose at_{};
-    image picture_{};
-    std::vector<double> mean_{};
+    pose at_;
+    image picture_;
+    std::vector<double> mean_;
     std::uint32_t frames_ = 0;
 };
 
@@ -9550,7 +9629,7 @@ struct radial_blur_settings {
 
 /// The picture at a point given in pixel coordinates: bilinear between those of its neighbours that lie in the field of
 /// view, so that the background does not creep in; `otherwise` where none does.
-inline float pixel_in_field(const image& picture, const scan_map& map, vec2 at, float otherwise) {
+INSONIFY_LAZY float pixel_in_field(const image& picture, const scan_map& map, vec2 at, float otherwise) {
     const float left = std::floor(at.x - 0.5F);
     const float top = std::floor(at.y - 0.5F);
     float sum = 0;
@@ -9656,20 +9735,20 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A picture of labels: row by row from the top.
 struct label_image {
-    uvec2 size{0, 0};               ///< columns, rows
-    std::vector<label_id> pixels{}; ///< row by row
+    uvec2 size{0, 0};             ///< columns, rows
+    std::vector<label_id> pixels; ///< row by row
 
     label_image() = default;
     /// All pixels of one label.
-    explicit label_image(uvec2 columns_rows, label_id label = background_label)
+    INSONIFY_LAZY explicit label_image(uvec2 columns_rows, label_id label = background_label)
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, label) {}
 
     /// One pixel; neither index is checked.
     /// @{
-    label_id& operator()(std::uint32_t column, std::uint32_t row) {
+    INSONIFY_LAZY label_id& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
+    INSONIFY_LAZY const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     /// @}
@@ -10015,6 +10094,7 @@ INSONIFY_LAZY std::string shown(float metres) {
     return std::string{text} + unit;
 }
 
+/// An object by its name, or by its id where it has none.
 INSONIFY_LAZY std::string named(const object& one) {
     return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id))
                             : "object '" + one.name + "'";
@@ -10037,6 +10117,7 @@ struct line_survey {
     float behind = FLT_MAX;         ///< the same, backwards
     const object* around = nullptr; ///< that gives the medium where the middle line begins
 };
+/// Follows every line of a probe, which stands in the world as `at` says, both ways and without end.
 template <transducer Probe>
 line_survey survey(const scene& body, const Probe& probe, const pose& at) {
     line_survey found;
@@ -10226,12 +10307,12 @@ class persistence {
     }
 
     /// Forgets the past, so that the next frame stands alone: for changes that neither the pose nor the grid tells of.
-    void reset() { shown_ = {}; }
+    INSONIFY_LAZY void reset() { shown_ = {}; }
 
   private:
     float share_ = 0;
-    pose at_{};
-    scan_lines shown_{};
+    pose at_;
+    scan_lines shown_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -10312,7 +10393,9 @@ struct label_axis {
     insonify::grid grid = insonify::grid::geometric; ///< what a depth means
 
     /// Where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
-    std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
+    INSONIFY_LAZY std::uint32_t samples(float depth, float frequency) const {
+        return samples_for(depth, pulse{}.sigma_z(frequency));
+    }
 
     /// How far lines are to be followed, metres: where sound is fast, things below `depth` are displayed above it.
     INSONIFY_LAZY float reach(float depth, view<const medium> media) const {
@@ -10505,7 +10588,7 @@ class path_estimate {
     const iq_lines& mean() const { return mean_; }
 
     /// Of each sample's mean: standard deviation of the complex value over the root of the frames; 0 before two.
-    scan_lines standard_error() const {
+    INSONIFY_LAZY scan_lines standard_error() const {
         scan_lines error{mean_.count, mean_.samples, mean_.depth};
         if (frames_ > 1)
             for (std::size_t i = 0; i < squares_.size(); ++i)
@@ -10516,8 +10599,8 @@ class path_estimate {
 
   private:
     std::uint32_t frames_ = 0;
-    iq_lines mean_{};
-    std::vector<float> squares_{};
+    iq_lines mean_;
+    std::vector<float> squares_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -10663,7 +10746,8 @@ class path_tracer {
               const echo_line& echoes) {
         const object& one = body_.ranked(at.rank);
         const surface_incidence smooth = incidence_on(one, at.primitive, now.frame);
-        const vec3 smooth_normal = one.at.direction(normalize(area_vector(mesh_view{one.surface}[at.primitive])));
+        const vec3 smooth_normal = one.at.direction(
+            unit_normal(mesh_view{one.surface}[at.primitive], -one.at.local_direction(now.frame.along)));
         vec3 normal = smooth_normal;
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         if (settings_.samples > 0 && rms_height(before, after) > 0)
@@ -10738,12 +10822,12 @@ class path_tracer {
     const scene& body_;
     const model_type& model_;
     const path_settings& settings_;
-    traced_line line_{};
-    line_frame face_{};
+    traced_line line_;
+    line_frame face_;
     float fastest_ = display_speed;
     std::uint64_t random_ = 0;
-    line_crossings found_{};
-    std::vector<branch> waiting_{};
+    line_crossings found_;
+    std::vector<branch> waiting_;
 };
 
 /// Echoes with refraction, multiple reflections, mirror images and reverberation; else as `trace_beams`, and equal to it
@@ -10833,7 +10917,7 @@ struct orthographic_camera {
         return {.origin = at.point({share.x * extent.x, share.y * extent.y, 0}), .direction = at.direction({0, 0, 1})};
     }
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_camera(size, at);
         if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
             throw usage_error{"camera: `extent` must be two finite lengths in metres above 0"};
@@ -10854,7 +10938,7 @@ struct perspective_camera {
                 .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
     }
     /// @throws usage_error  naming the setting that makes no sense
-    void check() const {
+    INSONIFY_LAZY void check() const {
         check_camera(size, at);
         if (!(field_of_view > 0 && field_of_view < pi))
             throw usage_error{"camera: `field_of_view` must lie between 0 and 180 degrees, such as 60_deg"};
@@ -10900,11 +10984,11 @@ INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, floa
 class pixel_tracer {
   public:
     /// Refers to scene and model: keep them. @param frequency  hertz
-    pixel_tracer(const scene& body, const law2011& model, float frequency)
+    INSONIFY_LAZY pixel_tracer(const scene& body, const law2011& model, float frequency)
         : body_{body}, model_{model}, frequency_{frequency} {}
 
     /// Intensity at `depth` metres along a beam in the world.
-    float operator()(const ray& line, float depth) {
+    INSONIFY_LAZY float operator()(const ray& line, float depth) {
         find_pixel_crossings(body_, line, depth, model_.reflection_length, found_);
         stack_layers(body_, {.origin = line.origin, .along = line.direction}, depth + model_.reflection_length, found_,
                      layers_, angles::skip);
@@ -10915,8 +10999,8 @@ class pixel_tracer {
     const scene& body_;
     const law2011& model_;
     float frequency_;
-    line_crossings found_{};
-    std::vector<layer> layers_{};
+    line_crossings found_;
+    std::vector<layer> layers_;
 };
 
 /// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace_beams`, within rounding.

@@ -36,6 +36,8 @@ TEST_CASE("the closed form is the product of the spectra, integrated") {
         with += spectrum * std::exp(-beta * f);
         centre += f * spectrum * std::exp(-beta * f);
     }
+    CHECK(broadband_echo{}.loss_db == 0);
+    CHECK(broadband_echo{}.frequency == 0);
     const broadband_echo found = attenuated(20, 5_MHz, 0.6F);
     CHECK(static_cast<double>(found.loss_db) == doctest::Approx(-20 * std::log10(with / without)).epsilon(1e-4));
     CHECK(static_cast<double>(found.frequency) == doctest::Approx(centre / with).epsilon(1e-4));

@@ -44,9 +44,14 @@ aabb box_below(const topology<width>& tree, const mesh_view& surface, std::uint3
 
 TEST_CASE("after a refit every box is the smallest around what is below it, and the figures of the tree are theirs") {
     using refit_test::width;
-    for (const std::uint32_t subdivisions : {0U, 1U, 3U, 5U})
+    for (const std::uint32_t subdivisions : {0U, 1U, 3U, 5U, 6U})
         for (std::uint64_t seed = 0; seed < 3; ++seed) {
             mesh m = make_sphere({0, 0, 0}, 1, subdivisions);
+            if (seed == 1) { // far away one by itself, a leaf right below the root
+                const auto first = static_cast<std::uint32_t>(m.positions.size());
+                for (const vec3& p : {vec3{900, 0, 0}, vec3{901, 0, 0}, vec3{900, 1, 0}}) m.positions.push_back(p);
+                m.faces.push_back({first, first + 1, first + 2});
+            }
             topology<width> tree = build_sah{}.operator()<width>(exec::par, mesh_view{m});
             tree_shape<mesh_view, width> shape;
             for (std::size_t i = 0; i < m.positions.size(); ++i)
@@ -65,4 +70,15 @@ TEST_CASE("after a refit every box is the smallest around what is below it, and 
                 for (int axis = 0; axis < 3; ++axis) farthest = greater(farthest, std::fabs(p[axis]));
             CHECK(shape.reach == farthest);
         }
+}
+
+TEST_CASE("an empty tree has no size and no cost") {
+    const mesh nothing;
+    topology<simd_width> tree = build_sah{}.operator()<simd_width>(exec::seq, mesh_view{nothing});
+    tree_shape<mesh_view, simd_width> shape;
+    refit(exec::seq, tree, mesh_view{nothing}, shape);
+    CHECK(shape.box.empty());
+    CHECK(shape.reach == 0);
+    CHECK(shape.leaf_size == 0);
+    CHECK(shape.cost == 0);
 }

@@ -24,3 +24,14 @@ TEST_CASE("the object of lowest rank that contains the point gives the medium, w
         CHECK(stack.top() == media_stack::none);
     }
 }
+
+TEST_CASE("an object alone on the stack gives the medium, whatever its rank") {
+    media_stack stack;
+    stack.clear(200);
+    for (std::uint32_t rank = 0; rank < 200; ++rank) {
+        stack.toggle(rank);
+        CHECK(stack.top() == rank);
+        stack.toggle(rank);
+        CHECK(stack.top() == media_stack::none);
+    }
+}

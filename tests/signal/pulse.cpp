@@ -57,6 +57,8 @@ TEST_CASE("pulse: a burst's envelope is a box smoothed by the ring's Gaussian, o
 TEST_CASE("pulse: it reaches four deviations of the ring beyond the ends of the burst") {
     const float sigma = pulse{}.sigma_z(5_MHz), cycle = 1540 / 2.0F / 5_MHz;
     CHECK(pulse{}.burst == 0);
+    CHECK(pulse_envelope{}.sigma == 1); // by itself the Gaussian of deviation 1
+    CHECK(pulse_envelope{}.burst == 0);
     CHECK(pulse{}.envelope(5_MHz).reach() == doctest::Approx(4 * sigma));
     CHECK(pulse{.burst = 3}.envelope(5_MHz).reach() == doctest::Approx(4 * sigma + 1.5F * cycle));
     CHECK(pulse_envelope{.sigma = 1, .burst = 0.012F}(1) == doctest::Approx(std::exp(-0.5)).epsilon(1e-4));

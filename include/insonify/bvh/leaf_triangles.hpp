@@ -27,8 +27,13 @@ struct triangle_hits {
 
     /// Along the ray; of those that are certain.
     INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
-        const lanes<N> share = lanes<N>(1.0F) / (u + v + w); // first, lest large numbers overflow, or small ones vanish
-        return multiply_add(u * share, t.z[0], multiply_add(v * share, t.z[1], w * share * t.z[2])) * scale;
+        // First, lest large numbers overflow, or small ones vanish. The others divide by 1: their sum may be 0.
+        const lanes<N> one(1.0F), share = one / select(certain, u + v + w, one);
+        lanes<N> shares[3] = {u * share, v * share, w * share};
+#if defined(__FAST_MATH__) && !defined(__CUDACC__)
+        asm("" : "+m"(shares)); // or the compiler changes the order back
+#endif
+        return multiply_add(shares[0], t.z[0], multiply_add(shares[1], t.z[1], shares[2] * t.z[2])) * scale;
     }
 };
 
@@ -159,7 +164,7 @@ struct alignas(64) leaf<Range, Width> {
                 store(distance, exact);
                 for (; doubtful != 0; doubtful &= doubtful - 1) {
                     const std::uint32_t k = lowest_bit(doubtful);
-                    exact[k] = intersect(sheared_ray{p.rays[k]}, corners(i)).distance;
+                    exact[k] = intersect(p[k], corners(i)).distance;
                 }
                 distance = load<Width>(exact);
             }

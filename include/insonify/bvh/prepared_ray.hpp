@@ -6,6 +6,24 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// False for NaN; reads the bits, so that it holds under -ffast-math too.
+INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
+    return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
+}
+
+/// A direction without what is too little to be divided by.
+INSONIFY_FN INSONIFY_INLINE vec3 settled(vec3 direction) {
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(std::fabs(direction[axis]) > 1e-30F)) direction[axis] = 0;
+    return direction;
+}
+
+/// Whether a ray may meet anything: it is finite but for its limits, which are numbers, and has a direction.
+INSONIFY_FN INSONIFY_INLINE bool is_legal(const ray& r) {
+    return is_finite(r.origin) && is_finite(r.direction) && is_number(r.min_distance) && is_number(r.max_distance) &&
+           settled(r.direction) != vec3{0, 0, 0};
+}
+
 /// A ray with what every box and triangle asks of it worked out once.
 ///
 /// It meets the side of a box that stands at s along an axis at the distance s * inverse + entry (or + exit). `entry`
@@ -26,27 +44,28 @@ struct prepared_ray {
     ray source{};
     slab slabs[3]{};
     sheared_ray sheared{};
-    bool legal = false; ///< finite, with a direction; a ray that is not meets nothing
+    bool legal = false; ///< a ray that is not meets nothing
 
     /// @param reach  no coordinate of a box is further from 0
     INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
         source = r;
-        vec3& along = source.direction;
+        legal = is_legal(r);
+        if (!legal) return;
+        source.direction = settled(r.direction);
+        const vec3 along = source.direction;
         const vec3 from = absolute(r.origin), size = absolute(along);
         const float extent = from.x + from.y + from.z + reach, longest = greater(size.x, greater(size.y, size.z));
         slabs[0] = slab_of(0, r.origin.x, along.x, reach, extent, longest);
         slabs[1] = slab_of(1, r.origin.y, along.y, reach, extent, longest);
         slabs[2] = slab_of(2, r.origin.z, along.z, reach, extent, longest);
-        legal = is_finite(r.origin) && is_finite(r.direction) && along != vec3{0, 0, 0};
-        if (legal) sheared = sheared_ray{source};
+        sheared = sheared_ray{source};
     }
 
   private:
     // `extent / longest` is further than any hit.
-    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float& along, float reach,
+    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float along, float reach,
                                                     float extent, float longest) {
-        const bool moves = std::fabs(along) > 1e-30F;
-        if (!moves) along = 0;
+        const bool moves = along != 0;
         slab s;
         const std::uint32_t backwards = along < 0 ? 1 : 0;
         s.entry_row = tree_node<Width>::row(backwards, axis);

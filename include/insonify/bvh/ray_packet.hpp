@@ -1,8 +1,8 @@
 #ifndef INSONIFY_BVH_RAY_PACKET_HPP
 #define INSONIFY_BVH_RAY_PACKET_HPP
 
-#include <insonify/bvh/node.hpp>
-#include <insonify/geometry/triangle.hpp>
+#include <insonify/bvh/prepared_ray.hpp>
+#include <insonify/execution/simd_bits.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -41,22 +41,22 @@ struct ray_packet {
     alignas(32) float shear[3][N];
     alignas(32) float min_distance[N];
     alignas(32) float limit[N]; ///< what a hit must not be beyond; below 0: this ray is done
-    const ray* rays = nullptr;
 
     /// Takes N rays. @return whether they go together; else ask them one by one
     ///
-    /// They do where they are finite, have the same longest axis, go the same way, begin at 0 or later, and where they
-    /// leave the tree make a row no longer than 16 of its leaves and no wider than 2. Measured: there a packet takes
-    /// 0.4 to 1 of the time of single rays; in wider ones, rays that meet nothing together wait for one another.
+    /// They do where they are legal, have the same longest axis, go the same way, begin at 0 or later, and where they
+    /// leave the tree make a row no longer than 16 of its leaves and no wider than 2. In longer or wider ones, rays that
+    /// meet nothing together wait for one another.
     /// @param reach      no coordinate of a box is further from 0
     /// @param leaf_size  how wide a leaf is
     bool prepare(const ray* first, float reach, float leaf_size) {
         using floats = lanes<N>;
-        rays = first;
+        if (!is_legal(first[0])) return false;
         const sheared_ray lead{first[0]};
         axes[0] = lead.x, axes[1] = lead.y, axes[2] = lead.z;
         forward = lead.shear.z < 0 ? -1.0F : 1.0F;
-        alignas(32) float from[3][N], along[3][N];
+        alignas(32) float from[3][N], along[3][N], inverse[N];
+        bool numbers = true;
         for (int i = 0; i < N; ++i) {
             const ray& r = first[i];
             from[0][i] = r.origin.x;
@@ -67,18 +67,28 @@ struct ray_packet {
             along[2][i] = r.direction.z;
             min_distance[i] = r.min_distance;
             limit[i] = r.max_distance;
+            numbers = numbers && is_number(r.min_distance) && is_number(r.max_distance);
+            const float forth = along[lead.z][i]; // divided one by one: -ffast-math divides several less precisely
+            inverse[i] = 1 / (forth != 0 ? forth : 1.0F);
         }
-        const floats size[3] = {absolute(load<N>(along[0])), absolute(load<N>(along[1])), absolute(load<N>(along[2]))};
-        const floats most(FLT_MAX), z = load<N>(along[lead.z]), scale = floats(1.0F) / z;
+        if (!numbers) return false;
+        bit_lanes<N> wild{};
+        floats size[3];
+        for (int k = 0; k < 3; ++k) {
+            wild = wild | not_finite<N>(load<N>(from[k])) | not_finite<N>(load<N>(along[k]));
+            size[k] = absolute(load<N>(along[k]));
+        }
+        const floats z = load<N>(along[lead.z]), scale = load<N>(inverse);
         // The axis that sheared_ray chooses, ties included.
         const auto longest = lead.z == 0   ? size[1] < size[0] && size[2] < size[0]
                              : lead.z == 1 ? size[0] <= size[1] && size[2] < size[1]
                                            : size[0] <= size[2] && size[1] <= size[2];
-        auto together = longest && floats(0.0F) < floats(forward) * z && floats(0.0F) <= load<N>(min_distance);
+        const auto together = longest && floats(1e-30F) < floats(forward) * z &&
+                              floats(0.0F) <= load<N>(min_distance) && floats(0.0F) <= floats_of<N>(wild);
         for (int k = 0; k < 3; ++k) {
-            together = together && size[k] <= most && absolute(load<N>(from[k])) <= most;
             store(load<N>(from[axes[k]]), origin[k]);
-            store(k < 2 ? load<N>(along[axes[k]]) * scale : scale, shear[k]);
+            const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), load<N>(along[axes[k]]));
+            store(k < 2 ? settled * scale : scale, shear[k]);
         }
         constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
         return bits_of(together) == all && enclose(reach, leaf_size) && shorten();
@@ -91,6 +101,15 @@ struct ray_packet {
         const floats last = multiply_add(most, lengths, floats(forward) * load<N>(origin[2]));
         end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
         return end >= begin;
+    }
+
+    /// One of the rays.
+    sheared_ray operator[](std::uint32_t k) const {
+        sheared_ray one;
+        one.begin = {origin[0][k], origin[1][k], origin[2][k]};
+        one.x = axes[0], one.y = axes[1], one.z = axes[2];
+        one.shear = {shear[0][k], shear[1][k], shear[2][k]};
+        return one;
     }
 
   private:

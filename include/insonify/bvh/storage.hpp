@@ -19,7 +19,7 @@ struct bvh_statistics {
     std::size_t leaves = 0;     ///< with up to `Width` primitives each
     std::uint32_t levels = 0;   ///< nodes on the longest way down
     double cost = 0;            ///< expected nodes and leaves visited by a random ray that meets the whole
-    std::size_t bytes = 0;      ///< of all arrays: about 61 a triangle, and 68 more while it is built
+    std::size_t bytes = 0;      ///< of all arrays: about 64 a triangle; while it is built, 85
 };
 
 /// What an update did.
@@ -51,8 +51,9 @@ class bvh_storage {
     /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
     /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
     ///
-    /// Counted in refits, a rebuild by `build_sah` costs about 10, by `build_morton` about 5; the latter's trees are
-    /// about 1.1 times as dear. So the former pays where it lasts: spread over 16 updates it costs half a refit each.
+    /// Counted in refits, a rebuild by `build_sah` costs about 10, by `build_morton` about 3; the latter's trees are
+    /// about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16 updates it costs half a
+    /// refit each.
     /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,
     /// because it was not finite, has become so. Where there is no memory for the former, refitting must do.
     /// @throws geometry_error  where the number of primitives has changed

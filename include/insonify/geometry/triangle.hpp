@@ -27,7 +27,7 @@ INSONIFY_FN inline vec3 area_vector(const triangle& t) { return cross(t.b - t.a,
 INSONIFY_FN inline vec3 unit_normal(const triangle& t, vec3 otherwise) {
     const vec3 area = area_vector(t);
     const float size = length(area);
-    return size > 0 && is_finite(size) ? area / size : otherwise;
+    return size > 0 && is_finite(size) ? normalize(area) : otherwise;
 }
 
 /// A ray prepared for triangles: the shear that makes it the z axis, so that a triangle is tested in two dimensions.

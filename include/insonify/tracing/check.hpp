@@ -12,7 +12,7 @@ namespace insonify::inline INSONIFY_ABI {
 inline constexpr std::uint64_t most_samples = std::uint64_t{1} << 28U;
 
 /// No line is longer than so many wavelengths: the time to make texture grows with them, whatever the samples.
-inline constexpr float most_wavelengths = 1 << 20;
+inline constexpr float most_wavelengths = 1 << 24;
 
 /// What every tracer asks of its arguments before it starts.
 /// @return the number of samples along each line
@@ -29,7 +29,7 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
         throw usage_error{"trace: `depth` must be a number of metres, from 1 nm to 1000 km, such as 80_mm"};
     if (settings.depth * probe.frequency > most_wavelengths * display_speed)
         throw usage_error{"trace: a depth of " + std::to_string(settings.depth) +
-                          " m is more than a million wavelengths; give it in metres, such as 80_mm"};
+                          " m is more than 2^24 wavelengths; give it in metres, such as 80_mm"};
     const std::uint32_t samples =
         settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency);
     if (std::uint64_t{samples} * probe.lines > most_samples)

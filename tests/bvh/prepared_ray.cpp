@@ -1,0 +1,105 @@
+#include <insonify/bvh/bvh.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <doctest/doctest.h>
+#include <limits>
+
+using namespace insonify;
+
+namespace prepared_ray_test {
+namespace {
+
+mesh scaled(const mesh& m, int exponent) {
+    mesh result = m;
+    for (vec3& p : result.positions)
+        for (int axis = 0; axis < 3; ++axis) p[axis] = std::ldexp(p[axis], exponent);
+    return result;
+}
+
+ray scaled(const ray& r, int exponent) {
+    ray result = r;
+    for (int axis = 0; axis < 3; ++axis) result.origin[axis] = std::ldexp(r.origin[axis], exponent);
+    return result;
+}
+
+// Rows of rays that diverge from a place before the mesh, so that they go in packets.
+std::vector<ray> rows(std::size_t count) {
+    std::vector<ray> rays;
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const std::uint64_t row = i / simd_width;
+        rays.push_back({.origin = {0.2F * hash_uniform(1, row), 0.2F * hash_uniform(2, row), -1},
+                        .direction = {hash_uniform(3, row) - 0.5F + 0.002F * static_cast<float>(i % simd_width),
+                                      hash_uniform(4, row) - 0.5F, 1}});
+    }
+    return rays;
+}
+
+std::vector<std::uint32_t> sorted_primitives(const std::vector<hit>& hits) {
+    std::vector<std::uint32_t> primitives;
+    for (const hit& h : hits) primitives.push_back(h.primitive);
+    std::sort(primitives.begin(), primitives.end());
+    return primitives;
+}
+
+} // namespace
+} // namespace prepared_ray_test
+
+TEST_CASE("a mesh scaled by 2^-60 to 2^60 is hit in the same triangles, by single rays and in packets") {
+    mesh ball = make_sphere({0, 0, 0}, 0.1F, 3);
+    for (std::size_t i = 0; i < ball.positions.size(); ++i) ball.positions[i] *= 1 + 0.05F * hash_uniform(9, i);
+    const std::vector<ray> rays = prepared_ray_test::rows(4000);
+    std::vector<std::vector<std::uint32_t>> expected;
+    std::size_t met = 0;
+    for (const ray& r : rays) { // brute force by the test that decides in double
+        std::vector<hit> hits;
+        for (std::uint32_t p = 0; p < ball.faces.size(); ++p)
+            if (hit found = intersect(r, mesh_view{ball}[p])) {
+                found.primitive = p;
+                hits.push_back(found);
+            }
+        expected.push_back(prepared_ray_test::sorted_primitives(hits));
+        met += hits.size();
+    }
+    REQUIRE(met > 100);
+    for (int exponent = -60; exponent <= 60; exponent += 20) {
+        CAPTURE(exponent);
+        const mesh other = prepared_ray_test::scaled(ball, exponent);
+        const bvh tree{exec::par, other};
+        std::vector<ray> moved;
+        for (const ray& r : rays) moved.push_back(prepared_ray_test::scaled(r, exponent));
+        std::vector<std::vector<hit>> together(rays.size());
+        tree.all(exec::par, moved, together);
+        std::vector<hit> hits;
+        int wrong = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            tree.all(moved[i], hits);
+            wrong += prepared_ray_test::sorted_primitives(hits) != expected[i] ||
+                     prepared_ray_test::sorted_primitives(together[i]) != expected[i];
+        }
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("a ray with a NaN anywhere meets nothing and changes no neighbour's hit") {
+    const mesh ball = make_sphere({0, 0, 0}, 0.4F, 4);
+    const bvh tree{exec::par, ball};
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const std::vector<ray> rays = prepared_ray_test::rows(800);
+    std::vector<hit> expected(rays.size()), hits(rays.size());
+    tree.closest(exec::seq, rays, expected);
+    for (int place = 0; place < 8; ++place) {
+        std::vector<ray> some = rays;
+        for (std::size_t i = 3; i < some.size(); i += 5) {
+            ray& r = some[i];
+            (place < 3   ? r.origin[place]
+             : place < 6 ? r.direction[place - 3]
+             : place < 7 ? r.min_distance
+                         : r.max_distance) = nan;
+        }
+        tree.closest(exec::seq, some, hits);
+        int wrong = 0;
+        for (std::size_t i = 0; i < some.size(); ++i)
+            wrong += i % 5 == 3 ? static_cast<bool>(hits[i]) || tree.any(some[i]) : hits[i] != expected[i];
+        CHECK(wrong == 0);
+    }
+}
