@@ -119,6 +119,7 @@ struct ray_packet {
         const float z0 = least(z_begin);
         float most = reach;
         for (const auto& row : origin) most = greater(most, greatest(absolute(load<N>(row))));
+        if (!(1e-18F < most && most < 1e18F)) return false; // what follows might overflow, or vanish
         margin_ = 4e-6F * most; // more than shear, plane and its evaluation may round away together
         begin = z0 - margin_;
         const std::uint32_t z = static_cast<std::uint32_t>(axes[2]), backwards = forward < 0;
