@@ -29,7 +29,7 @@ class ConanFile:
 
 
 def copy(_, pattern, src, dst):
-    for file in pathlib.Path(src).rglob(pattern):
+    for file in [found for found in pathlib.Path(src).rglob(pattern) if "build" not in found.relative_to(src).parts]:
         target = pathlib.Path(dst) / file.relative_to(src)
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(file, target)
