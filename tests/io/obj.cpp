@@ -323,8 +323,8 @@ TEST_CASE("a link out of the file's folder is not followed, one within it is") {
 
 TEST_CASE("a material library elsewhere is opened where the caller allows it") {
     const temporary_folder folder;
-    folder.write("shared.mtl", "newmtl stuff\ndensity 1000\nsound_speed 1500\n");
-    for (const std::string& name : {std::string{"../shared.mtl"}, folder.path("shared.mtl")}) {
+    folder.write("common.mtl", "newmtl stuff\ndensity 1000\nsound_speed 1500\n");
+    for (const std::string& name : {std::string{"../common.mtl"}, folder.path("common.mtl")}) {
         const std::string path =
             folder.write("inner/a.obj", "mtllib " + name + "\n" + tetrahedron + "usemtl stuff\nf 1 2 3\n");
         const scene body = load_obj_scene(path, {.unit = 1_m, .libraries = library_access::anywhere});
