@@ -19,7 +19,7 @@ void small_work(benchmark::State& state) {
     const auto policy = exec::par.threads(static_cast<std::uint32_t>(state.range(0)));
     std::vector<float> values(static_cast<std::size_t>(state.range(1)) * 1000, 2.0F);
     for (auto _ : state)
-        exec::for_each_block(policy, values.size(), values.size() / 64, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, values.size(), values.size() / 64, 1e6F, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) values[i] = 1 / (values[i] + 1);
             benchmark::ClobberMemory();
         });

@@ -91,7 +91,7 @@ void measure_floor(table& into, const std::string& data, const mesh& cube) {
     scan_lines powers;
     powers.reshape(paper::probe.lines, paper::frame.samples, paper::frame.depth);
     const auto take_powers = [&] {
-        exec::for_each_block(exec::par_unseq, powers.values.size(), 8 * powers.samples,
+        exec::for_each_block(exec::par_unseq, powers.values.size(), 8 * powers.samples, 0.5F,
                              [&](std::size_t begin, std::size_t end) {
                                  const lanes<simd_width> step(-1e-4F);
                                  lanes<simd_width> x(0.0F);

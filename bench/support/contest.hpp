@@ -15,8 +15,8 @@ namespace bench {
 struct contender {
     std::string name{};
     std::function<void()> work{};
-    std::function<void()> prepare{[] {}}; ///< before each round, unmeasured
-    std::vector<double> seconds{};        ///< of each round
+    std::function<void()> prepare{[] {}}; ///< before each time, unmeasured
+    std::vector<double> seconds{};        ///< of each turn
 
     double median() const {
         std::vector<double> sorted = seconds;
@@ -37,12 +37,11 @@ inline double seconds_of(const std::function<void()>& work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Runs all by turns until the time is spent; one round beforehand does not count.
+/// Runs all by turns until the time is spent. In its turn each works twice at least, and for 5 ms; all but the first time
+/// count, and the turn's figure is their mean: as where one frame follows another, without the cold caches that another
+/// contender leaves.
 inline void run(std::vector<contender>& contenders, const contest_settings& settings = {}) {
-    for (contender& one : contenders) {
-        one.prepare();
-        one.work();
-    }
+    constexpr double turn = 5e-3;
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t round = 0; round < settings.most_rounds; ++round) {
         const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
@@ -50,7 +49,14 @@ inline void run(std::vector<contender>& contenders, const contest_settings& sett
         for (std::size_t i = 0; i < contenders.size(); ++i) { // another begins each round
             contender& one = contenders[(i + round) % contenders.size()];
             one.prepare();
-            one.seconds.push_back(seconds_of(one.work));
+            one.work();
+            double seconds = 0;
+            std::size_t times = 0;
+            for (; times == 0 || seconds < turn; ++times) {
+                one.prepare();
+                seconds += seconds_of(one.work);
+            }
+            one.seconds.push_back(seconds / static_cast<double>(times));
         }
     }
 }

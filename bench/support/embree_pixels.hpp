@@ -59,7 +59,7 @@ class embree_pixels {
     void trace(rays how, shade what, std::vector<float>& pixels) const {
         const std::uint32_t samples = frame.samples;
         pixels.resize(std::size_t{probe.lines} * samples);
-        exec::for_each_block(exec::par, probe.lines, 8, [&](std::size_t begin, std::size_t) {
+        exec::for_each_block(exec::par, probe.lines, 8, 1e6F, [&](std::size_t begin, std::size_t) {
             auto found = std::make_unique<collector>();
             vec3 points[8];
             for (std::uint32_t k = 0; k < samples; ++k) {

@@ -192,6 +192,9 @@ INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
 
 /// a * b + c, rounded once where that is one instruction and twice elsewhere: never the compiler's choice.
 INSONIFY_FN inline float multiply_add(float a, float b, float c) {
+#if defined(__clang__)
+#pragma clang fp contract(off) // or constants are rounded once everywhere
+#endif
     if constexpr (has_fma) return std::fma(a, b, c);
     return a * b + c;
 }
@@ -267,6 +270,9 @@ struct medium {
 
     friend bool operator==(const medium&, const medium&) = default;
 };
+
+/// Metres of displayed depth a metre of the medium: c0 / c, but at most 1e6, for media where sound all but stands still.
+INSONIFY_FN inline float displayed_stretch(const medium& m) { return lesser(display_speed / m.sound_speed, 1e6F); }
 
 /// True where every value is finite and in its range: density and speed above 0, the others not below.
 INSONIFY_FN inline bool is_valid(const medium& m) {
@@ -657,8 +663,8 @@ class thread_pool {
         std::size_t count = 0;
         const void* body = nullptr;
         void (*call)(const void*, std::size_t) = nullptr;
-        std::uint32_t seats = 0;  // helpers that may still join
-        std::uint32_t inside = 0; // helpers at work now
+        std::uint32_t seats = 0;              // helpers that may still join
+        std::atomic<std::uint32_t> inside{0}; // helpers at work now
         std::atomic<std::size_t> next{0};
         std::size_t failed_index = ~std::size_t{0};
         std::exception_ptr failure{};
@@ -679,8 +685,13 @@ class thread_pool {
     }
 
     INSONIFY_LAZY void withdraw(job& work) {
+        {
+            const std::lock_guard lock{mutex_};
+            jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
+        }
+        // Helpers are about to finish: to sleep until they have, and wake up, would take longer than they do.
+        for (int i = 0; i < 100 && work.inside.load(std::memory_order_acquire) > 0; ++i) std::this_thread::yield();
         std::unique_lock lock{mutex_};
-        jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
         work.all_left.wait(lock, [&work] { return work.inside == 0; });
     }
 
@@ -773,12 +784,21 @@ concept policy = requires(const Policy& p, const any_body& body) {
     for_each_index(p, std::size_t{0}, body);
 };
 
-/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter.
+/// Work that threads share, nanoseconds: a thread that sleeps takes some 50 microseconds to come, so that less is done
+/// sooner by one.
+inline constexpr float worth_sharing = 80e3F;
+
+/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter; on one thread where all of it
+/// is less than `worth_sharing`.
+/// @param nanoseconds  about what one index takes; 1e6F where nothing is known of it
 template <class Policy, class Body>
-void for_each_block(const Policy& policy, std::size_t count, std::size_t block, const Body& body) {
-    for_each_index(policy, (count + block - 1) / block, [&](std::size_t i) {
-        const std::size_t begin = i * block;
-        body(begin, begin + block < count ? begin + block : count);
+void for_each_block(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds, const Body& body) {
+    const std::size_t blocks = (count + block - 1) / block;
+    const bool alone = static_cast<float>(count) * nanoseconds < worth_sharing;
+    const std::size_t together = alone && blocks > 0 ? blocks : 1; // that one call does
+    for_each_index(policy, (blocks + together - 1) / together, [&](std::size_t first) {
+        for (std::size_t i = first * together; i < (first + 1) * together; ++i)
+            body(i * block, i + 1 < blocks ? (i + 1) * block : count);
     });
 }
 
@@ -812,6 +832,10 @@ namespace insonify::inline INSONIFY_ABI {
 /// One that takes all incidence as normal may say so; then the angles of its layers (`cosine`, `tilt`) are not looked up:
 ///
 ///     static constexpr bool normal_incidence = true;
+///
+/// One whose samples take much less, or more, than 5 nanoseconds may say so; frames that are soon done stay on one thread:
+///
+///     static constexpr float nanoseconds = 0.5F;
 template <class Model>
 concept acoustic_model = requires(const Model& model, const traced_line& line, view<typename Model::sample_type> out) {
     { model.samples(0.1F, 5e6F) } -> std::convertible_to<std::uint32_t>;
@@ -834,6 +858,15 @@ constexpr bool takes_normal_incidence() {
         return Model::normal_incidence;
     else
         return false;
+}
+
+/// About what a sample of a model takes.
+template <acoustic_model Model>
+constexpr float nanoseconds_of() {
+    if constexpr (requires { Model::nanoseconds; })
+        return Model::nanoseconds;
+    else
+        return 5;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -1103,9 +1136,9 @@ namespace insonify::inline INSONIFY_ABI {
 // The compiler's own vectors: not all operations of std::experimental::simd on integers are inlined.
 template <int N>
 struct bit_vector {
-    typedef std::uint32_t type __attribute__((vector_size(sizeof(std::uint32_t) * N)));
-    typedef std::int32_t whole __attribute__((vector_size(sizeof(std::int32_t) * N)));
-    typedef float floats __attribute__((vector_size(sizeof(float) * N)));
+    using type __attribute__((vector_size(sizeof(std::uint32_t) * N))) = std::uint32_t;
+    using whole __attribute__((vector_size(sizeof(std::int32_t) * N))) = std::int32_t;
+    using floats __attribute__((vector_size(sizeof(float) * N))) = float;
 };
 template <int N>
 using bit_lanes = typename bit_vector<N>::type;
@@ -1325,6 +1358,7 @@ enum class incident { field, backscattered };
 struct law2011 {
     using sample_type = float;                     ///< an intensity
     static constexpr bool normal_incidence = true; ///< angles are not looked at
+    static constexpr float nanoseconds = 0.5F;     ///< that a sample takes, about
 
     float reflection_length = 1e-3F;                              ///< metres
     insonify::travel travel = insonify::travel::one_way;          ///< of attenuation
@@ -1353,7 +1387,9 @@ struct law2011 {
         const float megahertz = frequency * 1e-6F;
         const float growth =
             spectrum == insonify::spectrum::linear ? megahertz : std::pow(megahertz, m.attenuation_power);
-        return m.attenuation * growth * (travel == insonify::travel::two_way ? 2.0F : 1.0F);
+        const float both_ways = travel == insonify::travel::two_way ? 2.0F : 1.0F;
+        constexpr float all = 1e30F; // nothing is left after any distance, and sums of it stay finite
+        return lesser(m.attenuation * lesser(both_ways * growth, all), all);
     }
 
     /// Samples of a line where the caller leaves it open: four a wavelength of 1540 m/s, a multiple of 64.
@@ -1398,24 +1434,29 @@ struct law2011 {
         float loss_above = 0;       // dB, of the layers above
         float transmitted_here = 1; // I_t
         interface_echo above{};
-        std::size_t next_sample = 0;
+        const auto most = static_cast<float>(out.size());
+        const auto samples_before = [&](float depth) { return clamped(std::ceil(depth / spacing - 0.5F), 0, most); };
+        float next_sample = 0;
         for (std::size_t i = 0, next = 0; i < line.layers.size(); i = next) {
             next = i + same_medium(line, i);
             const medium& m = line.media[line.layers[i].medium];
             const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
             const float slope = loss(m, line.frequency);
             const interface_echo below = next_interface(line, next, transmitted_here);
-            const stretch field{begin, loss_above, slope, transmitted_here * strength(m),
-                                end - begin > (simd_width - 1) * spacing ? decay(slope * simd_width * spacing) : 0.0F};
+            const stretch field{.first = bits_per_db * (loss_above - slope * begin),
+                                .step = bits_per_db * slope * spacing,
+                                .strength = transmitted_here * strength(m)};
+            const float last_sample = greater(next_sample, samples_before(end));
             if (band == insonify::band::before) {
-                const float bright = clamped(below.depth - reflection_length, begin, end);
-                fill<Policy>(out, next_sample, spacing, bright, field, 0);
-                fill<Policy>(out, next_sample, spacing, end, field, below.intensity);
+                const float bright = clamped(samples_before(below.depth - reflection_length), next_sample, last_sample);
+                fill<Policy>(out, next_sample, bright, field, 0);
+                fill<Policy>(out, bright, last_sample, field, below.intensity);
             } else {
-                const float bright = clamped(above.depth + reflection_length, begin, end);
-                fill<Policy>(out, next_sample, spacing, bright, field, above.intensity);
-                fill<Policy>(out, next_sample, spacing, end, field, 0);
+                const float bright = clamped(samples_before(above.depth + reflection_length), next_sample, last_sample);
+                fill<Policy>(out, next_sample, bright, field, above.intensity);
+                fill<Policy>(out, bright, last_sample, field, 0);
             }
+            next_sample = last_sample;
             if (next == line.layers.size()) break;
             loss_above += slope * (end - begin);
             transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
@@ -1429,13 +1470,10 @@ struct law2011 {
         float intensity = 0; // R I_t
     };
 
-    // I_a I_t within one layer: strength * 10^(-(loss_at_begin + slope (z - begin)) / 20)
+    // I_a I_t within one layer: of sample k strength * 2^(first + step (k + 1/2)).
     struct stretch {
-        float begin = 0;
-        float loss_at_begin = 0;
-        float slope = 0;
+        float first = 0, step = 0;
         float strength = 1;
-        float ratio = 0; // of samples that are `simd_width` apart; 0 in stretches shorter than that
     };
 
     static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
@@ -1459,40 +1497,34 @@ struct law2011 {
         return incident == insonify::incident::backscattered ? texture * m.backscatter : 1.0F;
     }
 
-    // Fills the samples that stand before `end`, starting with `next`, which it moves on.
+    // Fills the samples from `begin` on that stand before `end`, whole numbers.
     template <class Policy>
-    INSONIFY_FN void fill(view<float> out, std::size_t& next, float spacing, float end, const stretch& field,
-                          float echo) const {
+    INSONIFY_FN void fill(view<float> out, float begin, float end, const stretch& field, float echo) const {
+        if (begin >= end) return;
         const float weakened = reflection == insonify::reflection::attenuated ? echo : 0.0F;
-        const float bare = echo - weakened;
-        const float first = bits_per_db * (field.loss_at_begin - field.slope * field.begin);
-        const float step = bits_per_db * field.slope * spacing;
-        std::size_t last = next;
-        if (end > 0) {
-            const float most = static_cast<float>(out.size());
-            last = static_cast<std::size_t>(
-                greater(static_cast<float>(next), lesser(std::ceil(end / spacing - 0.5F), most)));
-        }
-        const float scale = field.strength + weakened;
+        const float bare = echo - weakened, scale = field.strength + weakened;
+        auto next = static_cast<std::size_t>(begin);
+        const auto last = static_cast<std::size_t>(end);
 #if !defined(INSONIFY_NO_SIMD)
         if constexpr (exec::is_unsequenced_v<Policy>) {
             constexpr int width = simd_width;
-            const lanes<width> ramp([](auto lane) { return static_cast<float>(lane) + 0.5F; });
+            using floats = lanes<width>;
+            const floats ratio(last - next > width ? std::exp2(field.step * width) : 0.0F);
+            floats place = floats([](auto lane) { return static_cast<float>(lane) + 0.5F; }) + floats(begin);
             // The last ones may run over the end of the stretch: the next one writes there. Powers are taken at one of
             // four; from each to the next the ratio is the same.
             while (next < last && next + width <= out.size()) {
-                const lanes<width> place = ramp + lanes<width>(static_cast<float>(next));
-                lanes<width> decayed = power_of_two<width>(place * lanes<width>(step) + lanes<width>(first));
+                floats decayed = power_of_two<width>(place * floats(field.step) + floats(field.first));
                 for (int i = 0; i < 4 && next < last && next + width <= out.size(); ++i, next += width) {
-                    store(multiply_add(lanes<width>(scale), decayed, lanes<width>(bare)), out.data() + next);
-                    decayed = decayed * lanes<width>(field.ratio);
+                    store(multiply_add(floats(scale), decayed, floats(bare)), out.data() + next);
+                    decayed = decayed * ratio;
                 }
+                place = place + floats(4 * width);
             }
-            next = next < last ? next : last;
         }
 #endif
         for (; next < last; ++next)
-            out[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * step + first) + bare;
+            out[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * field.step + field.first) + bare;
     }
 };
 
@@ -1510,10 +1542,12 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What an echo loses on each metre of depth, there and back: 2 alpha0 f^b, in dB/m.
 ///
-/// alpha0 in dB/m at 1 MHz, f in MHz, b the medium's `attenuation_power`. Exact for one frequency.
+/// alpha0 in dB/m at 1 MHz, f in MHz, b the medium's `attenuation_power`. Exact for one frequency. Finite for every
+/// medium that is valid: nothing is left of a sound that loses FLT_MAX.
 INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
     const float megahertz = frequency * 1e-6F;
-    return 2 * m.attenuation * (m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power));
+    const float growth = m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power);
+    return lesser(m.attenuation * lesser(2 * growth, FLT_MAX), FLT_MAX);
 }
 
 /// What an attenuation law must say: law(medium, frequency), the dB that an echo loses a metre of the medium, there and
@@ -1849,20 +1883,23 @@ struct cell_field {
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
+        // No line has so many samples: this is a stretch whose ends floats hardly tell apart, where sound all but stands still.
+        if (!(end - begin < 0x1p25F * spacing)) return;
         // Between two points the map is taken as linear; without one, a straight line stays one.
         const float piece = std::is_same_v<Material, undeformed> ? end - begin : 0.5e-3F;
         for (float from = begin; from < end;) {
             const float to = from + 1.5F * piece < end ? from + piece : end;
             const vec3 first = material(line.object, line.at(from)), last = material(line.object, line.at(to));
             const vec3 course = std::is_same_v<Material, undeformed> ? line.along : (last - first) * (1 / (to - from));
-            if (course != vec3{0, 0, 0}) scatter_straight(line, from, to, {first, course}, spacing, emit);
+            if (course != vec3{0, 0, 0})
+                scatter_straight(line, from, to, {countable(first, spacing), course}, spacing, emit);
             from = to;
         }
     }
 
     /// The value at one point, linear between slots too: for what is no volume, such as a rough surface.
     INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
-        const vec3 point = material(line.object, line.at(distance));
+        const vec3 point = countable(material(line.object, line.at(distance)), spacing);
         const layout cells = layout_for(line, {point, line.along}, std::floor(view_slabs::place(point)), spacing);
         const double below = std::floor(cells.slot);
         const auto share = static_cast<float>(cells.slot - below);
@@ -1937,6 +1974,14 @@ struct cell_field {
     };
 
     static constexpr std::uint32_t run_length = 128;
+
+    // Some 100 km away no float tells one cell from the next, and farther no integer counts them, nor slots that are
+    // next to nothing: there the texture is that of the origin.
+    INSONIFY_FN vec3 countable(vec3 point, float spacing) const {
+        const vec3 size = absolute(point);
+        const float farthest = lesser(0x1p29F * lesser(cell, 1e-3F), 0x1p50F * spacing);
+        return size.x < farthest && size.y < farthest && size.z < farthest ? point : vec3{0, 0, 0};
+    }
 
     INSONIFY_FN layout layout_for(const material_line& line, const rest_line& at_rest, double slab,
                                   float spacing) const {
@@ -2625,7 +2670,7 @@ struct physical {
 
     // Displayed metres a metre of the medium.
     INSONIFY_FN float stretch(const medium& m) const {
-        return timing == insonify::timing::sound_speed ? display_speed / m.sound_speed : 1.0F;
+        return timing == insonify::timing::sound_speed ? displayed_stretch(m) : 1.0F;
     }
 
     INSONIFY_FN static float amplitude_of(float decibels) { return std::exp2(0.16609640F * decibels); } // log2(10) / 20
@@ -2667,13 +2712,15 @@ struct physical {
             const auto at = [&](float distance) {
                 const float into = distance - here.begin, shown = path.shown + into * shrink;
                 const beam_sample beam = line.beam.at(shown);
-                return level * beam.incoherent * upright(line.frequency, run.slope * shrink, beam) *
-                       arriving(line, path.passed, path.lost_db + into * loss, shown);
+                return lesser(level * beam.incoherent * upright(line.frequency, run.slope * shrink, beam) *
+                                  arriving(line, path.passed, path.lost_db + into * loss, shown),
+                              1e20F); // so that sums stay finite, whatever the medium
             };
             const float length = run.step * static_cast<float>(run.count);
             const float first = at(run.first), last = at(run.first + length);
+            // At -300 dB nothing is heard, and ratios to less might overflow.
             const float ratio =
-                first > 0 && last > 0 ? std::exp2(std::log2(last / first) / static_cast<float>(run.count)) : 1.0F;
+                first > 1e-15F && last > 0 ? std::exp2(std::log2(last / first) / static_cast<float>(run.count)) : 1.0F;
             echoes.add(path.shown + (run.first - here.begin) * shrink, run.step * shrink, run.count, run.real,
                        run.imaginary, first, ratio);
         });
@@ -3286,7 +3333,7 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     const bool full_circle = is_full_circle(probe);
     const float last_line = greater(lines - 2, 0);
     const float last_sample = greater(static_cast<float>(map.samples) - 2, 0);
-    for_each_index(policy, map.size.y, [&](std::size_t row) {
+    exec::for_each_block(policy, map.size.y, 1, 20 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
         const auto y = static_cast<std::uint32_t>(row);
         for (std::uint32_t x = 0; x < map.size.x; ++x) {
             const vec2 at = probe.locate(map.point(x, y));
@@ -3347,7 +3394,7 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
     const std::size_t next_sample = map.samples > 1 ? 1 : 0;
     recycled.size = map.size;
     recycled.pixels.resize(map.first.size());
-    for_each_index(policy, map.size.y, [&](std::size_t y) {
+    exec::for_each_block(policy, map.size.y, 1, 3 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
         const float* values = lines.values.data();
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) {
@@ -3431,7 +3478,7 @@ struct tap {
 };
 
 /// A filter may read so many samples further than its results need.
-inline constexpr std::size_t tap_room = 4 * simd_width;
+inline constexpr std::size_t tap_room = std::size_t{4} * simd_width;
 
 /// As many results as eight registers hold, which the sums never leave.
 template <int Width, std::size_t... I>
@@ -3452,7 +3499,7 @@ INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, 
 /// @param to    must not overlap what is read
 template <int Width>
 void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
-    constexpr std::size_t block = 4 * Width;
+    constexpr std::size_t block = std::size_t{4} * Width;
     constexpr auto registers = std::make_index_sequence<8>{};
     std::size_t begin = 0;
     for (; begin + block <= count; begin += block)
@@ -3577,6 +3624,9 @@ class axial_kernel {
 
     /// Of a laid-out line, in samples.
     std::size_t layout_size() const { return decimation_ * stride_; }
+
+    /// About what a line takes.
+    float nanoseconds() const { return static_cast<float>(results_ * (2 + taps_.size() / 8)); }
 
     /// @param layout  zeros, or a line laid out before
     INSONIFY_LAZY void lay_out(const vec2* line, vec2* layout) const {
@@ -3894,7 +3944,7 @@ class lateral_slab {
             const std::size_t after = lines_ - 1 - line;
             const bool whole = kernel_.full_circle || (line >= reach_ && after >= reach_);
             vec2* out = whole && count == samples ? to + line * stride : sums;
-            for (std::size_t part = 0; part < samples; part += 4 * Width)
+            for (std::size_t part = 0; part < samples; part += std::size_t{4} * Width)
                 sum_neighbours<Width>(row(line) + part, weights_ + part, out + part, std::make_index_sequence<8>{});
             if (!whole)
                 for (std::size_t k = 0; k < count; ++k)
@@ -3966,14 +4016,15 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envel
     iq_lines& results = decimation > 1 ? own.decimated : echoes;
     const std::size_t blocks = (echoes.count + together - 1) / together;
     if (own.blocks.size() < blocks) own.blocks.resize(blocks);
-    exec::for_each_block(policy, echoes.count, together, [&](std::size_t begin, std::size_t end) {
-        std::vector<vec2>& layout = own.blocks[begin / together];
-        layout.assign(own.axial.layout_size(), vec2{0, 0});
-        for (std::size_t line = begin; line < end; ++line) {
-            own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-            own.axial.template apply<width>(layout.data(), results.values.data() + line * results.samples);
-        }
-    });
+    exec::for_each_block(
+        policy, echoes.count, together, own.axial.nanoseconds(), [&](std::size_t begin, std::size_t end) {
+            std::vector<vec2>& layout = own.blocks[begin / together];
+            layout.assign(own.axial.layout_size(), vec2{0, 0});
+            for (std::size_t line = begin; line < end; ++line) {
+                own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                own.axial.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+            }
+        });
     if (decimation > 1) std::swap(own.decimated, echoes);
     return echoes;
 }
@@ -3989,7 +4040,8 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
     const std::size_t slabs = (lines.samples + thickness - 1) / thickness, together = 8;
     const std::size_t blocks = (slabs + together - 1) / together;
     if (own.blocks.size() < blocks) own.blocks.resize(blocks);
-    exec::for_each_block(policy, slabs, together, [&](std::size_t begin, std::size_t end) {
+    const float slab_time = 0.2F * static_cast<float>((2 * own.lateral.reach() + 1) * lines.count * thickness);
+    exec::for_each_block(policy, slabs, together, slab_time, [&](std::size_t begin, std::size_t end) {
         lateral_slab slab{own.lateral, own.blocks[begin / together]};
         for (std::size_t i = begin; i < end; ++i) {
             const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
@@ -4167,7 +4219,7 @@ template <exec::policy Policy>
 scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycled = {}) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     recycled.reshape(iq.count, iq.samples, iq.depth);
-    exec::for_each_block(policy, iq.values.size(), 16384, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, iq.values.size(), 16384, 0.6F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             recycled.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
         square_roots<width>(recycled.values.data() + begin, end - begin);
@@ -4188,22 +4240,23 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
         throw usage_error{"envelope: the lines must have as many values as lines times samples"};
     const hilbert_transform transform{rf.samples};
     scan_lines lines{rf.count, rf.samples, rf.depth};
-    exec::for_each_block(policy, rf.count, 2, [&](std::size_t first, std::size_t end) {
-        const std::size_t n = rf.samples, last = end - 1; // the same line twice where it is the odd one out
-        std::vector<float> turned(2 * transform.size());
-        float* one = turned.data();
-        float* other = one + transform.size();
-        std::copy_n(rf.values.data() + first * n, n, one);
-        std::copy_n(rf.values.data() + last * n, n, other);
-        transform.template apply<width>(one, other);
-        for (const std::size_t line : {first, last}) {
-            const float* from = rf.values.data() + line * n;
-            const float* quarter = line == first ? one : other;
-            float* to = lines.values.data() + line * n;
-            for (std::size_t i = 0; i < n; ++i) to[i] = from[i] * from[i] + quarter[i] * quarter[i];
-            square_roots<width>(to, n);
-        }
-    });
+    exec::for_each_block(
+        policy, rf.count, 2, 20 * static_cast<float>(rf.samples), [&](std::size_t first, std::size_t end) {
+            const std::size_t n = rf.samples, last = end - 1; // the same line twice where it is the odd one out
+            std::vector<float> turned(2 * transform.size());
+            float* one = turned.data();
+            float* other = one + transform.size();
+            std::copy_n(rf.values.data() + first * n, n, one);
+            std::copy_n(rf.values.data() + last * n, n, other);
+            transform.template apply<width>(one, other);
+            for (const std::size_t line : {first, last}) {
+                const float* from = rf.values.data() + line * n;
+                const float* quarter = line == first ? one : other;
+                float* to = lines.values.data() + line * n;
+                for (std::size_t i = 0; i < n; ++i) to[i] = from[i] * from[i] + quarter[i] * quarter[i];
+                square_roots<width>(to, n);
+            }
+        });
     return lines;
 }
 
@@ -4260,7 +4313,7 @@ template <exec::policy Policy>
 scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compress_settings& settings = {}) {
     settings.check();
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    exec::for_each_block(policy, lines.values.size(), 16384, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, lines.values.size(), 16384, 0.5F, [&](std::size_t begin, std::size_t end) {
         const log_compress_settings own = settings; // out of reach of the stores, so that it stays in registers
         float* values = lines.values.data();
         std::size_t i = begin;
@@ -4329,17 +4382,19 @@ template <exec::policy Policy, class Value>
             throw usage_error{"tgc: the frequency must be a finite number of hertz, 0 or more"};
         constexpr std::size_t together = 512; // samples, on all lines
         const float spacing = lines.depth / static_cast<float>(lines.samples);
-        exec::for_each_block(policy, lines.samples, together, [&](std::size_t begin, std::size_t end) {
-            float gain[together];
-            for (std::size_t k = begin; k < end; ++k) {
-                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-                gain[k - begin] = std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
-            }
-            for (std::size_t line = 0; line < lines.count; ++line) {
-                Value* values = lines.values.data() + line * lines.samples + begin;
-                for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
-            }
-        });
+        exec::for_each_block(policy, lines.samples, together, 0.5F * static_cast<float>(lines.count),
+                             [&](std::size_t begin, std::size_t end) {
+                                 float gain[together];
+                                 for (std::size_t k = begin; k < end; ++k) {
+                                     const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+                                     gain[k - begin] =
+                                         std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
+                                 }
+                                 for (std::size_t line = 0; line < lines.count; ++line) {
+                                     Value* values = lines.values.data() + line * lines.samples + begin;
+                                     for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
+                                 }
+                             });
         return lines;
     }
 
@@ -4459,7 +4514,7 @@ class beam_table {
         border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
         for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
-        plane_weights_.resize(depths * planes.count());
+        plane_weights_.resize(std::size_t{depths} * planes.count());
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
@@ -4790,22 +4845,23 @@ struct box_rows {
     }
     INSONIFY_FN aabb box(int i) const {
         const float* const side = sides + i;
-        return {{side[0], side[Width], side[2 * Width]}, {side[3 * Width], side[4 * Width], side[5 * Width]}};
+        return {{side[row(0, 0)], side[row(0, 1)], side[row(0, 2)]},
+                {side[row(1, 0)], side[row(1, 1)], side[row(1, 2)]}};
     }
     INSONIFY_FN void set_box(int i, const aabb& b) {
         float* const side = sides + i;
-        side[0] = b.lower.x;
-        side[Width] = b.lower.y;
-        side[2 * Width] = b.lower.z;
-        side[3 * Width] = b.upper.x;
-        side[4 * Width] = b.upper.y;
-        side[5 * Width] = b.upper.z;
+        side[row(0, 0)] = b.lower.x;
+        side[row(0, 1)] = b.lower.y;
+        side[row(0, 2)] = b.lower.z;
+        side[row(1, 0)] = b.upper.x;
+        side[row(1, 1)] = b.upper.y;
+        side[row(1, 2)] = b.upper.z;
     }
     /// The box around all.
     INSONIFY_FN aabb all() const {
-        const auto lowest = [this](int row) { return least(load<Width>(sides + row * Width)); };
-        const auto highest = [this](int row) { return greatest(load<Width>(sides + row * Width)); };
-        return {{lowest(0), lowest(1), lowest(2)}, {highest(3), highest(4), highest(5)}};
+        const auto lowest = [this](std::uint32_t axis) { return least(load<Width>(sides + row(0, axis))); };
+        const auto highest = [this](std::uint32_t axis) { return greatest(load<Width>(sides + row(1, axis))); };
+        return {{lowest(0), lowest(1), lowest(2)}, {highest(0), highest(1), highest(2)}};
     }
     /// The surface of all, halved; square metres.
     INSONIFY_FN float half_area() const {
@@ -4928,10 +4984,10 @@ struct sheared_ray {
     /// A vector with its axes in the order of the ray's.
     INSONIFY_FN vec3 in_order(vec3 v) const { return z == 2 ? v : z == 0 ? vec3{v.y, v.z, v.x} : vec3{v.z, v.x, v.y}; }
 
-    /// x and y across the ray, z the distance along it. Every copy of a vertex gets the very same result.
+    /// x and y across the ray, z along it, not yet scaled. Every copy of a vertex gets the very same result.
     INSONIFY_FN vec3 operator()(vec3 p) const {
         const vec3 v = in_order(p) - begin;
-        return {multiply_add(-shear.x, v.z, v.x), multiply_add(-shear.y, v.z, v.y), shear.z * v.z};
+        return {multiply_add(-shear.x, v.z, v.x), multiply_add(-shear.y, v.z, v.y), v.z};
     }
 };
 
@@ -4961,7 +5017,7 @@ INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
     const double area = u + v + w;
     if (!(area != 0)) return {};
     hit found;
-    found.distance = static_cast<float>((u * a.z + v * b.z + w * c.z) / area);
+    found.distance = static_cast<float>((u * a.z + v * b.z + w * c.z) / area * r.shear.z);
     return found;
 }
 
@@ -5437,6 +5493,7 @@ struct leaf {
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 #include <bit>
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -5615,7 +5672,7 @@ struct alignas(64) leaf<Range, Width> {
     void set(int i, const triangle& t) {
         float* const from = &corner[0][0][i];
         const vec3* const corners[3] = {&t.a, &t.b, &t.c};
-        for (int c = 0; c < 3; ++c) {
+        for (std::ptrdiff_t c = 0; c < 3; ++c) {
             from[(3 * c) * Width] = corners[c]->x;
             from[(3 * c + 1) * Width] = corners[c]->y;
             from[(3 * c + 2) * Width] = corners[c]->z;
@@ -5656,6 +5713,15 @@ struct bvh_view {
         __builtin_prefetch(line + 128);
         __builtin_prefetch(line + 192);
         __builtin_prefetch(line + 256);
+#else
+        static_cast<void>(child);
+#endif
+    }
+
+    /// The same for the indices of its primitives, where it is a leaf.
+    INSONIFY_FN INSONIFY_INLINE void prefetch_slots(std::uint32_t child) const {
+#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
+        if ((child & leaf_bit) != 0) __builtin_prefetch(slots.first + std::size_t{child ^ leaf_bit} * Width);
 #else
         static_cast<void>(child);
 #endif
@@ -5997,7 +6063,7 @@ void take_turns(const Start& start, const Step& step) {
 template <class Policy, class Range, int Width, class Query>
 void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
     constexpr std::size_t block_size = 256;
-    exec::for_each_block(policy, rays.size(), block_size, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
         std::size_t alone[block_size];
         std::size_t singles = 0, next = begin;
         if constexpr (triangle_range<Range>) {
@@ -6085,8 +6151,10 @@ class tree_assembler {
         std::vector<piece> pieces(later.size());
         std::vector<std::size_t> order(later.size()); // the largest first, lest one be left over at the end
         std::iota(order.begin(), order.end(), std::size_t{0});
-        std::stable_sort(order.begin(), order.end(),
-                         [&later](std::size_t a, std::size_t b) { return later[a].all.size() > later[b].all.size(); });
+        std::sort(order.begin(), order.end(), [&later](std::size_t a, std::size_t b) {
+            const std::size_t one = later[a].all.size(), other = later[b].all.size();
+            return one != other ? one > other : a < b;
+        });
         for_each_index(policy, later.size(), [&](std::size_t i) {
             const subtree& from = later[order[i]];
             piece& made = pieces[order[i]];
@@ -6148,7 +6216,7 @@ class tree_assembler {
                 const std::size_t size = children[i].size();
                 if (size <= Width) continue;
                 const bool fits = (size - 1) / Width <= Width - count;
-                const int rank = size > Width * Width ? 3 : fits ? 2 : 1;
+                const int rank = size > std::size_t{Width} * Width ? 3 : fits ? 2 : 1;
                 if (rank < best || (rank == best && !(weights[chosen] < weights[i]))) continue;
                 best = rank;
                 chosen = i;
@@ -6256,7 +6324,7 @@ class morton_order {
     void find_keys(const Policy& policy, const Range& range) {
         large_array<centre> centres(range.size());
         std::vector<centre_range> partial(used_.size());
-        exec::for_each_block(policy, range.size(), block_size_, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, range.size(), block_size_, 5, [&](std::size_t begin, std::size_t end) {
             centre_range found;
             for (std::size_t i = begin; i < end; ++i) {
                 const build_box box = leaf<Range, simd_width>::box(range, i);
@@ -6272,7 +6340,7 @@ class morton_order {
         const float widest = greater(all.end[0] - all.begin[0],
                                      greater(all.end[1] - all.begin[1], all.end[2] - all.begin[2])); // cells are cubes
         const lanes<4> start = load<4>(all.begin), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
-        exec::for_each_block(policy, range.size(), block_size_, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, range.size(), block_size_, 5, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;
             for (std::size_t i = begin; i < end; ++i)
                 if (centres[i].place[0] <= all.end[0])
@@ -6576,7 +6644,7 @@ class sah_splitter {
             centre_range centres{};
         };
         std::vector<piece> pieces(blocks(range.size()));
-        exec::for_each_block(policy, range.size(), block_size, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, range.size(), block_size, 10, [&](std::size_t begin, std::size_t end) {
             piece one;
             for (std::size_t i = begin; i < end; ++i) {
                 build_box box = leaf<Range, Width>::box(range, i);
@@ -6623,7 +6691,7 @@ class sah_splitter {
             bins.add(grid, from, places, whole.size());
         } else {
             partial.assign(blocks(whole.size()), bins);
-            exec::for_each_block(policy, whole.size(), block_size, [&](std::size_t begin, std::size_t end) {
+            exec::for_each_block(policy, whole.size(), block_size, 5, [&](std::size_t begin, std::size_t end) {
                 partial[begin / block_size].add(grid, from + begin, places + begin, end - begin);
             });
             for (const sah_bins& one : partial) bins.add(one);
@@ -6639,7 +6707,7 @@ class sah_splitter {
             return separate(plane, from, places, whole.size(), to + below.begin, to + middle);
         std::vector<std::size_t> first(partial.size() + 1); // of each block's below
         for (std::size_t b = 0; b < partial.size(); ++b) first[b + 1] = first[b] + partial[b].count_below(plane);
-        exec::for_each_block(policy, whole.size(), block_size, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, whole.size(), block_size, 5, [&](std::size_t begin, std::size_t end) {
             const std::size_t under = first[begin / block_size];
             separate(plane, from + begin, places + begin, end - begin, to + below.begin + under,
                      to + middle + (begin - under));
@@ -7210,6 +7278,7 @@ INSONIFY_LAZY aabb placed_box(const aabb& local, const pose& at) {
 #ifndef INSONIFY_SCENE_POINT_BOUNDS_HPP
 #define INSONIFY_SCENE_POINT_BOUNDS_HPP
 
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -7222,13 +7291,13 @@ INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
     floats upper[3] = {floats(-FLT_MAX), floats(-FLT_MAX), floats(-FLT_MAX)};
     const std::size_t whole = points.size() / width * width;
     for (std::size_t begin = 0; begin < whole; begin += width)
-        for (int k = 0; k < 3; ++k) {
+        for (std::ptrdiff_t k = 0; k < 3; ++k) {
             const floats p = load<width>(&points[begin].x + k * width);
             lower[k] = select(p < lower[k], p, lower[k]); // which never takes a NaN
             upper[k] = select(upper[k] < p, p, upper[k]);
         }
     float lowest[3 * width], highest[3 * width];
-    for (int k = 0; k < 3; ++k) {
+    for (std::ptrdiff_t k = 0; k < 3; ++k) {
         store(lower[k], lowest + k * width);
         store(upper[k], highest + k * width);
     }
@@ -7497,7 +7566,7 @@ class scene {
         constexpr std::size_t parts = 16;
         aabb part[parts];
         const std::size_t share = std::max(points.size() / parts + 1, std::size_t{8192});
-        exec::for_each_block(policy, points.size(), share, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, points.size(), share, 0.5F, [&](std::size_t begin, std::size_t end) {
             part[begin / share] = bounds_of(view<const vec3>{points.data() + begin, end - begin});
         });
         aabb whole;
@@ -7586,7 +7655,10 @@ class media_stack {
     static constexpr std::uint32_t none = ~0U; ///< rank of the background
 
     /// In none of so many objects.
-    INSONIFY_LAZY void clear(std::size_t objects) { words_.assign((objects + 63) / 64, 0); }
+    INSONIFY_LAZY void clear(std::size_t objects) {
+        words_.resize((objects + 63) / 64); // by a loop: `assign` is a call, for every line
+        for (std::size_t i = 0; i < words_.size(); ++i) words_[i] = 0;
+    }
 
     /// The point crosses the surface of this object.
     INSONIFY_LAZY void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
@@ -7634,6 +7706,16 @@ struct crossing {
 struct line_crossings {
     std::vector<crossing> crossings; ///< ascending
     media_stack inside;              ///< the objects around the origin of the line
+
+    /// Empty, with room for the scene's objects.
+    INSONIFY_LAZY void clear(const scene& body) {
+        crossings.clear();
+        inside.clear(body.objects().size());
+    }
+    /// Puts the crossings in order, nearest first.
+    INSONIFY_LAZY void sort() {
+        if (!std::is_sorted(crossings.begin(), crossings.end())) std::sort(crossings.begin(), crossings.end());
+    }
 };
 
 /// True where the ray, from its origin to `reach`, may touch the box; never false where it does.
@@ -7648,24 +7730,26 @@ INSONIFY_LAZY bool may_touch(const aabb& box, const ray& r, float reach) {
     return in <= out * 1.000001F;
 }
 
-/// Finds every crossing of a line from its origin to `depth` metres, and the objects that its origin lies in.
+/// Adds every crossing of a line with one object, from its origin to `depth` metres, in any order.
 ///
 /// An object is around the origin if the half line crosses its surface an odd number of times. The same crossings serve
 /// for both, so the two never contradict each other, also where the probe touches a surface.
+INSONIFY_LAZY void add_crossings(const object& one, const ray& line, float depth, line_crossings& found) {
+    const bool around = one.box.contains(line.origin);
+    if (!around && !may_touch(one.box, line, depth)) return;
+    ray local = one.local(line);
+    local.max_distance = around ? FLT_MAX : depth;
+    one.tree_view().for_each_hit(local, [&](const hit& at) {
+        if (around) found.inside.toggle(one.rank);
+        if (at.distance <= depth) found.crossings.push_back({at.distance, one.rank, at.primitive});
+    });
+}
+
+/// Finds every crossing of a line from its origin to `depth` metres, and the objects that its origin lies in.
 INSONIFY_LAZY void find_crossings(const scene& body, const ray& line, float depth, line_crossings& found) {
-    found.crossings.clear();
-    found.inside.clear(body.objects().size());
-    for (const object& one : body.objects()) {
-        const bool around = one.box.contains(line.origin);
-        if (!around && !may_touch(one.box, line, depth)) continue;
-        ray local = one.local(line);
-        local.max_distance = around ? FLT_MAX : depth;
-        one.tree_view().for_each_hit(local, [&](const hit& at) {
-            if (around) found.inside.toggle(one.rank);
-            if (at.distance <= depth) found.crossings.push_back({at.distance, one.rank, at.primitive});
-        });
-    }
-    std::sort(found.crossings.begin(), found.crossings.end());
+    found.clear(body);
+    for (const object& one : body.objects()) add_crossings(one, line, depth, found);
+    found.sort();
 }
 
 /// How a line meets a surface: the cosine of the angle of incidence, and the tilt of the normal against the line, in
@@ -7737,8 +7821,8 @@ INSONIFY_LAZY void stack_layers(const scene& body, const line_frame& line, float
 #ifndef INSONIFY_SCENE_SLICE_CUT_HPP
 #define INSONIFY_SCENE_SLICE_CUT_HPP
 
-#ifndef INSONIFY_SCENE_CUT_FACE_HPP
-#define INSONIFY_SCENE_CUT_FACE_HPP
+#ifndef INSONIFY_SCENE_CUT_FACES_HPP
+#define INSONIFY_SCENE_CUT_FACES_HPP
 
 #ifndef INSONIFY_SCENE_SLICE_FRAME_HPP
 #define INSONIFY_SCENE_SLICE_FRAME_HPP
@@ -7795,15 +7879,15 @@ struct slice_frame {
     INSONIFY_INLINE Float height_of(const Float& x, const Float& y, const Float& z) const {
         return component(elevation, x, y, z);
     }
-    INSONIFY_LAZY vec2 place_of(vec3 p) const {
-        return {component(across, p.x, p.y, p.z), component(along, p.x, p.y, p.z)};
+    template <class Float>
+    INSONIFY_INLINE Float across_of(const Float& x, const Float& y, const Float& z) const {
+        return component(across, x, y, z);
     }
-
-    std::uint32_t level_of(float point_height) const {
-        std::uint32_t level = 0;
-        for (std::uint32_t i = 0; i < count; ++i) level += point_height > height[i];
-        return level;
+    template <class Float>
+    INSONIFY_INLINE Float along_of(const Float& x, const Float& y, const Float& z) const {
+        return component(along, x, y, z);
     }
+    INSONIFY_LAZY vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
 
   private:
     template <class Float>
@@ -7815,48 +7899,69 @@ struct slice_frame {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Where a slice at this height goes through the edge between two corners, one below it or in it and one above.
-///
-/// Faces that share the edge get the very same point, whichever way they walk it, because it is always walked upwards.
-struct cut_corner {
-    float height = 0;
-    vec2 place{0, 0};
+/// One corner of each of a few triangles, as slices see it.
+template <int N>
+struct seen_corner {
+    lanes<N> height, across, along;
 };
-INSONIFY_LAZY vec2 cut_edge(const cut_corner& below, const cut_corner& above, float height) {
-    const float rise = above.height - below.height;
-    const float share = rise > 0 ? clamped((height - below.height) / rise, 0, 1) : 0.0F;
-    return {multiply_add(share, above.place.x - below.place.x, below.place.x),
-            multiply_add(share, above.place.y - below.place.y, below.place.y)};
+
+/// Each lane of `a` where the mask is set, of `b` elsewhere.
+template <int N>
+INSONIFY_INLINE seen_corner<N> select(const lane_mask<N>& mask, const seen_corner<N>& a, const seen_corner<N>& b) {
+    return {select(mask, a.height, b.height), select(mask, a.across, b.across), select(mask, a.along, b.along)};
 }
 
-/// Cuts one face by all slices that it reaches through: emit(slice number, from, to).
-template <class Emit>
-void cut_face(const slice_frame& frame, const triangle& face, Emit&& emit) {
-    const vec3 points[3] = {face.a, face.b, face.c};
-    cut_corner corner[3];
-    std::uint32_t level[3];
-    for (int i = 0; i < 3; ++i) {
-        corner[i].height = frame.height_of(points[i]);
-        level[i] = frame.level_of(corner[i].height);
-    }
-    if (level[0] == level[1] && level[1] == level[2]) return;
-    for (int i = 0; i < 3; ++i) corner[i].place = frame.place_of(points[i]);
-    const std::uint32_t lowest = std::min({level[0], level[1], level[2]});
-    const std::uint32_t highest = std::max({level[0], level[1], level[2]});
-    for (std::uint32_t slice = lowest; slice < highest; ++slice) {
-        const bool above[3] = {level[0] > slice, level[1] > slice, level[2] > slice};
-        const int alone = above[1] == above[2] ? 0 : above[0] == above[2] ? 1 : 2; // the corner on a side of its own
-        const auto on_edge_to = [&](int other) {
-            return above[alone] ? cut_edge(corner[other], corner[alone], frame.height[slice])
-                                : cut_edge(corner[alone], corner[other], frame.height[slice]);
-        };
-        const vec2 from = on_edge_to((alone + 1) % 3), to = on_edge_to((alone + 2) % 3);
-        if (is_finite(from.x) && is_finite(from.y) && is_finite(to.x) && is_finite(to.y))
-            emit(frame.number[slice], from, to);
+/// Where the edges from `below` to `above` are that high.
+///
+/// Faces that share an edge get the very same point of it, whichever way they walk it, because it is always walked
+/// upwards.
+template <int N>
+INSONIFY_INLINE seen_corner<N> cut_edges(const seen_corner<N>& below, const seen_corner<N>& above, float height) {
+    const lanes<N> zero(0.0F), one(1.0F), rise = above.height - below.height;
+    const lanes<N> share = (lanes<N>(height) - below.height) / select(zero < rise, rise, one);
+    const lanes<N> within = lesser(greater(share, zero), one);
+    return {lanes<N>(height), multiply_add(within, above.across - below.across, below.across),
+            multiply_add(within, above.along - below.along, below.along)};
+}
+
+/// Cuts the triangles of a leaf by all slices that they reach through, those whose corners differ in level:
+/// emit(slice number, a bit for each triangle that it cuts, from, to).
+template <class Range, int Width, class Emit>
+INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width>& triangles, const Emit& emit) {
+    using floats = lanes<Width>;
+    seen_corner<Width> corner[3];
+    const auto axis = [&](int c, int k) { return load<Width>(triangles.corner[c][k]); };
+    for (int c = 0; c < 3; ++c) corner[c].height = frame.height_of(axis(c, 0), axis(c, 1), axis(c, 2));
+    bool placed = false;
+    for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
+        const floats here(frame.height[slice]);
+        const auto a = here < corner[0].height, b = here < corner[1].height, c = here < corner[2].height;
+        std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable;
+        if (mixed == 0) continue;
+        if (!placed) {
+            for (int k = 0; k < 3; ++k) {
+                corner[k].across = frame.across_of(axis(k, 0), axis(k, 1), axis(k, 2));
+                corner[k].along = frame.along_of(axis(k, 0), axis(k, 1), axis(k, 2));
+            }
+            placed = true;
+        }
+        // The corner on a side of its own, and the two after it.
+        const auto first = (b && c) || !(b || c), second = (a && c) || !(a || c);
+        const seen_corner<Width> alone = select<Width>(first, corner[0], select<Width>(second, corner[1], corner[2]));
+        const seen_corner<Width> next = select<Width>(first, corner[1], select<Width>(second, corner[2], corner[0]));
+        const seen_corner<Width> last = select<Width>(first, corner[2], select<Width>(second, corner[0], corner[1]));
+        const auto up = here < alone.height;
+        const seen_corner<Width> from =
+            cut_edges(select<Width>(up, next, alone), select<Width>(up, alone, next), frame.height[slice]);
+        const seen_corner<Width> to =
+            cut_edges(select<Width>(up, last, alone), select<Width>(up, alone, last), frame.height[slice]);
+        mixed &=
+            bits_of(floats(0.0F) <= floats_of<Width>(not_finite<Width>(from.across) | not_finite<Width>(from.along) |
+                                                     not_finite<Width>(to.across) | not_finite<Width>(to.along)));
+        if (mixed != 0) emit(frame.number[slice], mixed, from, to);
     }
 }
 
@@ -7892,16 +7997,26 @@ class line_fan {
         vec2 origin{0, 0};
         vec2 along{0, 1};
 
-        /// How far to the right of the line a point lies, and how far down it, metres.
+        /// How far to the right of the line a point lies, metres.
         float right(vec2 p) const { return (p.x - origin.x) * along.y - (p.y - origin.y) * along.x; }
-        float down(vec2 p) const { return (p.x - origin.x) * along.x + (p.y - origin.y) * along.y; }
+    };
 
-        /// How far down the line the way from p to q crosses it, given that it does.
-        float meet(vec2 p, vec2 q) const {
-            const float before = right(p), beyond = before - right(q);
-            const float share = beyond != 0 ? clamped(before / beyond, 0, 1) : 0.5F;
-            const float at_p = down(p);
-            return at_p + share * (down(q) - at_p);
+    /// A few neighbouring lines, side by side.
+    template <int N>
+    struct neighbours {
+        lanes<N> origin_x, origin_y, along_x, along_y;
+
+        /// How far down each line the way from p to q crosses it, given that it does.
+        INSONIFY_INLINE lanes<N> meet(vec2 p, vec2 q) const {
+            const lanes<N> zero(0.0F), one(1.0F);
+            const lanes<N> px = lanes<N>(p.x) - origin_x, py = lanes<N>(p.y) - origin_y;
+            const lanes<N> qx = lanes<N>(q.x) - origin_x, qy = lanes<N>(q.y) - origin_y;
+            const lanes<N> right_of_p = px * along_y - py * along_x, right_of_q = qx * along_y - qy * along_x;
+            const lanes<N> beyond = right_of_p - right_of_q;
+            const auto parallel = beyond == zero;
+            const lanes<N> share = select(parallel, lanes<N>(0.5F), right_of_p) / select(parallel, one, beyond);
+            const lanes<N> down_p = px * along_x + py * along_y, down_q = qx * along_x + qy * along_y;
+            return down_p + lesser(greater(share, zero), one) * (down_q - down_p);
         }
     };
 
@@ -7924,6 +8039,13 @@ class line_fan {
 
     bool parallel() const { return parallel_; }
 
+    /// How far the origins of lines reach, metres, and the most that a line gains along in a metre.
+    struct bounds {
+        vec2 least{FLT_MAX, FLT_MAX}, most{-FLT_MAX, -FLT_MAX};
+        float straightest = -1;
+    };
+    const bounds& extent() const { return extent_; }
+
     /// Where the coordinates stand in the frame of the probe: x across and z along there are x and y here.
     INSONIFY_LAZY pose upright() const {
         return {mat3{{axis_.y, 0, -axis_.x}, {0, 1, 0}, {axis_.x, 0, axis_.y}}, {apex_.x, 0, apex_.y}};
@@ -7935,22 +8057,52 @@ class line_fan {
         return parallel_ || (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F);
     }
 
-    /// How many lines have the point on their right.
-    INSONIFY_LAZY std::uint32_t gap(vec2 p) const {
-        const float key = key_of(p);
-        std::uint32_t i = first_in_bin_[bin_of(key)];
-        while (i < keys_.size() && keys_[i] < key) ++i;
-        return i;
+    /// The lines from `first` on; after the last one, that one again.
+    template <int N>
+    neighbours<N> from(std::size_t first) const {
+        const auto each = [&](auto value) {
+            return each_lane<N>(
+                [&](int i) { return value(lines_[std::min(first + static_cast<std::size_t>(i), lines_.size() - 1)]); });
+        };
+        return {each([](const line& l) { return l.origin.x; }), each([](const line& l) { return l.origin.y; }),
+                each([](const line& l) { return l.along.x; }), each([](const line& l) { return l.along.y; })};
     }
 
-    /// Calls visit(first, last) for the lines [first, last) that the straight way from p to q crosses; at most twice.
+    /// Where a few points lie among the lines, side by side: what `gap` asks for each.
+    template <int N>
+    struct places {
+        float key[N];
+        std::uint32_t bin[N];
+    };
+    template <int N>
+    INSONIFY_INLINE places<N> places_of(const lanes<N>& x, const lanes<N>& y) const {
+        places<N> found;
+        const lanes<N> keys = key_of<N>(x, y);
+        store(keys, found.key);
+        store_bits<N>(bin_of<N>(keys), found.bin);
+        return found;
+    }
+
+    /// How many lines have point i of them, which is finite, on their right.
+    template <int N>
+    INSONIFY_INLINE std::uint32_t gap(const places<N>& of, std::uint32_t i) const {
+        std::uint32_t left = first_in_bin_[std::min(of.bin[i], last_bin_)];
+        left += keys_[left] < of.key[i]; // mostly all there is: without a branch
+        while (keys_[left] < of.key[i]) ++left;
+        return left;
+    }
+    INSONIFY_LAZY std::uint32_t gap(vec2 p) const {
+        return gap(places_of<simd_width>(lanes<simd_width>(p.x), lanes<simd_width>(p.y)), 0);
+    }
+
+    /// Calls visit(first, last) for the lines [first, last) that the straight way from p to q crosses, which lie in these
+    /// gaps; at most twice.
     ///
     /// The gap of a point depends on nothing else: what is closed crosses each line an even number of times, or around
     /// the apex each an odd number, however coordinates were rounded.
     template <class Visit>
-    void for_each_crossed(vec2 p, vec2 q, Visit&& visit) const {
-        const std::uint32_t a = gap(p), b = gap(q);
-        const std::uint32_t left = std::min(a, b), right = std::max(a, b);
+    void for_each_crossed(vec2 p, std::uint32_t gap_of_p, vec2 q, std::uint32_t gap_of_q, Visit&& visit) const {
+        const std::uint32_t left = std::min(gap_of_p, gap_of_q), right = std::max(gap_of_p, gap_of_q);
         if (passes_behind(p, q)) {
             if (left > 0) visit(std::uint32_t{0}, left);
             if (right < size()) visit(right, size());
@@ -7997,37 +8149,64 @@ class line_fan {
         const vec2 left = lines_[(lines_.size() - 1) / 2].along, right = lines_[lines_.size() / 2].along;
         const vec2 sum = left + right; // 0 for two lines that part in opposite directions
         axis_ = dot(sum, sum) > 1e-6F ? normalize(sum) : vec2{left.y, -left.x};
-        for (line& l : lines_) l = {turned(l.origin - apex_), turned(l.along)};
+        extent_ = {};
+        for (line& l : lines_) {
+            l = {turned(l.origin - apex_), turned(l.along)};
+            for (int axis = 0; axis < 2; ++axis) {
+                extent_.least[axis] = lesser(extent_.least[axis], l.origin[axis]);
+                extent_.most[axis] = greater(extent_.most[axis], l.origin[axis]);
+            }
+            extent_.straightest = greater(extent_.straightest, l.along.y);
+        }
         return true;
     }
     vec2 turned(vec2 v) const { return {v.x * axis_.y - v.y * axis_.x, v.x * axis_.x + v.y * axis_.y}; }
 
     INSONIFY_LAZY bool number_gaps() {
-        keys_.resize(lines_.size());
-        for (std::size_t i = 0; i < keys_.size(); ++i)
-            keys_[i] = key_of(parallel_ ? lines_[i].origin : lines_[i].along);
-        if (!std::is_sorted(keys_.begin(), keys_.end())) return false;
-        const std::size_t bins = 2 * keys_.size() + 1;
-        const float extent = keys_.back() - keys_.front();
-        bins_per_key_ = extent > 0 ? static_cast<float>(bins - 1) / extent : 0.0F;
-        first_in_bin_.assign(bins, 0);
-        for (std::size_t bin = 0, i = 0; bin < bins; ++bin) {
-            while (i < keys_.size() && bin_of(keys_[i]) < bin) ++i;
-            first_in_bin_[bin] = static_cast<std::uint32_t>(i);
+        constexpr std::size_t width = simd_width;
+        keys_.resize(lines_.size() + width); // beyond the last line's it is where every search ends
+        const auto place = [&](std::size_t i) { return parallel_ ? lines_[i].origin : lines_[i].along; };
+        for (std::size_t i = 0; i < lines_.size(); i += width) {
+            const auto each = [&](int axis) {
+                return each_lane<width>([&](int lane) {
+                    return place(std::min(i + static_cast<std::size_t>(lane), lines_.size() - 1))[axis];
+                });
+            };
+            store(key_of<width>(each(0), each(1)), keys_.data() + i);
         }
+        std::fill(keys_.begin() + size(), keys_.end(), FLT_MAX);
+        if (!std::is_sorted(keys_.begin(), keys_.end())) return false;
+        const std::size_t bins = 2 * lines_.size() + 1;
+        const float extent = keys_[lines_.size() - 1] - keys_[0];
+        last_bin_ = static_cast<std::uint32_t>(bins - 1);
+        bins_per_key_ = extent > 0 ? static_cast<float>(bins - 1) / extent : 0.0F;
+        first_in_bin_.assign(bins, size());
+        for (std::size_t i = lines_.size(); i > 0;) {
+            std::uint32_t bin[width];
+            const std::size_t first = (i - 1) / width * width;
+            store_bits<width>(bin_of<width>(load<width>(keys_.data() + first)), bin);
+            for (; i > first; --i) first_in_bin_[bin[i - 1 - first]] = static_cast<std::uint32_t>(i - 1);
+        }
+        for (std::size_t bin = bins - 1; bin > 0; --bin)
+            first_in_bin_[bin - 1] = std::min(first_in_bin_[bin - 1], first_in_bin_[bin]);
         return true;
     }
-    INSONIFY_LAZY std::size_t bin_of(float key) const { // rises with the key, however it rounds; NaN is in the first
-        const float bin = greater(0.0F, (key - keys_.front()) * bins_per_key_);
-        return static_cast<std::size_t>(lesser(static_cast<float>(first_in_bin_.size() - 1), bin));
+
+    // Rises with the key, however it rounds; NaN is in the first.
+    template <int N>
+    INSONIFY_INLINE bit_lanes<N> bin_of(const lanes<N>& key) const {
+        const lanes<N> bin = greater(lanes<N>(0.0F), (key - lanes<N>(keys_[0])) * lanes<N>(bins_per_key_));
+        return bits_of_whole<N>(lesser(bin, lanes<N>(static_cast<float>(last_bin_))));
     }
 
     // Rises from line to line: the place across, or something like the angle: -2 to 2 for -180 to 180 degrees.
-    float key_of(vec2 p) const {
-        if (parallel_) return p.x;
-        const float size = std::fabs(p.x) + std::fabs(p.y);
-        const float share = size > 0 ? p.x / size : 0.0F;
-        return p.y >= 0 ? share : p.x >= 0 ? 2 - share : -2 - share;
+    template <int N>
+    INSONIFY_INLINE lanes<N> key_of(const lanes<N>& x, const lanes<N>& y) const {
+        if (parallel_) return x;
+        const lanes<N> zero(0.0F), size = absolute(x) + absolute(y);
+        const lanes<N> share = x / select(zero < size, size, lanes<N>(1.0F));
+        const lanes<N> behind = select(zero <= x, lanes<N>(2.0F), lanes<N>(-2.0F)) - share;
+        return select(zero <= y, share, behind);
     }
 
     // Whether the way from p to q crosses the half line from the apex straight back, where keys jump.
@@ -8039,9 +8218,11 @@ class line_fan {
     bool parallel_ = true;
     vec2 apex_{0, 0}, axis_{0, 1};
     std::vector<line> lines_;
+    bounds extent_{};
     std::vector<float> keys_;
     std::vector<std::uint32_t> first_in_bin_;
     float bins_per_key_ = 0;
+    std::uint32_t last_bin_ = 0;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -8067,18 +8248,13 @@ struct slice_region {
         const auto &left = fan[0], &right = fan[fan.size() - 1];
         add_side({-left.along.y, left.along.x}, left.right({0, 0}));
         add_side({right.along.y, -right.along.x}, -right.right({0, 0}));
-        float nearest = FLT_MAX;
-        for (std::uint32_t i = 0; i < fan.size(); ++i) nearest = lesser(nearest, fan[i].origin.y);
-        add_side({0, -1}, -nearest);
+        add_side({0, -1}, -fan.extent().least.y);
     }
 
     /// The same, as far as lines of this length reach.
     INSONIFY_LAZY slice_region within(float reach, const line_fan& fan) const {
-        float furthest = -FLT_MAX;
-        for (std::uint32_t i = 0; i < fan.size(); ++i)
-            furthest = greater(furthest, fan[i].origin.y + reach * fan[i].along.y);
         slice_region near_part = *this;
-        near_part.add_side({0, 1}, furthest);
+        near_part.add_side({0, 1}, fan.extent().most.y + reach * fan.extent().straightest);
         return near_part;
     }
 
@@ -8135,6 +8311,7 @@ INSONIFY_LAZY bool overlaps(const slice_region& region, const aabb& box) {
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 #include <algorithm>
+#include <cstddef>
 
 /// Which faces go through slices: those whose corners differ in level (see `slice_frame`).
 namespace insonify::inline INSONIFY_ABI {
@@ -8178,29 +8355,12 @@ void for_each_mixed(view<const uvec3> faces, const face_groups& groups, std::siz
     }
 }
 
-/// A bit for each triangle of a leaf whose corners differ in level.
-template <class Range, int Width>
-INSONIFY_INLINE std::uint32_t mixed_of(const slice_frame& frame, const leaf<Range, Width>& triangles) {
-    lanes<Width> height[3];
-    for (int c = 0; c < 3; ++c) {
-        const auto& corner = triangles.corner[c];
-        height[c] = frame.height_of(load<Width>(corner[0]), load<Width>(corner[1]), load<Width>(corner[2]));
-    }
-    std::uint32_t mixed = 0;
-    for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
-        const lanes<Width> here(frame.height[slice]);
-        const std::uint32_t a = bits_of(here < height[0]), b = bits_of(here < height[1]);
-        mixed |= (a ^ b) | (a ^ bits_of(here < height[2]));
-    }
-    return mixed & triangles.usable;
-}
-
 /// The children of a node that may reach into the slices: visit(code), see node.hpp.
 template <class Range, int Width, class Visit>
 INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uint32_t node, const slice_region& region,
                                     Visit&& visit) {
     const float* const side = tree.nodes[node].sides;
-    const auto row = [&](int k) { return load<Width>(side + k * Width); };
+    const auto row = [&](std::ptrdiff_t k) { return load<Width>(side + k * Width); };
     const lanes<Width> lower[3] = {row(0), row(1), row(2)}, upper[3] = {row(3), row(4), row(5)};
     for (std::uint32_t left = overlaps(region, lower, upper); left != 0; left &= left - 1) {
         const std::uint32_t child = tree.nodes[node].child[lowest_bit(left)];
@@ -8211,11 +8371,20 @@ INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uin
 /// The leaves below `code` that may reach into the slices: visit(leaf, slots).
 template <class Range, int Width, class Visit>
 void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
-    std::uint32_t stack[bvh_view<Range, Width>::stack_size];
-    std::uint32_t waiting = 0;
+    // So many are asked for before they are looked at, unless many wait: then, one branch after the other, each level adds
+    // less than Width to those that wait.
+    constexpr std::uint32_t ahead = 8, many = ahead * Width;
+    std::uint32_t stack[many + ahead * Width + bvh_view<Range, Width>::stack_size], coming[ahead];
+    std::uint32_t waiting = 0, taken = 0, asked = 0;
     stack[waiting++] = code;
-    while (waiting > 0) {
-        const std::uint32_t next = stack[--waiting];
+    for (;;) {
+        for (; waiting > 0 && asked - taken < (waiting < many ? ahead : 1); ++asked) {
+            const std::uint32_t child = coming[asked % ahead] = stack[--waiting];
+            tree.prefetch(child);
+            tree.prefetch_slots(child);
+        }
+        if (asked == taken) return;
+        const std::uint32_t next = coming[taken++ % ahead];
         if ((next & leaf_bit) != 0)
             visit(tree.leaves[next ^ leaf_bit], tree.slots.first + std::size_t{next ^ leaf_bit} * Width);
         else
@@ -8246,24 +8415,24 @@ struct cut_segment {
 /// whatever the number of slices.
 class slice_cut {
   public:
+    /// @param chosen    of each object, whether it is to be cut
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
     /// @param offsets   heights of the slices over that plane, metres
     /// @param reach     how far lines are followed, metres
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene& body, const line_fan& fan, const pose& probe_at,
-             view<const float> offsets, float reach) {
-        plan(body, fan, probe_at, offsets, reach);
-        for_each_index(policy, vertex_parts_.size(), [&](std::size_t i) {
+    void cut(const Policy& policy, const scene& body, view<const std::uint8_t> chosen, const line_fan& fan,
+             const pose& probe_at, view<const float> offsets, float reach) {
+        plan(body, chosen, fan, probe_at, offsets, reach);
+        exec::for_each_block(policy, vertex_parts_.size(), 1, 0.5F * block, [&](std::size_t i, std::size_t) {
             const part& own = vertex_parts_[i];
             const object& one = body.objects()[own.object];
             find_levels(own.region->frame.local(one.at),
                         {one.surface.positions.data() + own.begin, own.end - own.begin},
                         levels_.data() + own.levels + own.begin);
         });
-        const std::size_t grain = work_ < pays_for_threads ? face_parts_.size() + 1 : 1;
-        exec::for_each_block(policy, face_parts_.size(), grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) cut_part(body, fan, face_parts_[i], found_[i]);
-        });
+        const float nanoseconds = 5 * static_cast<float>(work_) / static_cast<float>(face_parts_.size() + 1);
+        exec::for_each_block(policy, face_parts_.size(), 1, nanoseconds,
+                             [&](std::size_t i, std::size_t) { cut_part(body, fan, face_parts_[i], found_[i]); });
     }
 
     /// Calls visit(segment) for each, in an order that depends on nothing but the arguments of `cut`.
@@ -8276,7 +8445,6 @@ class slice_cut {
   private:
     static constexpr std::uint32_t block = 8192; // vertices or faces that one thread takes at a time
     static constexpr std::uint32_t groups_of_block = block / face_groups::size;
-    static constexpr std::size_t pays_for_threads = 16384; // faces looked at: below that one thread is faster
 
     static constexpr std::size_t most_subtrees = 32; // that one object's tree is divided into, about
 
@@ -8289,13 +8457,14 @@ class slice_cut {
     };
 
     // The work, in the order in which `for_each_segment` will give what it finds.
-    INSONIFY_LAZY void plan(const scene& body, const line_fan& fan, const pose& probe_at, view<const float> offsets,
-                            float reach) {
+    INSONIFY_LAZY void plan(const scene& body, view<const std::uint8_t> chosen, const line_fan& fan,
+                            const pose& probe_at, view<const float> offsets, float reach) {
         const pose upright = probe_at * fan.upright();
-        aabb face;
-        for (std::uint32_t i = 0; i < fan.size(); ++i)
-            for (const float offset : offsets)
-                face = merged(face, upright.point({fan[i].origin.x, offset, fan[i].origin.y}));
+        aabb face; // of the probe
+        for (const float offset : offsets)
+            for (const float x : {fan.extent().least.x, fan.extent().most.x})
+                for (const float y : {fan.extent().least.y, fan.extent().most.y})
+                    face = merged(face, upright.point({x, offset, y}));
         const vec3 rounding = 1e-6F * (absolute(face.lower) + absolute(face.upper));
         face = {face.lower - rounding, face.upper + rounding};
         endless_ = {slice_frame{upright, offsets}, fan};
@@ -8306,6 +8475,7 @@ class slice_cut {
         work_ = 0;
         std::size_t levels = 0;
         for (std::uint32_t i = 0; i < body.objects().size(); ++i) {
+            if (chosen[i] == 0) continue;
             const object& one = body.objects()[i];
             // Lines that begin in an object are followed to where they leave it.
             const slice_region& region = overlaps(face, one.box) ? endless_ : within_reach_;
@@ -8357,22 +8527,43 @@ class slice_cut {
         const object& one = body.objects()[own.object];
         const slice_region region = own.region->local(one.at);
         found.clear();
-        const auto cut = [&](std::uint32_t primitive, const triangle& face) {
-            cut_face(region.frame, face, [&](std::uint32_t slice, vec2 from, vec2 to) {
-                fan.for_each_crossed(from, to, [&](std::uint32_t first, std::uint32_t last) {
-                    found.push_back({from, to, first, last, slice, own.object, primitive});
-                });
-            });
+        const auto cut = [&](const auto& faces, const std::uint32_t* slots) {
+            using corner = seen_corner<simd_width>;
+            const auto keep = [&](std::uint32_t slice, std::uint32_t cut_ones, const corner& from, const corner& to) {
+                float ends[4][simd_width];
+                const lanes<simd_width>* const of_ends[4] = {&from.across, &from.along, &to.across, &to.along};
+                for (int i = 0; i < 4; ++i) store(*of_ends[i], ends[i]);
+                const auto places_from = fan.places_of<simd_width>(from.across, from.along);
+                const auto places_to = fan.places_of<simd_width>(to.across, to.along);
+                for (; cut_ones != 0; cut_ones &= cut_ones - 1) {
+                    const std::uint32_t i = lowest_bit(cut_ones);
+                    const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
+                    fan.for_each_crossed(p, fan.gap(places_from, i), q, fan.gap(places_to, i),
+                                         [&](std::uint32_t first, std::uint32_t last) {
+                                             found.push_back({p, q, first, last, slice, own.object, slots[i]});
+                                         });
+                }
+            };
+            cut_faces(region.frame, faces, keep);
         };
         if (one.tree_follows) {
-            for_each_leaf(one.tree_view(), own.begin, region, [&](const auto& leaf, const std::uint32_t* slots) {
-                for (std::uint32_t left = mixed_of(region.frame, leaf); left != 0; left &= left - 1)
-                    cut(slots[lowest_bit(left)], leaf.corners(lowest_bit(left)));
-            });
+            for_each_leaf(one.tree_view(), own.begin, region, cut);
         } else {
             const mesh_view surface{one.surface};
+            leaf<mesh_view, simd_width> faces;
+            std::uint32_t slots[simd_width], held = 0;
+            const auto cut_held = [&] {
+                std::fill(slots + held, slots + simd_width, no_primitive);
+                faces.fill(surface, slots);
+                cut(faces, slots);
+                held = 0;
+            };
             for_each_mixed(surface.faces, one.groups, own.begin, own.end, levels_.data() + own.levels,
-                           [&](std::uint32_t primitive) { cut(primitive, surface[primitive]); });
+                           [&](std::uint32_t primitive) {
+                               slots[held++] = primitive;
+                               if (held == simd_width) cut_held();
+                           });
+            if (held > 0) cut_held();
         }
     }
 
@@ -8381,7 +8572,7 @@ class slice_cut {
     std::vector<std::uint32_t> subtrees_, below_;
     std::vector<std::uint8_t> levels_;
     std::vector<std::vector<cut_segment>> found_;
-    std::size_t work_ = 0;
+    std::size_t work_ = 0; // about how many faces are to be looked at
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -8395,12 +8586,13 @@ namespace insonify::inline INSONIFY_ABI {
 class slice_lines {
   public:
     /// Lines that are handed their segments together, by one thread.
-    static constexpr std::size_t block = 8;
+    static constexpr int block = 8;
+    static_assert(block % simd_width == 0);
 
-    /// The segments of one block, by line and slice.
-    struct block_segments {
-        std::vector<std::uint32_t> end; ///< of each line and slice, in `segments`
-        std::vector<const cut_segment*> segments;
+    /// The crossings of the lines of one block, by slice and line, nearly ascending.
+    struct block_crossings {
+        std::vector<std::uint32_t> end; ///< of each slice and line, in `crossings`
+        std::vector<crossing> crossings;
     };
 
     /// @return false where the lines are no `line_fan`: then nothing is found
@@ -8409,33 +8601,51 @@ class slice_lines {
         return fan_.assign(probe);
     }
 
-    /// Whether cutting the scene is faster than tracing rays; always where a tree waits.
+    /// Chooses the objects to be cut, after `take`: all, or those whose trees wait and those of which rays would find the
+    /// crossings later:
     ///
-    /// Cutting costs as much as 100 faces before the first one, and a slice goes through about 2 sqrt(faces) of an object;
-    /// a ray costs about as much as 1.6 of them for each object that it comes near. So cutting pays for coarse meshes and
-    /// many objects, rays for few lines and meshes finer than their spacing (where packets of rays are slower than single
-    /// ones). Both grow alike with the number of slices.
-    INSONIFY_LAZY bool pays(const scene& body, const pose& at) const {
+    ///     1 + log2(faces)^2 / 3  <=  lines near the object + all lines / 20        in units of a ray that comes near
+    ///
+    /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines: where it errs, the
+    /// slower way takes up to 1.2 times the time of the faster, but for many crossings on a few lines, which slices would
+    /// find twice as fast. Both grow alike with the number of slices. Nothing else in the scene matters to the choice, so
+    /// that what comes and goes changes no bit of its neighbours.
+    /// @return whether any is cut
+    INSONIFY_LAZY bool choose(const scene& body, const pose& at, bool all) {
         const float middle = 0;
         const slice_frame frame{at * fan_.upright(), {&middle, 1}};
-        float rays = 0, cuts = 100;
-        for (const object& one : body.objects()) {
-            if (!one.tree_follows) return true;
-            const std::uint32_t lines = one.box.empty() ? 0 : lines_near(one.box, frame);
-            if (lines == 0) continue;
-            rays += static_cast<float>(lines);
-            cuts += 2 * std::sqrt(static_cast<float>(one.surface.faces.size()));
+        chosen_.assign(body.objects().size(), 1);
+        left_.clear();
+        for (std::uint32_t i = 0; i < chosen_.size() && !all; ++i) {
+            const object& one = body.objects()[i];
+            if (!one.tree_follows) continue;
+            const std::uint32_t near_ones = one.box.empty() ? 0 : lines_near(one.box, frame);
+            const float doublings = near_ones == 0 ? 0.0F : std::log2(static_cast<float>(one.surface.faces.size()));
+            const float rays = static_cast<float>(near_ones) + 0.05F * static_cast<float>(fan_.size());
+            if (1 + 0.32F * doublings * doublings <= rays) continue;
+            chosen_[i] = 0;
+            left_.push_back(i);
         }
-        return cuts <= 1.6F * rays;
+        return left_.size() < chosen_.size();
     }
 
-    /// Cuts the scene by the slices of the probe that was taken; see `slice_cut::cut`.
+    /// The objects that are not cut: indices into `scene::objects`.
+    INSONIFY_LAZY view<const std::uint32_t> left_to_rays() const { return left_; }
+
+    /// About what the crossings of a line take to be found and made layers of, where they were cut; nanoseconds.
+    INSONIFY_LAZY float search_time() const {
+        const auto blocks = static_cast<float>(block_end_.size());
+        return 150 + 70 * static_cast<float>(of_blocks_.size()) / blocks;
+    }
+
+    /// Cuts the objects that were chosen, of the same scene, by the slices of the probe that was taken; see
+    /// `slice_cut::cut`.
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene& body, const pose& at, view<const float> offsets, float reach) {
         body_ = &body;
         slices_ = offsets.size();
         reach_ = reach;
-        cut_.cut(policy, body, fan_, at, offsets, reach);
+        cut_.cut(policy, body, view<const std::uint8_t>{chosen_}, fan_, at, offsets, reach);
         const std::size_t blocks = (fan_.size() + block - 1) / block;
         block_end_.assign(blocks + 1, 0);
         const auto each_block = [&](const auto& visit) {
@@ -8446,56 +8656,69 @@ class slice_lines {
         each_block([&](std::size_t b, const cut_segment&) { ++block_end_[b + 1]; });
         for (std::size_t b = 0; b < blocks; ++b) block_end_[b + 1] += block_end_[b];
         of_blocks_.resize(block_end_[blocks]);
-        each_block([&](std::size_t b, const cut_segment& segment) { of_blocks_[block_end_[b]++] = &segment; });
+        each_block([&](std::size_t b, const cut_segment& segment) {
+            of_blocks_[block_end_[b]++] = {segment.from.y + segment.to.y, &segment};
+        });
     }
 
-    /// Sorts the segments of lines `begin` to `begin + block` by line and slice.
-    INSONIFY_LAZY void start(std::size_t begin, block_segments& own) {
+    /// Finds where lines `begin` to `begin + block` cross their segments.
+    INSONIFY_LAZY void start(std::size_t begin, block_crossings& own) {
         const std::size_t b = begin / block;
-        const std::size_t first = b == 0 ? 0 : block_end_[b - 1], last = block_end_[b];
-        // By depth, once for the block: so that its lines get theirs nearly sorted.
         const auto at = [&](std::size_t i) { return of_blocks_.begin() + static_cast<std::ptrdiff_t>(i); };
-        std::sort(at(first), at(last), [](const cut_segment* one, const cut_segment* other) {
-            return one->from.y + one->to.y < other->from.y + other->to.y;
-        });
+        const auto first = at(b == 0 ? 0 : block_end_[b - 1]), last = at(block_end_[b]);
+        // By depth, once for the block: so that its lines get theirs nearly sorted.
+        std::sort(first, last, [](const waiting& one, const waiting& other) { return one.depth < other.depth; });
+
         own.end.assign(block * slices_ + 1, 0);
-        const auto each_slot = [&](const auto& visit) {
-            for (std::size_t i = first; i < last; ++i) {
-                const cut_segment& segment = *of_blocks_[i];
-                const std::size_t end = std::min<std::size_t>(segment.last, begin + block);
-                for (std::size_t line = std::max<std::size_t>(segment.first, begin); line < end; ++line)
-                    visit((line - begin) * slices_ + segment.slice, &segment);
+        const auto each_segment = [&](const auto& visit) {
+            for (auto i = first; i != last; ++i) {
+                const cut_segment& segment = *i->segment;
+                visit(segment, std::max<std::size_t>(segment.first, begin) - begin,
+                      std::min<std::size_t>(segment.last, begin + block) - begin);
             }
         };
-        each_slot([&](std::size_t slot, const cut_segment*) { ++own.end[slot + 1]; });
+        each_segment([&](const cut_segment& segment, std::size_t from, std::size_t to) {
+            for (std::size_t line = from; line < to; ++line) ++own.end[std::size_t{segment.slice} * block + line + 1];
+        });
         for (std::size_t slot = 0; slot < block * slices_; ++slot) own.end[slot + 1] += own.end[slot];
-        own.segments.resize(own.end[block * slices_]);
-        each_slot([&](std::size_t slot, const cut_segment* segment) { own.segments[own.end[slot]++] = segment; });
+        own.crossings.resize(own.end[block * slices_]);
+        line_fan::neighbours<simd_width> lines[block / simd_width];
+        for (std::size_t i = 0; i < block; i += simd_width) lines[i / simd_width] = fan_.from<simd_width>(begin + i);
+        each_segment([&](const cut_segment& segment, std::size_t from, std::size_t to) {
+            float distance[block];
+            for (std::size_t i = 0; i < block; i += simd_width)
+                store(lines[i / simd_width].meet(segment.from, segment.to), distance + i);
+            const std::uint32_t rank = body_->objects()[segment.object].rank;
+            std::uint32_t* const end = own.end.data() + std::size_t{segment.slice} * block;
+            for (std::size_t line = from; line < to; ++line)
+                own.crossings[end[line]++] = {distance[line], rank, segment.primitive};
+        });
     }
 
-    /// The same as `find_crossings` for the ray that leaves `origin`, in the world, as this line of this slice.
-    INSONIFY_LAZY void find(std::size_t line, std::size_t slice, vec3 origin, const block_segments& own,
+    /// The same as `find_crossings` in the chosen objects for the ray that leaves `origin`, in the world, as this line of
+    /// this slice; to be sorted.
+    INSONIFY_LAZY void find(std::size_t line, std::size_t slice, vec3 origin, const block_crossings& own,
                             line_crossings& found) const {
-        found.crossings.clear();
-        found.inside.clear(body_->objects().size());
-        const std::size_t slot = line % block * slices_ + slice;
-        const line_fan::line& way = fan_[line];
-        const object* one = nullptr; // of the segment before, for neighbours mostly belong to the same
+        found.clear(*body_);
+        const std::size_t slot = slice * block + line % block;
+        std::uint32_t rank = ~0U; // of the crossing before, for neighbours mostly belong to the same object
         bool around = false;
         for (std::size_t i = slot == 0 ? 0 : own.end[slot - 1]; i < own.end[slot]; ++i) {
-            const cut_segment& segment = *own.segments[i];
-            const float distance = way.meet(segment.from, segment.to);
-            if (!(distance >= 0)) continue;
-            const object* owner = body_->objects().data() + segment.object;
-            if (owner != one) around = owner->box.contains(origin), one = owner;
-            if (around) found.inside.toggle(one->rank);
-            if (distance <= reach_) found.crossings.push_back({distance, one->rank, segment.primitive});
+            const crossing& one = own.crossings[i];
+            if (!(one.distance >= 0)) continue;
+            if (one.rank != rank) rank = one.rank, around = body_->ranked(rank).box.contains(origin);
+            if (around) found.inside.toggle(rank);
+            if (one.distance <= reach_) found.crossings.push_back(one);
         }
-        if (!std::is_sorted(found.crossings.begin(), found.crossings.end()))
-            std::sort(found.crossings.begin(), found.crossings.end());
     }
 
   private:
+    // A segment that a block waits for.
+    struct waiting {
+        float depth = 0; // the sum of its ends'
+        const cut_segment* segment = nullptr;
+    };
+
     // How many lines may meet a box.
     INSONIFY_LAZY std::uint32_t lines_near(const aabb& box, const slice_frame& frame) const {
         if (!fan_.is_wedge()) return fan_.size();
@@ -8505,8 +8728,10 @@ class slice_lines {
                                                (corner & 2U) != 0 ? box.upper.y : box.lower.y,
                                                (corner & 4U) != 0 ? box.upper.z : box.lower.z});
             if (!fan_.parallel() && !(place.y > 0)) return fan_.size();
-            first = std::min(first, fan_.gap(place));
-            last = std::max(last, fan_.gap(place));
+            if (!is_finite(place.x) || !is_finite(place.y)) return fan_.size();
+            const std::uint32_t gap = fan_.gap(place);
+            first = std::min(first, gap);
+            last = std::max(last, gap);
         }
         return last - first;
     }
@@ -8515,9 +8740,11 @@ class slice_lines {
     std::size_t slices_ = 0;
     float reach_ = 0;
     line_fan fan_;
+    std::vector<std::uint8_t> chosen_; // of each object, whether it is cut
+    std::vector<std::uint32_t> left_;  // the others
     slice_cut cut_;
     std::vector<std::size_t> block_end_;
-    std::vector<const cut_segment*> of_blocks_;
+    std::vector<waiting> of_blocks_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -8527,7 +8754,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// How the crossings of lines are found: the same ones, but for lines within rounding of a vertex or an edge.
 enum class search {
-    best,   ///< whichever is faster, as `slice_lines::pays` says
+    best,   ///< for each object whichever is faster, as `slice_lines::choose` says
     rays,   ///< one ray for each line and slice, through the trees
     slices, ///< the slices are cut once and shared out; rays where the lines are no `line_fan`
 };
@@ -8536,9 +8763,9 @@ enum class search {
 struct line_workspace {
     /// What one thread works in.
     struct block {
-        line_crossings found;                 ///< of the line at work
-        std::vector<layer> layers;            ///< of the line at work
-        slice_lines::block_segments segments; ///< of the lines of the block
+        line_crossings found;                   ///< of the line at work
+        std::vector<layer> layers;              ///< of the line at work
+        slice_lines::block_crossings crossings; ///< of the lines of the block
     };
     slice_lines slices;        ///< cut of the scene
     std::vector<block> blocks; ///< one for each block of lines
@@ -8558,13 +8785,14 @@ INSONIFY_FN ray world_beam(const Probe& probe, const pose& at, float line) {
 
 /// Finds what every line of a probe runs through, down to `reach` metres, in each of its slices: visit(line, plane,
 /// frame, layers), the planes of one line in order and by one thread.
+/// @param nanoseconds  about what `visit` takes; 1e6F where nothing is known of it
 /// @throws usage_error  where rays are traced while a tree of the scene waits
 template <exec::policy Policy, transducer Probe, class Visit>
 void for_each_line(const Policy& policy, search by, const scene& body, const Probe& probe, const pose& at,
-                   const elevation_planes& planes, float reach, angles wanted, line_workspace& own,
+                   const elevation_planes& planes, float reach, angles wanted, line_workspace& own, float nanoseconds,
                    const Visit& visit) {
     const bool sliced =
-        by != search::rays && own.slices.take(probe) && (by == search::slices || own.slices.pays(body, at));
+        by != search::rays && own.slices.take(probe) && own.slices.choose(body, at, by == search::slices);
     if (sliced) {
         float offsets[elevation_planes::most];
         for (std::uint32_t plane = 0; plane < planes.count(); ++plane) offsets[plane] = planes.offset(plane);
@@ -8574,18 +8802,26 @@ void for_each_line(const Policy& policy, search by, const scene& body, const Pro
     }
     if (own.blocks.size() < line_blocks(probe.lines)) own.blocks.resize(line_blocks(probe.lines));
     const vec3 elevation = at.direction({0, 1, 0});
-    exec::for_each_block(policy, probe.lines, lines_per_block, [&](std::size_t begin, std::size_t end) {
+    const std::size_t asked = sliced ? own.slices.left_to_rays().size() : body.objects().size();
+    const float ray_time = asked == 0 ? 0.0F : 300 + 20 * static_cast<float>(asked);
+    const float search_time = ray_time + (sliced ? own.slices.search_time() : 0.0F);
+    const float line_time = (nanoseconds + search_time) * static_cast<float>(planes.count());
+    exec::for_each_block(policy, probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
         line_workspace::block& mine = own.blocks[begin / lines_per_block];
-        if (sliced) own.slices.start(begin, mine.segments);
+        if (sliced) own.slices.start(begin, mine.crossings);
         for (std::size_t i = begin; i < end; ++i) {
             ray beam = world_beam(probe, at, static_cast<float>(i));
             const vec3 origin = beam.origin;
             for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
                 beam.origin = origin + planes.offset(plane) * elevation;
-                if (sliced)
-                    own.slices.find(i, plane, beam.origin, mine.segments, mine.found);
-                else
+                if (sliced) {
+                    own.slices.find(i, plane, beam.origin, mine.crossings, mine.found);
+                    for (const std::uint32_t one : own.slices.left_to_rays())
+                        add_crossings(body.objects()[one], beam, reach, mine.found);
+                    mine.found.sort();
+                } else {
                     find_crossings(body, beam, reach, mine.found);
+                }
                 const line_frame frame{beam.origin, beam.direction, elevation};
                 stack_layers(body, frame, reach, mine.found, mine.layers, wanted);
                 visit(static_cast<std::uint32_t>(i), plane, frame, view<const layer>{mine.layers});
@@ -8666,7 +8902,7 @@ line_grid<typename Model::sample_type> trace_lines(const Policy& policy, search 
     };
     constexpr angles wanted = takes_normal_incidence<Model>() ? angles::skip : angles::find;
     for_each_line(policy, by, body, probe, at, planes, reach_of(model, settings.depth, body.media()), wanted, own.lines,
-                  fill);
+                  nanoseconds_of<Model>() * static_cast<float>(samples), fill);
     return lines;
 }
 
@@ -9591,7 +9827,7 @@ class progressive {
         }
         ++frames_;
         const double f = frames_;
-        exec::for_each_block(policy, mean_.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, mean_.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 mean_[i] = static_cast<double>(frame.pixels[i]) / f + (f - 1) / f * mean_[i];
                 picture_.pixels[i] = static_cast<float>(mean_[i]);
@@ -9664,7 +9900,7 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
         throw usage_error{"radial_blur: `lines` must be a finite number, 0 or more, and `frames` at least 1"};
 
     std::vector<vec2> place(picture.pixels.size()); // line and depth of each pixel
-    for_each_index(policy, map.size.y, [&](std::size_t row) {
+    exec::for_each_block(policy, map.size.y, 1, 15 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
         for (std::uint32_t x = 0; x < map.size.x; ++x)
             place[row * map.size.x + x] = probe.locate(map.point(x, static_cast<std::uint32_t>(row)));
     });
@@ -9674,7 +9910,7 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
     progressive mean;
     for (std::uint32_t frame = 0; frame < settings.frames; ++frame) {
         const float shift = 2 * settings.lines * share_of_line(static_cast<float>(frame), settings.frames);
-        exec::for_each_block(policy, place.size(), 1024, [&](std::size_t first, std::size_t last) {
+        exec::for_each_block(policy, place.size(), 1024, 30, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
                 if (map.first[i] == scan_map::outside) continue;
                 const vec3 from = probe.beam(clamped(place[i].x + shift, -0.5F, end)).at(place[i].y);
@@ -9720,7 +9956,7 @@ struct grey_map {
 template <exec::policy Policy>
 image map_grey(const Policy& policy, image picture, const grey_map& map) {
     map.check();
-    exec::for_each_block(policy, picture.pixels.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, picture.pixels.size(), 4096, 10, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) picture.pixels[i] = map(picture.pixels[i]);
     });
     return picture;
@@ -9766,7 +10002,7 @@ void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const sca
         lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
         throw usage_error{"scan_convert: lines, samples or depth differ from those that the map was made for; make one "
                           "anew with make_scan_map"};
-    for_each_index(policy, map.size.y, [&](std::size_t y) {
+    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) continue;
             const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
@@ -9837,7 +10073,7 @@ image make_noise(const Policy& policy, uvec2 size, const noise_settings& setting
     if (!is_finite(settings.strength) || settings.strength < 0 || settings.strength > 1)
         throw usage_error{"make_noise: `strength` must lie between 0 and 1"};
     image noise{size};
-    for_each_index(policy, size.y, [&](std::size_t row) {
+    exec::for_each_block(policy, size.y, 1, 15 * static_cast<float>(size.x), [&](std::size_t row, std::size_t) {
         for (std::uint32_t column = 0; column < size.x; ++column) {
             const std::uint64_t pixel = static_cast<std::uint64_t>(row) << 32U | column;
             const float uniform = 1 - hash_uniform(settings.seed, pixel); // (0, 1]: the logarithm stays finite
@@ -9855,7 +10091,7 @@ image add_noise(const Policy& policy, image picture, const image& noise) {
     if (picture.size != noise.size || picture.pixels.size() != noise.pixels.size())
         throw usage_error{"add_noise: the noise must have the size of the picture; make it with make_noise(policy, "
                           "picture.size)"};
-    exec::for_each_block(policy, picture.pixels.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, picture.pixels.size(), 4096, 0.3F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) picture.pixels[i] *= noise.pixels[i];
     });
     return picture;
@@ -10059,7 +10295,7 @@ enum class problem {
     not_built,    ///< `build` is due
     not_updated,  ///< `update` is due
     one_medium,   ///< all objects are filled with the background's
-    unit,         ///< of the meshes: they are far too large or small for the depth
+    unit,         ///< of the meshes or the depth: one is far too large or small for the other
     inside,       ///< the probe stands in something that lets no sound out, or in an object whose surface is too deep
     behind,       ///< the objects are behind the probe
     too_shallow,  ///< the lines end before the first surface
@@ -10175,6 +10411,15 @@ INSONIFY_LAZY std::string unit_fault(const aabb& box, float depth) {
     return {};
 }
 
+/// What is wrong with the depth, if anything: it is more than a metre, and 30 times the size of the scene.
+INSONIFY_LAZY std::string depth_fault(const aabb& box, float depth) {
+    const vec3 sides = box.size();
+    const float size = greater(sides.x, greater(sides.y, sides.z));
+    if (!(size > 0 && depth > 30 * size && depth > 1)) return {};
+    return "The objects are " + shown(size) + " across, but the lines " + shown(depth) +
+           " deep: `depth` is in metres; write it as in 80_mm.";
+}
+
 } // namespace diagnosing
 
 template <transducer Probe>
@@ -10215,8 +10460,10 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     if (lines.around != nullptr && keeps_sound(lines.around->inside))
         tell(problem::inside, "The probe stands inside " + named(*lines.around) +
                                   ", whose medium lets next to no sound out; move the probe out of it.");
+    const std::string too_deep = depth_fault(body.box(), scan.depth);
+    if (!too_deep.empty()) tell(problem::unit, too_deep);
     if (lines.ahead > scan.depth) {
-        if (const std::string wrong = unit_fault(body.box(), scan.depth); !wrong.empty())
+        if (const std::string wrong = unit_fault(body.box(), scan.depth); too_deep.empty() && !wrong.empty())
             tell(problem::unit, wrong);
         else if (lines.around != nullptr && lines.ahead < FLT_MAX)
             tell(problem::inside, "The probe stands inside " + named(*lines.around) + ", whose surface is " +
@@ -10264,7 +10511,7 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
     if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be a finite number"};
     const float scale = std::pow(10.0F, settings.level_db / 20) * std::sqrt(0.5F);
     const std::uint64_t stream = hash_bits(settings.seed, settings.frame);
-    exec::for_each_block(policy, lines.values.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, lines.values.size(), 1024, 30, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) lines.values[i] += scale * hash_normal(stream, i);
     });
     return lines;
@@ -10298,7 +10545,7 @@ class persistence {
         const bool fades = at == at_ && frame.count == shown_.count && frame.samples == shown_.samples &&
                            frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
         if (fades && share_ > 0)
-            exec::for_each_block(policy, frame.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
+            exec::for_each_block(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t i = begin; i < end; ++i)
                     frame.values[i] = share_ * shown_.values[i] + (1 - share_) * frame.values[i];
             });
@@ -10354,11 +10601,13 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
         carrier[k] = {std::cos(phase), std::sin(phase)};
     }
     scan_lines rf{iq.count, iq.samples, iq.depth};
-    for_each_index(policy, iq.count, [&](std::size_t line) {
-        const vec2* from = iq.values.data() + line * iq.samples;
-        float* to = rf.values.data() + line * iq.samples;
-        for (std::uint32_t k = 0; k < iq.samples; ++k) to[k] = from[k].x * carrier[k].x - from[k].y * carrier[k].y;
-    });
+    exec::for_each_block(policy, iq.count, 1, 0.5F * static_cast<float>(iq.samples),
+                         [&](std::size_t line, std::size_t) {
+                             const vec2* from = iq.values.data() + line * iq.samples;
+                             float* to = rf.values.data() + line * iq.samples;
+                             for (std::uint32_t k = 0; k < iq.samples; ++k)
+                                 to[k] = from[k].x * carrier[k].x - from[k].y * carrier[k].y;
+                         });
     return rf;
 }
 
@@ -10406,7 +10655,7 @@ struct label_axis {
     }
 
     /// Metres of the grid a metre of the medium: c0 / c where displayed.
-    float scale(const medium& m) const { return grid == grid::displayed ? display_speed / m.sound_speed : 1.0F; }
+    float scale(const medium& m) const { return grid == grid::displayed ? displayed_stretch(m) : 1.0F; }
 };
 
 /// Which samples of a line stand in one of its layers: `first` up to, but without, `last`.
@@ -10464,7 +10713,7 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
     const elevation_planes middle{beam_of(probe, settings.depth), 1};
     line_workspace found;
     for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::skip,
-                  found, fill_line);
+                  found, 0.1F * static_cast<float>(samples), fill_line);
     return labels;
 }
 
@@ -10544,7 +10793,7 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     const elevation_planes middle{beam_of(probe, settings.depth), 1};
     line_workspace found;
     for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::find,
-                  found, trace_line);
+                  found, 20 * static_cast<float>(samples), trace_line);
     return truth;
 }
 
@@ -10574,7 +10823,7 @@ class path_estimate {
         } else if (lines.count != mean_.count || lines.samples != mean_.samples || lines.depth != mean_.depth)
             throw usage_error{"path_estimate: all frames must have the same lines, samples and depth"};
         ++frames_;
-        exec::for_each_block(policy, lines.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, lines.values.size(), 4096, 2, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const vec2 before = lines.values[i] - mean_.values[i];
                 mean_.values[i] += before / static_cast<float>(frames_);
@@ -10854,7 +11103,7 @@ iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe
     const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
     const std::uint32_t times = std::max(1U, settings.samples);
     const vec3 elevation = at.direction({0, 1, 0});
-    exec::for_each_block(policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, probe.lines, 8, 1e6F, [&](std::size_t begin, std::size_t end) {
         path_tracer<physical<Parts...>> tracer{body, model, settings, probe.frequency, pulse_sigma};
         std::vector<vec2> slice(samples);
         for (std::size_t i = begin; i < end; ++i)
@@ -11013,7 +11262,7 @@ scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& pr
     body.require_trees();
     scan_lines lines{probe.lines, samples, settings.depth};
     const float spacing = settings.depth / static_cast<float>(samples);
-    exec::for_each_block(policy, lines.values.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, lines.values.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
         pixel_tracer tracer{body, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {
             const ray line = world_beam(probe, at, static_cast<float>(i / samples));
@@ -11036,7 +11285,7 @@ Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
     body.require_trees();
     seen_by.check();
     Image picture{seen_by.size};
-    exec::for_each_block(policy, picture.pixels.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
         pixel_tracer tracer{body, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {
             const ray r1 = seen_by.through(
@@ -11694,10 +11943,12 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings) {
 #define INSONIFY_IO_IMPLEMENTATION_STB_HPP
 
 #include <cassert>
+// NOLINTBEGIN(modernize-deprecated-headers): stb_image_write includes these by these names.
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+// NOLINTEND(modernize-deprecated-headers)
 
 // A copy of stb_image_write for this file alone: static functions in a namespace of their own, and every macro that
 // steers it put aside, so that a program may have its own copy in this file, before or after, and in others. The C

@@ -1,5 +1,6 @@
 #include <insonify/acoustics/attenuation.hpp>
 #include <doctest/doctest.h>
+#include <initializer_list>
 
 using namespace insonify;
 
@@ -24,6 +25,17 @@ TEST_CASE("a broad pulse loses less at its peak, and its centre moves down") { /
         CHECK(deep.frequency >= 2.4999_MHz);
         before = deep.loss_db;
     }
+}
+
+TEST_CASE("every valid medium loses a finite number of decibels a metre") {
+    for (const float attenuation : {0.0F, FLT_TRUE_MIN, 50.0F, FLT_MAX})
+        for (const float power : {0.0F, 1.0F, 1.1F, 1e20F, FLT_MAX})
+            for (const float frequency : {1e3F, 1e6F, 5e6F}) {
+                const medium m{.attenuation = attenuation, .attenuation_power = power};
+                REQUIRE(is_valid(m));
+                CHECK(is_finite(echo_loss(m, frequency)));
+            }
+    CHECK(echo_loss({.attenuation = FLT_MAX}, 5e6F) == FLT_MAX);
 }
 
 TEST_CASE("the closed form is the product of the spectra, integrated") {

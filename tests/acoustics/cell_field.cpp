@@ -198,3 +198,20 @@ TEST_CASE("a map to the tissue at rest moves its scatterers") {
                 ++matched;
     CHECK(matched >= static_cast<int>(rest.depth.size()) - 4);
 }
+
+TEST_CASE("the field is made of finite numbers however far away it is") {
+    const vec3 along = normalize(vec3{0.6F, -0.3F, 0.8F});
+    for (const float away : {1e3F, 1e5F, 1e8F, 1e16F, 1e22F, FLT_MAX})
+        for (const vec3 origin : {vec3{away, 0, 0}, vec3{0, -away, 0}, vec3{away, away, -away}}) {
+            const material_line line{.origin = origin, .along = along};
+            const auto f = cell_field_test::along(gaussian_field<>{}, line, 1_mm, 5_mm);
+            CHECK(f.amplitude.size() >= 100);
+            for (const vec2 a : f.amplitude) REQUIRE((is_finite(a.x) && is_finite(a.y)));
+            for (const float spacing : {25_um, 1e-15F, 1e-27F}) { // as in media where sound stands all but still
+                const vec2 one = gaussian_field<>{}.value(line, 2_mm, spacing);
+                CHECK((is_finite(one.x) && is_finite(one.y)));
+                const auto few = cell_field_test::along(gaussian_field<>{}, line, 0, 100 * spacing, spacing);
+                for (const vec2 a : few.amplitude) REQUIRE((is_finite(a.x) && is_finite(a.y)));
+            }
+        }
+}

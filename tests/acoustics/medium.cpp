@@ -26,6 +26,14 @@ TEST_CASE("medium: two differ where any one value differs") {
     CHECK(own != medium{.backscatter = 1});
 }
 
+TEST_CASE("medium: where sound is slow, more is displayed, but no more than a million times") {
+    CHECK(displayed_stretch({.sound_speed = 1540}) == 1);
+    CHECK(displayed_stretch({.sound_speed = 770}) == 2);
+    CHECK(displayed_stretch({.sound_speed = 3080}) == 0.5F);
+    CHECK(displayed_stretch({.sound_speed = 1e-20F}) == 1e6F);
+    CHECK(displayed_stretch({.sound_speed = 1e-45F}) == 1e6F);
+}
+
 TEST_CASE("medium: it is valid where density and speed are above 0 and nothing is negative, infinite or NaN") {
     CHECK(is_valid(medium{}));
     CHECK(is_valid(medium{.density = 1.2F, .sound_speed = 343}));

@@ -209,7 +209,7 @@ TEST_CASE("no ray leaks out of a closed surface, through faces, vertices or edge
         const vec3 centre{offset, -offset, offset};
         const auto leaks = [&](std::uint64_t count, const auto& target) {
             std::atomic<int> even = 0, missed = 0;
-            exec::for_each_block(exec::par, count, 1000, [&](std::size_t begin, std::size_t end) {
+            exec::for_each_block(exec::par, count, 1000, 1e6F, [&](std::size_t begin, std::size_t end) {
                 std::vector<hit> hits;
                 for (std::size_t i = begin; i < end; ++i) {
                     ray r{.origin = centre + 10_mm * bvh_test::random_point(11, i)};

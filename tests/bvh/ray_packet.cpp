@@ -126,3 +126,22 @@ TEST_CASE("a limit that is no number stops its own ray of a packet only") {
     tree.closest(exec::seq, rays, hits);
     for (std::size_t i = 0; i < rays.size(); ++i) CHECK(static_cast<bool>(hits[i]) == (i != 1 && i != 2));
 }
+
+TEST_CASE("of faces at the very same place rays together meet the first, as one by one") {
+    mesh twice = ray_packet_test::bumpy_sphere({0, 0, 0});
+    const std::size_t once = twice.faces.size();
+    for (std::size_t i = 0; i < once; ++i) twice.faces.push_back(twice.faces[i]);
+    const bvh tree{exec::seq, twice};
+    const std::vector<ray> rays = ray_packet_test::rows(3, 20000, {0, 0, 0});
+    CHECK(ray_packet_test::together(rays, tree.view_of()) > 0);
+    std::vector<hit> hits(rays.size());
+    tree.closest(exec::unseq, rays, hits);
+    std::size_t met = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        REQUIRE(hits[i] == tree.closest(rays[i]));
+        if (!hits[i]) continue;
+        ++met;
+        REQUIRE(hits[i].primitive < once);
+    }
+    CHECK(met > 1000);
+}

@@ -22,7 +22,7 @@ static_assert(!exec::is_unsequenced_v<foreign::backwards> && exec::is_unsequence
 
 TEST_CASE("a user's own policy is found and used") {
     std::vector<std::size_t> order;
-    exec::for_each_block(foreign::backwards{}, 10, 4, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(foreign::backwards{}, 10, 4, 1e6F, [&](std::size_t begin, std::size_t end) {
         order.push_back(begin);
         order.push_back(end);
     });
@@ -32,11 +32,21 @@ TEST_CASE("a user's own policy is found and used") {
 TEST_CASE("blocks cover every index once, the last one shorter") {
     for (const std::size_t count : {0UL, 1UL, 7UL, 8UL, 9UL, 100UL}) {
         std::vector<int> calls(count);
-        exec::for_each_block(exec::par, count, 8, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(exec::par, count, 8, 1e6F, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) ++calls[i];
         });
         CHECK(calls == std::vector<int>(count, 1));
     }
+}
+
+TEST_CASE("little work stays on the calling thread, in order") {
+    std::vector<std::size_t> begins;
+    exec::for_each_block(exec::par.threads(4), 1000, 10, 1, [&](std::size_t begin, std::size_t end) {
+        CHECK(end == begin + 10);
+        begins.push_back(begin); // a race, were there other threads
+    });
+    REQUIRE(begins.size() == 100);
+    for (std::size_t i = 0; i < begins.size(); ++i) CHECK(begins[i] == 10 * i);
 }
 
 TEST_CASE("seq and unseq go in order, and let exceptions through at once") {

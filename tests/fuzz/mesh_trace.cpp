@@ -43,7 +43,7 @@ bool in_range(const mesh& m) {
 /// What triangle.hpp says of every triangle by itself. `doubt` is by how much floats may be wrong about the distance.
 struct expected_hit {
     hit found{};
-    float doubt = 0;
+    double doubt = 0;
 };
 std::vector<expected_hit> all_of(const mesh& m, ray r) {
     std::vector<expected_hit> hits;
@@ -55,8 +55,10 @@ std::vector<expected_hit> all_of(const mesh& m, ray r) {
         hit found = intersect(sheared, t);
         if (!found) continue;
         found.primitive = i;
-        const float a = sheared(t.a).z, b = sheared(t.b).z, c = sheared(t.c).z;
-        hits.push_back({found, 4e-6F * greater(std::fabs(a), greater(std::fabs(b), std::fabs(c)))});
+        const double a = sheared(t.a).z, b = sheared(t.b).z, c = sheared(t.c).z;
+        const double reach = std::max({std::fabs(a), std::fabs(b), std::fabs(c)});
+        const double underflow = 6e-45; // each step rounds what is next to nothing to a multiple of 1.4e-45
+        hits.push_back({found, (4e-6 * reach + underflow) * std::fabs(sheared.shear.z)});
     }
     return hits;
 }
@@ -81,7 +83,7 @@ void check_trees(const mesh& m, const std::vector<ray>& rays) {
         for (const expected_hit& one : expected) {
             const auto same = [&](const hit& found) { return found.primitive == one.found.primitive; };
             const auto found = std::find_if(all.begin(), all.end(), same);
-            const float distance = one.found.distance;
+            const double distance = one.found.distance;
             if (found != all.end()) {
                 ++matched;
                 fuzz::require(std::fabs(found->distance - distance) <= one.doubt, "a hit is where its triangle is");

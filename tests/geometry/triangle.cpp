@@ -88,3 +88,9 @@ TEST_CASE("bounds hold the corners, the area vector points outwards") {
     CHECK(bounds(t).upper == vec3{2, 3, 1});
     CHECK(area_vector(triangle{{0, 0, 0}, {2, 0, 0}, {0, 3, 0}}) == vec3{0, 0, 6});
 }
+
+TEST_CASE("a ray of short steps meets a triangle that reaches farther than steps can count") {
+    // A quarter of the way from the edge y = -1 to the corner; that corner would be 6e38 steps away, past all floats.
+    const triangle t{{-1, -1, -1}, {1, -1, -1}, {0, 3, -3e38F}};
+    CHECK(intersect(ray{.direction = {0, 0, -0.5F}}, t).distance == doctest::Approx(1.5e38).epsilon(1e-6));
+}

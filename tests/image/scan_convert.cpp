@@ -248,6 +248,65 @@ TEST_CASE("scan_convert: a map made once gives the same picture as one made for 
     }
 }
 
+namespace {
+
+// Counts how often it is checked: once for each map.
+struct counted : linear_array {
+    static inline int checks = 0;
+    void check() const {
+        ++checks;
+        linear_array::check();
+    }
+    friend bool operator==(const counted&, const counted&) = default;
+};
+
+// No two of them can be compared.
+struct incomparable : counted {
+    friend bool operator==(const incomparable&, const incomparable&) = delete;
+};
+
+} // namespace
+
+TEST_CASE("kept_scan_map: a map is made anew where the probe, the lines or the settings have changed, and only there") {
+    kept_scan_map<counted> kept;
+    counted::checks = 0;
+    int made = 0;
+    const counted probe{{.lines = 20, .width = 40_mm}}, wider{{.lines = 20, .width = 50_mm}};
+    const acquisition scan{.depth = 40_mm, .samples = 10}, deeper{.depth = 50_mm, .samples = 10},
+        finer{.depth = 40_mm, .samples = 20};
+    const scan_convert_settings settings{.size = {40, 40}}, smaller{.size = {30, 40}},
+        brighter{.size = {40, 40}, .background = 1};
+    const auto check_next = [&](const counted& with, const acquisition& lines, const scan_convert_settings& asked) {
+        ++made;
+        for (int again = 0; again < 2; ++again) {
+            const scan_map& map = kept(exec::seq, with, lines, asked);
+            CHECK(counted::checks == made);
+            CHECK(map.depth == lines.depth);
+            CHECK(map.samples == lines.samples);
+            CHECK(map.size == asked.size);
+            CHECK(map.background == asked.background);
+        }
+    };
+    check_next(probe, scan, settings);
+    check_next(wider, scan, settings);
+    check_next(probe, scan, settings);
+    check_next(probe, deeper, settings);
+    check_next(probe, scan, settings);
+    check_next(probe, finer, settings);
+    check_next(probe, scan, settings);
+    check_next(probe, scan, smaller);
+    check_next(probe, scan, settings);
+    check_next(probe, scan, brighter);
+    check_next(probe, scan, settings);
+
+    kept_scan_map<incomparable> never;
+    counted::checks = 0;
+    for (int i = 1; i < 4; ++i) {
+        never(exec::seq, incomparable{probe}, scan, settings);
+        CHECK(counted::checks == i);
+    }
+}
+
 TEST_CASE("scan_convert: a single line and a single sample are legal") {
     const linear_array one{.lines = 1, .width = 10_mm};
     scan_lines column{1, 10, 10_mm};

@@ -41,16 +41,14 @@ equivalent = [
     ("acoustics/fresnel.hpp", "float incident = 1;", never_read),
     ("acoustics/fresnel.hpp", "float transmitted = 1;", never_read),
     ("scene/media_stack.hpp", "static constexpr std::uint32_t none = ~1U;", "no rank is that high either"),
-    ("scene/media_stack.hpp", "INSONIFY_LAZY void clear(std::size_t objects) { words_.assign((objects + 63) * 64, 0); }", spare),
-    ("scene/media_stack.hpp", "INSONIFY_LAZY void clear(std::size_t objects) { words_.assign((objects + 64) / 64, 0); }", spare),
+    ("scene/media_stack.hpp", "words_.resize((objects + 63) * 64);", spare),
+    ("scene/media_stack.hpp", "words_.resize((objects + 64) / 64);", spare),
     ("bvh/sah_bins.hpp", "build_box box_[4][sah_grid::most];", spare),
     ("bvh/sah_bins.hpp", "std::uint32_t count_[4][sah_grid::most];", spare),
     ("signal/pulse.hpp", "if (!(burst > 0.015F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));",
      "so short a burst and none are the same in float"),
     ("signal/pulse.hpp", "if (!is_finite(frequency) && !(frequency >= 0))", "the next check refuses infinity"),
     ("image/progressive.hpp", "mean_.assign(frame.pixels.size(), 1.0F);", "the first frame's share of it is 0"),
-    ("image/progressive.hpp", "exec::for_each_block(policy, mean_.size(), 4097, [&](std::size_t begin, std::size_t end) {",
-     "blocks of any size do"),
 ]
 
 flips = [(" <= ", " > "), (" >= ", " < "), (" < ", " >= "), (" > ", " <= "), (" == ", " != "), (" != ", " == "),
@@ -69,7 +67,7 @@ def changed(text):
 def mutants_of(lines, begin, end):
     for i in range(begin, end):
         code = lines[i].split("//")[0]
-        if not code.strip() or code.strip().startswith(("throw", "static_assert", "template", "\"", "friend")):
+        if not code.strip() or code.strip().startswith(("throw", "static_assert", "template", "\"", "friend", "exec::for_each_block")):
             continue
         strings = [(m.start(), m.end()) for m in re.finditer(r'"[^"]*"', code)]
         inside = lambda at: any(a <= at < b for a, b in strings)

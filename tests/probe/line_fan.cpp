@@ -52,7 +52,7 @@ TEST_CASE("the way from one point to another crosses the lines that it does in d
             const auto at = [&](std::uint64_t k) { return 60_mm * hash_uniform(probe.lines, 4 * i + k) - 30_mm; };
             const vec2 p{at(0), at(1)}, q = i % 2 == 0 ? vec2{at(2), at(3)} : p + 0.1F * vec2{at(2), at(3)};
             std::vector<int> met(probe.lines);
-            fan.for_each_crossed(p, q, [&](std::uint32_t first, std::uint32_t last) {
+            fan.for_each_crossed(p, fan.gap(p), q, fan.gap(q), [&](std::uint32_t first, std::uint32_t last) {
                 REQUIRE(first < last);
                 REQUIRE(last <= probe.lines);
                 for (std::uint32_t line = first; line < last; ++line) ++met[line];
@@ -91,9 +91,10 @@ TEST_CASE("a closed way around crosses each line an even number of times, around
             return centre + size * vec2{std::cos(turn), std::sin(turn)};
         };
         for (int i = 0; i < 50; ++i)
-            fan.for_each_crossed(at(i), at(i + 1), [&](std::uint32_t first, std::uint32_t last) {
-                for (std::uint32_t line = first; line < last; ++line) ++met[line];
-            });
+            fan.for_each_crossed(at(i), fan.gap(at(i)), at(i + 1), fan.gap(at(i + 1)),
+                                 [&](std::uint32_t first, std::uint32_t last) {
+                                     for (std::uint32_t line = first; line < last; ++line) ++met[line];
+                                 });
         return met;
     };
     for (std::uint64_t i = 0; i < 200; ++i) {
@@ -112,10 +113,14 @@ TEST_CASE("where a way crosses a line is as far down as in double precision") {
     for (std::uint32_t i = 0; i < probe.lines; ++i)
         for (const float depth : {0.0F, 1_mm, 37_mm, 150_mm}) {
             const vec2 on = fan[i].origin + depth * fan[i].along, across{fan[i].along.y, -fan[i].along.x};
-            CHECK(fan[i].meet(on - 3_mm * across, on + 1_mm * across) == doctest::Approx(depth).epsilon(1e-6));
-            CHECK(std::fabs(
-                      fan[i].meet(on - 1_mm * across + 2_mm * fan[i].along, on + 3_mm * across - 6_mm * fan[i].along) -
-                      depth) < 1e-7F);
+            const auto meet = [&](vec2 p, vec2 q) { // of this line and those after it, this one
+                float distance[simd_width];
+                store(fan.from<simd_width>(i).meet(p, q), distance);
+                return distance[0];
+            };
+            CHECK(meet(on - 3_mm * across, on + 1_mm * across) == doctest::Approx(depth).epsilon(1e-6));
+            CHECK(std::fabs(meet(on - 1_mm * across + 2_mm * fan[i].along, on + 3_mm * across - 6_mm * fan[i].along) -
+                            depth) < 1e-7F);
         }
 }
 

@@ -87,6 +87,16 @@ TEST_CASE("it is said which unit was probably meant") {
          "The objects are 100 um across, but the lines 60 mm deep: the unit is probably 1_mm where 1_m was meant.");
 }
 
+TEST_CASE("it is said that a depth of many metres was probably meant in millimetres, also where something is met") {
+    const std::string sentence =
+        "The objects are 20 mm across, but the lines 80 m deep: `depth` is in metres; write it as in 80_mm.";
+    says(diagnose(block(10_mm, 20_mm), probe, pose{}, {.depth = 80}), problem::unit, sentence);
+    const diagnosis behind = diagnose(block(-50_mm, 20_mm), probe, pose{}, {.depth = 80});
+    CHECK(behind.problems == std::vector<problem>{problem::unit, problem::behind});
+    CHECK(behind.sentence.find(sentence + " No line meets any object: they are behind the probe") == 0);
+    CHECK(diagnose(block(10_mm, 20_mm), probe, pose{}, {.depth = 0.9F}).problems.empty()); // deep for tissue, but legal
+}
+
 TEST_CASE("it is said where the probe stands inside something") {
     says(diagnose(bone_at({0, 0, 5_mm}), probe, pose{}, {.depth = 60_mm}), problem::inside,
          "The probe stands inside object 'bone', whose medium lets next to no sound out; move the probe out of it.");

@@ -1,22 +1,22 @@
 #include <insonify/core/random.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/scene/mixed_faces.hpp>
 #include <insonify/scene/slice_region.hpp>
 #include <doctest/doctest.h>
 #include <glm/glm.hpp>
+#include <vector>
 
 using namespace insonify;
 
 TEST_CASE("a point has as many slices below it as there are, and one in a slice lies below it") {
     const float offsets[] = {0, -2_mm, 2_mm, 1_mm};
     const slice_frame frame{pose{}, offsets};
-    CHECK(frame.level_of(-3_mm) == 0);
-    CHECK(frame.level_of(-2_mm) == 0);
-    CHECK(frame.level_of(-1_mm) == 1);
-    CHECK(frame.level_of(0) == 1);
-    CHECK(frame.level_of(0.5_mm) == 2);
-    CHECK(frame.level_of(1.5_mm) == 3);
-    CHECK(frame.level_of(9_mm) == 4);
+    const std::vector<vec3> points{{0, -3_mm, 0},  {0, -2_mm, 0},  {0, -1_mm, 0}, {0, 0, 0},
+                                   {0, 0.5_mm, 0}, {0, 1.5_mm, 0}, {0, 9_mm, 0}};
+    std::vector<std::uint8_t> levels(points.size());
+    find_levels(frame, points, levels.data());
+    CHECK(levels == std::vector<std::uint8_t>{0, 0, 1, 1, 2, 3, 4});
     CHECK(frame.number[0] == 1); // the lowest is the caller's second
     CHECK(frame.number[3] == 2);
 }

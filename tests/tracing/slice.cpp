@@ -1,3 +1,4 @@
+#include <insonify/acoustics/law2011.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
@@ -10,6 +11,7 @@
 #include <insonify/tracing/slice.hpp>
 #include <insonify/tracing/trace.hpp>
 #include "reference.hpp"
+#include <algorithm>
 #include <doctest/doctest.h>
 #include <limits>
 
@@ -67,15 +69,17 @@ line_lists by_slices(const scene& body, const Probe& probe, const pose& at, cons
                      float reach) {
     slice_lines slices;
     REQUIRE(slices.take(probe));
+    slices.choose(body, at, true);
     slices.cut(exec::par, body, at, offsets, reach);
     line_lists lists;
-    slice_lines::block_segments own;
+    slice_lines::block_crossings own;
     line_crossings found;
     for (std::uint32_t i = 0; i < probe.lines; ++i) {
         if (i % slice_lines::block == 0) slices.start(i, own);
         for (std::size_t plane = 0; plane < offsets.size(); ++plane) {
             const vec3 shift = offsets[plane] * at.direction({0, 1, 0});
             slices.find(i, plane, world_beam(probe, at, static_cast<float>(i)).origin + shift, own, found);
+            found.sort();
             lists.push_back(found.crossings);
         }
     }
@@ -352,4 +356,74 @@ TEST_CASE("lines that are no fan are traced as beams") {
           trace_beams(exec::par, body, focused, pose{}, law2011{}, scan));
     const scene treeless = random_scene(3, trees::wait);
     CHECK_THROWS_AS(trace_slice(exec::par, treeless, focused, pose{}, law2011{}, scan), usage_error);
+}
+
+TEST_CASE("slices are cut for many lines, and where a tree waits; rays are traced for a few lines on a fine mesh") {
+    const auto cuts = [](std::uint32_t lines, const scene& body) {
+        slice_lines slices;
+        REQUIRE(slices.take(linear_array{.lines = lines, .width = 30_mm}));
+        return slices.choose(body, pose{}, false);
+    };
+    scene body{tissue::muscle};
+    body.add(make_sphere({0, 0, 30_mm}, 20_mm, 5), tissue::bone);
+    body.build(exec::seq);
+    CHECK_FALSE(cuts(16, body));
+    CHECK(cuts(512, body));
+    body.positions(body.objects()[0].id)[0].z += 1_mm;
+    body.update(exec::seq, trees::wait);
+    CHECK(cuts(16, body));
+}
+
+TEST_CASE("where some objects are cut and rays are traced through others, lines find what rays alone find") {
+    scene body{tissue::muscle};
+    body.add(make_sphere({0.3_mm, 0.2_mm, 30.1_mm}, 20_mm, 6), tissue::bone);                        // fine: rays
+    body.add(make_box({-9_mm, -8_mm, 5.2_mm}, {8_mm, 9_mm, 24.7_mm}), tissue::fat, {.priority = 1}); // coarse: cut
+    body.build(exec::seq);
+    const linear_array probe{.lines = 48, .width = 30_mm};
+    slice_lines slices;
+    REQUIRE(slices.take(probe));
+    REQUIRE(slices.choose(body, pose{}, false));
+    REQUIRE(slices.left_to_rays().size() == 1);
+    REQUIRE(slices.left_to_rays()[0] == 0);
+    const acquisition settings{.depth = 60_mm, .samples = 600};
+    const scan_lines mixed = trace(exec::seq, body, probe, pose{}, law2011{}, settings);
+    const scan_lines rays = trace_beams(exec::seq, body, probe, pose{}, law2011{}, settings);
+    std::size_t apart = 0;
+    for (std::size_t i = 0; i < rays.values.size(); ++i)
+        apart += std::fabs(mixed.values[i] - rays.values[i]) > 1e-5F * std::fabs(rays.values[i]);
+    CHECK(apart * 1000 <= rays.values.size()); // samples within rounding of an interface
+}
+
+TEST_CASE("an object that comes into the frame changes no bit of the lines beside it") {
+    const mesh organ = make_sphere({-8_mm, 0, 15_mm}, 4_mm, 5), visitor = make_sphere({9_mm, 0, 20_mm}, 5_mm, 4);
+    for (const std::uint32_t lines : {16U, 48U, 64U, 100U, 128U, 192U, 300U}) {
+        const linear_array probe{.lines = lines, .width = 38_mm};
+        scene alone{tissue::muscle};
+        alone.add(organ, tissue::blood);
+        scene together = alone;
+        together.add(visitor, tissue::bone);
+        alone.build(exec::seq);
+        together.build(exec::seq);
+        const acquisition settings{.depth = 40_mm, .samples = 400};
+        const scan_lines before = trace(exec::seq, alone, probe, pose{}, law2011{}, settings);
+        const scan_lines after = trace(exec::seq, together, probe, pose{}, law2011{}, settings);
+        CHECK(std::equal(before.values.begin(), before.values.begin() + std::ptrdiff_t{lines / 2} * 400,
+                         after.values.begin()));
+    }
+}
+
+TEST_CASE("a vertex at the end of what floats hold does not disturb the choice between slices and rays") {
+    scene body{tissue::muscle};
+    mesh far = make_box({-9_mm, -8_mm, 5_mm}, {8_mm, 9_mm, 25_mm});
+    far.positions[0] = {3e38F, 3e38F, 3e38F};
+    body.add(far, tissue::fat);
+    body.build(exec::seq);
+    const pose turned = look_at({0, 0, 0}, {1, 0, 1}, {1, 0, -1});
+    for (const std::uint32_t lines : {1U, 5U, 200U}) {
+        slice_lines slices;
+        REQUIRE(slices.take(linear_array{.lines = lines, .width = 30_mm}));
+        slices.choose(body, turned, false); // under sanitizers
+        REQUIRE(slices.take(convex_array{.lines = lines + 1}));
+        slices.choose(body, turned, false);
+    }
 }

@@ -27,6 +27,10 @@ namespace insonify::inline INSONIFY_ABI {
 /// One that takes all incidence as normal may say so; then the angles of its layers (`cosine`, `tilt`) are not looked up:
 ///
 ///     static constexpr bool normal_incidence = true;
+///
+/// One whose samples take much less, or more, than 5 nanoseconds may say so; frames that are soon done stay on one thread:
+///
+///     static constexpr float nanoseconds = 0.5F;
 template <class Model>
 concept acoustic_model = requires(const Model& model, const traced_line& line, view<typename Model::sample_type> out) {
     { model.samples(0.1F, 5e6F) } -> std::convertible_to<std::uint32_t>;
@@ -49,6 +53,15 @@ constexpr bool takes_normal_incidence() {
         return Model::normal_incidence;
     else
         return false;
+}
+
+/// About what a sample of a model takes.
+template <acoustic_model Model>
+constexpr float nanoseconds_of() {
+    if constexpr (requires { Model::nanoseconds; })
+        return Model::nanoseconds;
+    else
+        return 5;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -8,10 +8,12 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What an echo loses on each metre of depth, there and back: 2 alpha0 f^b, in dB/m.
 ///
-/// alpha0 in dB/m at 1 MHz, f in MHz, b the medium's `attenuation_power`. Exact for one frequency.
+/// alpha0 in dB/m at 1 MHz, f in MHz, b the medium's `attenuation_power`. Exact for one frequency. Finite for every
+/// medium that is valid: nothing is left of a sound that loses FLT_MAX.
 INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
     const float megahertz = frequency * 1e-6F;
-    return 2 * m.attenuation * (m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power));
+    const float growth = m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power);
+    return lesser(m.attenuation * lesser(2 * growth, FLT_MAX), FLT_MAX);
 }
 
 /// What an attenuation law must say: law(medium, frequency), the dB that an echo loses a metre of the medium, there and

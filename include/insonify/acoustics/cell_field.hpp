@@ -50,20 +50,23 @@ struct cell_field {
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
+        // No line has so many samples: this is a stretch whose ends floats hardly tell apart, where sound all but stands still.
+        if (!(end - begin < 0x1p25F * spacing)) return;
         // Between two points the map is taken as linear; without one, a straight line stays one.
         const float piece = std::is_same_v<Material, undeformed> ? end - begin : 0.5e-3F;
         for (float from = begin; from < end;) {
             const float to = from + 1.5F * piece < end ? from + piece : end;
             const vec3 first = material(line.object, line.at(from)), last = material(line.object, line.at(to));
             const vec3 course = std::is_same_v<Material, undeformed> ? line.along : (last - first) * (1 / (to - from));
-            if (course != vec3{0, 0, 0}) scatter_straight(line, from, to, {first, course}, spacing, emit);
+            if (course != vec3{0, 0, 0})
+                scatter_straight(line, from, to, {countable(first, spacing), course}, spacing, emit);
             from = to;
         }
     }
 
     /// The value at one point, linear between slots too: for what is no volume, such as a rough surface.
     INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
-        const vec3 point = material(line.object, line.at(distance));
+        const vec3 point = countable(material(line.object, line.at(distance)), spacing);
         const layout cells = layout_for(line, {point, line.along}, std::floor(view_slabs::place(point)), spacing);
         const double below = std::floor(cells.slot);
         const auto share = static_cast<float>(cells.slot - below);
@@ -138,6 +141,14 @@ struct cell_field {
     };
 
     static constexpr std::uint32_t run_length = 128;
+
+    // Some 100 km away no float tells one cell from the next, and farther no integer counts them, nor slots that are
+    // next to nothing: there the texture is that of the origin.
+    INSONIFY_FN vec3 countable(vec3 point, float spacing) const {
+        const vec3 size = absolute(point);
+        const float farthest = lesser(0x1p29F * lesser(cell, 1e-3F), 0x1p50F * spacing);
+        return size.x < farthest && size.y < farthest && size.z < farthest ? point : vec3{0, 0, 0};
+    }
 
     INSONIFY_FN layout layout_for(const material_line& line, const rest_line& at_rest, double slab,
                                   float spacing) const {

@@ -38,6 +38,7 @@ enum class incident { field, backscattered };
 struct law2011 {
     using sample_type = float;                     ///< an intensity
     static constexpr bool normal_incidence = true; ///< angles are not looked at
+    static constexpr float nanoseconds = 0.5F;     ///< that a sample takes, about
 
     float reflection_length = 1e-3F;                              ///< metres
     insonify::travel travel = insonify::travel::one_way;          ///< of attenuation
@@ -66,7 +67,9 @@ struct law2011 {
         const float megahertz = frequency * 1e-6F;
         const float growth =
             spectrum == insonify::spectrum::linear ? megahertz : std::pow(megahertz, m.attenuation_power);
-        return m.attenuation * growth * (travel == insonify::travel::two_way ? 2.0F : 1.0F);
+        const float both_ways = travel == insonify::travel::two_way ? 2.0F : 1.0F;
+        constexpr float all = 1e30F; // nothing is left after any distance, and sums of it stay finite
+        return lesser(m.attenuation * lesser(both_ways * growth, all), all);
     }
 
     /// Samples of a line where the caller leaves it open: four a wavelength of 1540 m/s, a multiple of 64.
@@ -111,24 +114,29 @@ struct law2011 {
         float loss_above = 0;       // dB, of the layers above
         float transmitted_here = 1; // I_t
         interface_echo above{};
-        std::size_t next_sample = 0;
+        const auto most = static_cast<float>(out.size());
+        const auto samples_before = [&](float depth) { return clamped(std::ceil(depth / spacing - 0.5F), 0, most); };
+        float next_sample = 0;
         for (std::size_t i = 0, next = 0; i < line.layers.size(); i = next) {
             next = i + same_medium(line, i);
             const medium& m = line.media[line.layers[i].medium];
             const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
             const float slope = loss(m, line.frequency);
             const interface_echo below = next_interface(line, next, transmitted_here);
-            const stretch field{begin, loss_above, slope, transmitted_here * strength(m),
-                                end - begin > (simd_width - 1) * spacing ? decay(slope * simd_width * spacing) : 0.0F};
+            const stretch field{.first = bits_per_db * (loss_above - slope * begin),
+                                .step = bits_per_db * slope * spacing,
+                                .strength = transmitted_here * strength(m)};
+            const float last_sample = greater(next_sample, samples_before(end));
             if (band == insonify::band::before) {
-                const float bright = clamped(below.depth - reflection_length, begin, end);
-                fill<Policy>(out, next_sample, spacing, bright, field, 0);
-                fill<Policy>(out, next_sample, spacing, end, field, below.intensity);
+                const float bright = clamped(samples_before(below.depth - reflection_length), next_sample, last_sample);
+                fill<Policy>(out, next_sample, bright, field, 0);
+                fill<Policy>(out, bright, last_sample, field, below.intensity);
             } else {
-                const float bright = clamped(above.depth + reflection_length, begin, end);
-                fill<Policy>(out, next_sample, spacing, bright, field, above.intensity);
-                fill<Policy>(out, next_sample, spacing, end, field, 0);
+                const float bright = clamped(samples_before(above.depth + reflection_length), next_sample, last_sample);
+                fill<Policy>(out, next_sample, bright, field, above.intensity);
+                fill<Policy>(out, bright, last_sample, field, 0);
             }
+            next_sample = last_sample;
             if (next == line.layers.size()) break;
             loss_above += slope * (end - begin);
             transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
@@ -142,13 +150,10 @@ struct law2011 {
         float intensity = 0; // R I_t
     };
 
-    // I_a I_t within one layer: strength * 10^(-(loss_at_begin + slope (z - begin)) / 20)
+    // I_a I_t within one layer: of sample k strength * 2^(first + step (k + 1/2)).
     struct stretch {
-        float begin = 0;
-        float loss_at_begin = 0;
-        float slope = 0;
+        float first = 0, step = 0;
         float strength = 1;
-        float ratio = 0; // of samples that are `simd_width` apart; 0 in stretches shorter than that
     };
 
     static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
@@ -172,40 +177,34 @@ struct law2011 {
         return incident == insonify::incident::backscattered ? texture * m.backscatter : 1.0F;
     }
 
-    // Fills the samples that stand before `end`, starting with `next`, which it moves on.
+    // Fills the samples from `begin` on that stand before `end`, whole numbers.
     template <class Policy>
-    INSONIFY_FN void fill(view<float> out, std::size_t& next, float spacing, float end, const stretch& field,
-                          float echo) const {
+    INSONIFY_FN void fill(view<float> out, float begin, float end, const stretch& field, float echo) const {
+        if (begin >= end) return;
         const float weakened = reflection == insonify::reflection::attenuated ? echo : 0.0F;
-        const float bare = echo - weakened;
-        const float first = bits_per_db * (field.loss_at_begin - field.slope * field.begin);
-        const float step = bits_per_db * field.slope * spacing;
-        std::size_t last = next;
-        if (end > 0) {
-            const float most = static_cast<float>(out.size());
-            last = static_cast<std::size_t>(
-                greater(static_cast<float>(next), lesser(std::ceil(end / spacing - 0.5F), most)));
-        }
-        const float scale = field.strength + weakened;
+        const float bare = echo - weakened, scale = field.strength + weakened;
+        auto next = static_cast<std::size_t>(begin);
+        const auto last = static_cast<std::size_t>(end);
 #if !defined(INSONIFY_NO_SIMD)
         if constexpr (exec::is_unsequenced_v<Policy>) {
             constexpr int width = simd_width;
-            const lanes<width> ramp([](auto lane) { return static_cast<float>(lane) + 0.5F; });
+            using floats = lanes<width>;
+            const floats ratio(last - next > width ? std::exp2(field.step * width) : 0.0F);
+            floats place = floats([](auto lane) { return static_cast<float>(lane) + 0.5F; }) + floats(begin);
             // The last ones may run over the end of the stretch: the next one writes there. Powers are taken at one of
             // four; from each to the next the ratio is the same.
             while (next < last && next + width <= out.size()) {
-                const lanes<width> place = ramp + lanes<width>(static_cast<float>(next));
-                lanes<width> decayed = power_of_two<width>(place * lanes<width>(step) + lanes<width>(first));
+                floats decayed = power_of_two<width>(place * floats(field.step) + floats(field.first));
                 for (int i = 0; i < 4 && next < last && next + width <= out.size(); ++i, next += width) {
-                    store(multiply_add(lanes<width>(scale), decayed, lanes<width>(bare)), out.data() + next);
-                    decayed = decayed * lanes<width>(field.ratio);
+                    store(multiply_add(floats(scale), decayed, floats(bare)), out.data() + next);
+                    decayed = decayed * ratio;
                 }
+                place = place + floats(4 * width);
             }
-            next = next < last ? next : last;
         }
 #endif
         for (; next < last; ++next)
-            out[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * step + first) + bare;
+            out[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * field.step + field.first) + bare;
     }
 };
 

@@ -36,6 +36,9 @@ struct medium {
     friend bool operator==(const medium&, const medium&) = default;
 };
 
+/// Metres of displayed depth a metre of the medium: c0 / c, but at most 1e6, for media where sound all but stands still.
+INSONIFY_FN inline float displayed_stretch(const medium& m) { return lesser(display_speed / m.sound_speed, 1e6F); }
+
 /// True where every value is finite and in its range: density and speed above 0, the others not below.
 INSONIFY_FN inline bool is_valid(const medium& m) {
     return is_finite(m.density) && is_finite(m.sound_speed) && is_finite(m.attenuation) &&

@@ -178,7 +178,7 @@ struct physical {
 
     // Displayed metres a metre of the medium.
     INSONIFY_FN float stretch(const medium& m) const {
-        return timing == insonify::timing::sound_speed ? display_speed / m.sound_speed : 1.0F;
+        return timing == insonify::timing::sound_speed ? displayed_stretch(m) : 1.0F;
     }
 
     INSONIFY_FN static float amplitude_of(float decibels) { return std::exp2(0.16609640F * decibels); } // log2(10) / 20
@@ -220,13 +220,15 @@ struct physical {
             const auto at = [&](float distance) {
                 const float into = distance - here.begin, shown = path.shown + into * shrink;
                 const beam_sample beam = line.beam.at(shown);
-                return level * beam.incoherent * upright(line.frequency, run.slope * shrink, beam) *
-                       arriving(line, path.passed, path.lost_db + into * loss, shown);
+                return lesser(level * beam.incoherent * upright(line.frequency, run.slope * shrink, beam) *
+                                  arriving(line, path.passed, path.lost_db + into * loss, shown),
+                              1e20F); // so that sums stay finite, whatever the medium
             };
             const float length = run.step * static_cast<float>(run.count);
             const float first = at(run.first), last = at(run.first + length);
+            // At -300 dB nothing is heard, and ratios to less might overflow.
             const float ratio =
-                first > 0 && last > 0 ? std::exp2(std::log2(last / first) / static_cast<float>(run.count)) : 1.0F;
+                first > 1e-15F && last > 0 ? std::exp2(std::log2(last / first) / static_cast<float>(run.count)) : 1.0F;
             echoes.add(path.shown + (run.first - here.begin) * shrink, run.step * shrink, run.count, run.real,
                        run.imaginary, first, ratio);
         });

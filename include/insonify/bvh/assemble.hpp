@@ -42,8 +42,10 @@ class tree_assembler {
         std::vector<piece> pieces(later.size());
         std::vector<std::size_t> order(later.size()); // the largest first, lest one be left over at the end
         std::iota(order.begin(), order.end(), std::size_t{0});
-        std::stable_sort(order.begin(), order.end(),
-                         [&later](std::size_t a, std::size_t b) { return later[a].all.size() > later[b].all.size(); });
+        std::sort(order.begin(), order.end(), [&later](std::size_t a, std::size_t b) {
+            const std::size_t one = later[a].all.size(), other = later[b].all.size();
+            return one != other ? one > other : a < b;
+        });
         for_each_index(policy, later.size(), [&](std::size_t i) {
             const subtree& from = later[order[i]];
             piece& made = pieces[order[i]];
@@ -105,7 +107,7 @@ class tree_assembler {
                 const std::size_t size = children[i].size();
                 if (size <= Width) continue;
                 const bool fits = (size - 1) / Width <= Width - count;
-                const int rank = size > Width * Width ? 3 : fits ? 2 : 1;
+                const int rank = size > std::size_t{Width} * Width ? 3 : fits ? 2 : 1;
                 if (rank < best || (rank == best && !(weights[chosen] < weights[i]))) continue;
                 best = rank;
                 chosen = i;

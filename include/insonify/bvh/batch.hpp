@@ -93,7 +93,7 @@ void take_turns(const Start& start, const Step& step) {
 template <class Policy, class Range, int Width, class Query>
 void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
     constexpr std::size_t block_size = 256;
-    exec::for_each_block(policy, rays.size(), block_size, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
         std::size_t alone[block_size];
         std::size_t singles = 0, next = begin;
         if constexpr (triangle_range<Range>) {

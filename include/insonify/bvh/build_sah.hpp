@@ -41,7 +41,7 @@ class sah_splitter {
             centre_range centres{};
         };
         std::vector<piece> pieces(blocks(range.size()));
-        exec::for_each_block(policy, range.size(), block_size, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, range.size(), block_size, 10, [&](std::size_t begin, std::size_t end) {
             piece one;
             for (std::size_t i = begin; i < end; ++i) {
                 build_box box = leaf<Range, Width>::box(range, i);
@@ -88,7 +88,7 @@ class sah_splitter {
             bins.add(grid, from, places, whole.size());
         } else {
             partial.assign(blocks(whole.size()), bins);
-            exec::for_each_block(policy, whole.size(), block_size, [&](std::size_t begin, std::size_t end) {
+            exec::for_each_block(policy, whole.size(), block_size, 5, [&](std::size_t begin, std::size_t end) {
                 partial[begin / block_size].add(grid, from + begin, places + begin, end - begin);
             });
             for (const sah_bins& one : partial) bins.add(one);
@@ -104,7 +104,7 @@ class sah_splitter {
             return separate(plane, from, places, whole.size(), to + below.begin, to + middle);
         std::vector<std::size_t> first(partial.size() + 1); // of each block's below
         for (std::size_t b = 0; b < partial.size(); ++b) first[b + 1] = first[b] + partial[b].count_below(plane);
-        exec::for_each_block(policy, whole.size(), block_size, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, whole.size(), block_size, 5, [&](std::size_t begin, std::size_t end) {
             const std::size_t under = first[begin / block_size];
             separate(plane, from + begin, places + begin, end - begin, to + below.begin + under,
                      to + middle + (begin - under));

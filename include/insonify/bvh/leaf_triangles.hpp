@@ -5,6 +5,7 @@
 #include <insonify/bvh/ray_packet.hpp>
 #include <insonify/execution/simd_bits.hpp>
 #include <bit>
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -183,7 +184,7 @@ struct alignas(64) leaf<Range, Width> {
     void set(int i, const triangle& t) {
         float* const from = &corner[0][0][i];
         const vec3* const corners[3] = {&t.a, &t.b, &t.c};
-        for (int c = 0; c < 3; ++c) {
+        for (std::ptrdiff_t c = 0; c < 3; ++c) {
             from[(3 * c) * Width] = corners[c]->x;
             from[(3 * c + 1) * Width] = corners[c]->y;
             from[(3 * c + 2) * Width] = corners[c]->z;

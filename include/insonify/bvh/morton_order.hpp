@@ -49,7 +49,7 @@ class morton_order {
     void find_keys(const Policy& policy, const Range& range) {
         large_array<centre> centres(range.size());
         std::vector<centre_range> partial(used_.size());
-        exec::for_each_block(policy, range.size(), block_size_, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, range.size(), block_size_, 5, [&](std::size_t begin, std::size_t end) {
             centre_range found;
             for (std::size_t i = begin; i < end; ++i) {
                 const build_box box = leaf<Range, simd_width>::box(range, i);
@@ -65,7 +65,7 @@ class morton_order {
         const float widest = greater(all.end[0] - all.begin[0],
                                      greater(all.end[1] - all.begin[1], all.end[2] - all.begin[2])); // cells are cubes
         const lanes<4> start = load<4>(all.begin), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
-        exec::for_each_block(policy, range.size(), block_size_, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, range.size(), block_size_, 5, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;
             for (std::size_t i = begin; i < end; ++i)
                 if (centres[i].place[0] <= all.end[0])

@@ -41,22 +41,23 @@ struct box_rows {
     }
     INSONIFY_FN aabb box(int i) const {
         const float* const side = sides + i;
-        return {{side[0], side[Width], side[2 * Width]}, {side[3 * Width], side[4 * Width], side[5 * Width]}};
+        return {{side[row(0, 0)], side[row(0, 1)], side[row(0, 2)]},
+                {side[row(1, 0)], side[row(1, 1)], side[row(1, 2)]}};
     }
     INSONIFY_FN void set_box(int i, const aabb& b) {
         float* const side = sides + i;
-        side[0] = b.lower.x;
-        side[Width] = b.lower.y;
-        side[2 * Width] = b.lower.z;
-        side[3 * Width] = b.upper.x;
-        side[4 * Width] = b.upper.y;
-        side[5 * Width] = b.upper.z;
+        side[row(0, 0)] = b.lower.x;
+        side[row(0, 1)] = b.lower.y;
+        side[row(0, 2)] = b.lower.z;
+        side[row(1, 0)] = b.upper.x;
+        side[row(1, 1)] = b.upper.y;
+        side[row(1, 2)] = b.upper.z;
     }
     /// The box around all.
     INSONIFY_FN aabb all() const {
-        const auto lowest = [this](int row) { return least(load<Width>(sides + row * Width)); };
-        const auto highest = [this](int row) { return greatest(load<Width>(sides + row * Width)); };
-        return {{lowest(0), lowest(1), lowest(2)}, {highest(3), highest(4), highest(5)}};
+        const auto lowest = [this](std::uint32_t axis) { return least(load<Width>(sides + row(0, axis))); };
+        const auto highest = [this](std::uint32_t axis) { return greatest(load<Width>(sides + row(1, axis))); };
+        return {{lowest(0), lowest(1), lowest(2)}, {highest(0), highest(1), highest(2)}};
     }
     /// The surface of all, halved; square metres.
     INSONIFY_FN float half_area() const {

@@ -39,6 +39,15 @@ struct bvh_view {
 #endif
     }
 
+    /// The same for the indices of its primitives, where it is a leaf.
+    INSONIFY_FN INSONIFY_INLINE void prefetch_slots(std::uint32_t child) const {
+#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
+        if ((child & leaf_bit) != 0) __builtin_prefetch(slots.first + std::size_t{child ^ leaf_bit} * Width);
+#else
+        static_cast<void>(child);
+#endif
+    }
+
     /// What waits: its distance in the upper half, so that keys order as distances do (but among negative ones, where
     /// the order does not matter), and the child's code in the lower.
     INSONIFY_FN static std::int64_t key_of(float distance, std::uint32_t child) {

@@ -94,6 +94,9 @@ INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
 
 /// a * b + c, rounded once where that is one instruction and twice elsewhere: never the compiler's choice.
 INSONIFY_FN inline float multiply_add(float a, float b, float c) {
+#if defined(__clang__)
+#pragma clang fp contract(off) // or constants are rounded once everywhere
+#endif
     if constexpr (has_fma) return std::fma(a, b, c);
     return a * b + c;
 }

@@ -47,12 +47,21 @@ concept policy = requires(const Policy& p, const any_body& body) {
     for_each_index(p, std::size_t{0}, body);
 };
 
-/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter.
+/// Work that threads share, nanoseconds: a thread that sleeps takes some 50 microseconds to come, so that less is done
+/// sooner by one.
+inline constexpr float worth_sharing = 80e3F;
+
+/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter; on one thread where all of it
+/// is less than `worth_sharing`.
+/// @param nanoseconds  about what one index takes; 1e6F where nothing is known of it
 template <class Policy, class Body>
-void for_each_block(const Policy& policy, std::size_t count, std::size_t block, const Body& body) {
-    for_each_index(policy, (count + block - 1) / block, [&](std::size_t i) {
-        const std::size_t begin = i * block;
-        body(begin, begin + block < count ? begin + block : count);
+void for_each_block(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds, const Body& body) {
+    const std::size_t blocks = (count + block - 1) / block;
+    const bool alone = static_cast<float>(count) * nanoseconds < worth_sharing;
+    const std::size_t together = alone && blocks > 0 ? blocks : 1; // that one call does
+    for_each_index(policy, (blocks + together - 1) / together, [&](std::size_t first) {
+        for (std::size_t i = first * together; i < (first + 1) * together; ++i)
+            body(i * block, i + 1 < blocks ? (i + 1) * block : count);
     });
 }
 

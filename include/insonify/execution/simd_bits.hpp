@@ -11,9 +11,9 @@ namespace insonify::inline INSONIFY_ABI {
 // The compiler's own vectors: not all operations of std::experimental::simd on integers are inlined.
 template <int N>
 struct bit_vector {
-    typedef std::uint32_t type __attribute__((vector_size(sizeof(std::uint32_t) * N)));
-    typedef std::int32_t whole __attribute__((vector_size(sizeof(std::int32_t) * N)));
-    typedef float floats __attribute__((vector_size(sizeof(float) * N)));
+    using type __attribute__((vector_size(sizeof(std::uint32_t) * N))) = std::uint32_t;
+    using whole __attribute__((vector_size(sizeof(std::int32_t) * N))) = std::int32_t;
+    using floats __attribute__((vector_size(sizeof(float) * N))) = float;
 };
 template <int N>
 using bit_lanes = typename bit_vector<N>::type;

@@ -66,8 +66,8 @@ class thread_pool {
         std::size_t count = 0;
         const void* body = nullptr;
         void (*call)(const void*, std::size_t) = nullptr;
-        std::uint32_t seats = 0;  // helpers that may still join
-        std::uint32_t inside = 0; // helpers at work now
+        std::uint32_t seats = 0;              // helpers that may still join
+        std::atomic<std::uint32_t> inside{0}; // helpers at work now
         std::atomic<std::size_t> next{0};
         std::size_t failed_index = ~std::size_t{0};
         std::exception_ptr failure{};
@@ -88,8 +88,13 @@ class thread_pool {
     }
 
     INSONIFY_LAZY void withdraw(job& work) {
+        {
+            const std::lock_guard lock{mutex_};
+            jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
+        }
+        // Helpers are about to finish: to sleep until they have, and wake up, would take longer than they do.
+        for (int i = 0; i < 100 && work.inside.load(std::memory_order_acquire) > 0; ++i) std::this_thread::yield();
         std::unique_lock lock{mutex_};
-        jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
         work.all_left.wait(lock, [&work] { return work.inside == 0; });
     }
 

@@ -59,10 +59,10 @@ struct sheared_ray {
     /// A vector with its axes in the order of the ray's.
     INSONIFY_FN vec3 in_order(vec3 v) const { return z == 2 ? v : z == 0 ? vec3{v.y, v.z, v.x} : vec3{v.z, v.x, v.y}; }
 
-    /// x and y across the ray, z the distance along it. Every copy of a vertex gets the very same result.
+    /// x and y across the ray, z along it, not yet scaled. Every copy of a vertex gets the very same result.
     INSONIFY_FN vec3 operator()(vec3 p) const {
         const vec3 v = in_order(p) - begin;
-        return {multiply_add(-shear.x, v.z, v.x), multiply_add(-shear.y, v.z, v.y), shear.z * v.z};
+        return {multiply_add(-shear.x, v.z, v.x), multiply_add(-shear.y, v.z, v.y), v.z};
     }
 };
 
@@ -92,7 +92,7 @@ INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
     const double area = u + v + w;
     if (!(area != 0)) return {};
     hit found;
-    found.distance = static_cast<float>((u * a.z + v * b.z + w * c.z) / area);
+    found.distance = static_cast<float>((u * a.z + v * b.z + w * c.z) / area * r.shear.z);
     return found;
 }
 

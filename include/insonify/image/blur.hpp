@@ -49,7 +49,7 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
         throw usage_error{"radial_blur: `lines` must be a finite number, 0 or more, and `frames` at least 1"};
 
     std::vector<vec2> place(picture.pixels.size()); // line and depth of each pixel
-    for_each_index(policy, map.size.y, [&](std::size_t row) {
+    exec::for_each_block(policy, map.size.y, 1, 15 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
         for (std::uint32_t x = 0; x < map.size.x; ++x)
             place[row * map.size.x + x] = probe.locate(map.point(x, static_cast<std::uint32_t>(row)));
     });
@@ -59,7 +59,7 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
     progressive mean;
     for (std::uint32_t frame = 0; frame < settings.frames; ++frame) {
         const float shift = 2 * settings.lines * share_of_line(static_cast<float>(frame), settings.frames);
-        exec::for_each_block(policy, place.size(), 1024, [&](std::size_t first, std::size_t last) {
+        exec::for_each_block(policy, place.size(), 1024, 30, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
                 if (map.first[i] == scan_map::outside) continue;
                 const vec3 from = probe.beam(clamped(place[i].x + shift, -0.5F, end)).at(place[i].y);

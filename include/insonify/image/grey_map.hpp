@@ -33,7 +33,7 @@ struct grey_map {
 template <exec::policy Policy>
 image map_grey(const Policy& policy, image picture, const grey_map& map) {
     map.check();
-    exec::for_each_block(policy, picture.pixels.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, picture.pixels.size(), 4096, 10, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) picture.pixels[i] = map(picture.pixels[i]);
     });
     return picture;

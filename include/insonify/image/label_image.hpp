@@ -37,7 +37,7 @@ void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const sca
         lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
         throw usage_error{"scan_convert: lines, samples or depth differ from those that the map was made for; make one "
                           "anew with make_scan_map"};
-    for_each_index(policy, map.size.y, [&](std::size_t y) {
+    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) continue;
             const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];

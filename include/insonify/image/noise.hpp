@@ -28,7 +28,7 @@ image make_noise(const Policy& policy, uvec2 size, const noise_settings& setting
     if (!is_finite(settings.strength) || settings.strength < 0 || settings.strength > 1)
         throw usage_error{"make_noise: `strength` must lie between 0 and 1"};
     image noise{size};
-    for_each_index(policy, size.y, [&](std::size_t row) {
+    exec::for_each_block(policy, size.y, 1, 15 * static_cast<float>(size.x), [&](std::size_t row, std::size_t) {
         for (std::uint32_t column = 0; column < size.x; ++column) {
             const std::uint64_t pixel = static_cast<std::uint64_t>(row) << 32U | column;
             const float uniform = 1 - hash_uniform(settings.seed, pixel); // (0, 1]: the logarithm stays finite
@@ -46,7 +46,7 @@ image add_noise(const Policy& policy, image picture, const image& noise) {
     if (picture.size != noise.size || picture.pixels.size() != noise.pixels.size())
         throw usage_error{"add_noise: the noise must have the size of the picture; make it with make_noise(policy, "
                           "picture.size)"};
-    exec::for_each_block(policy, picture.pixels.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, picture.pixels.size(), 4096, 0.3F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) picture.pixels[i] *= noise.pixels[i];
     });
     return picture;

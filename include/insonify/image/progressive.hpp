@@ -27,7 +27,7 @@ class progressive {
         }
         ++frames_;
         const double f = frames_;
-        exec::for_each_block(policy, mean_.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, mean_.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 mean_[i] = static_cast<double>(frame.pixels[i]) / f + (f - 1) / f * mean_[i];
                 picture_.pixels[i] = static_cast<float>(mean_[i]);

@@ -119,7 +119,7 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     const bool full_circle = is_full_circle(probe);
     const float last_line = greater(lines - 2, 0);
     const float last_sample = greater(static_cast<float>(map.samples) - 2, 0);
-    for_each_index(policy, map.size.y, [&](std::size_t row) {
+    exec::for_each_block(policy, map.size.y, 1, 20 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
         const auto y = static_cast<std::uint32_t>(row);
         for (std::uint32_t x = 0; x < map.size.x; ++x) {
             const vec2 at = probe.locate(map.point(x, y));
@@ -180,7 +180,7 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
     const std::size_t next_sample = map.samples > 1 ? 1 : 0;
     recycled.size = map.size;
     recycled.pixels.resize(map.first.size());
-    for_each_index(policy, map.size.y, [&](std::size_t y) {
+    exec::for_each_block(policy, map.size.y, 1, 3 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
         const float* values = lines.values.data();
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) {

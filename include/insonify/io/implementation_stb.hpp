@@ -3,10 +3,12 @@
 
 #include <insonify/core/config.hpp>
 #include <cassert>
+// NOLINTBEGIN(modernize-deprecated-headers): stb_image_write includes these by these names.
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+// NOLINTEND(modernize-deprecated-headers)
 
 // A copy of stb_image_write for this file alone: static functions in a namespace of their own, and every macro that
 // steers it put aside, so that a program may have its own copy in this file, before or after, and in others. The C

@@ -19,7 +19,7 @@ enum class problem {
     not_built,    ///< `build` is due
     not_updated,  ///< `update` is due
     one_medium,   ///< all objects are filled with the background's
-    unit,         ///< of the meshes: they are far too large or small for the depth
+    unit,         ///< of the meshes or the depth: one is far too large or small for the other
     inside,       ///< the probe stands in something that lets no sound out, or in an object whose surface is too deep
     behind,       ///< the objects are behind the probe
     too_shallow,  ///< the lines end before the first surface
@@ -135,6 +135,15 @@ INSONIFY_LAZY std::string unit_fault(const aabb& box, float depth) {
     return {};
 }
 
+/// What is wrong with the depth, if anything: it is more than a metre, and 30 times the size of the scene.
+INSONIFY_LAZY std::string depth_fault(const aabb& box, float depth) {
+    const vec3 sides = box.size();
+    const float size = greater(sides.x, greater(sides.y, sides.z));
+    if (!(size > 0 && depth > 30 * size && depth > 1)) return {};
+    return "The objects are " + shown(size) + " across, but the lines " + shown(depth) +
+           " deep: `depth` is in metres; write it as in 80_mm.";
+}
+
 } // namespace diagnosing
 
 template <transducer Probe>
@@ -175,8 +184,10 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     if (lines.around != nullptr && keeps_sound(lines.around->inside))
         tell(problem::inside, "The probe stands inside " + named(*lines.around) +
                                   ", whose medium lets next to no sound out; move the probe out of it.");
+    const std::string too_deep = depth_fault(body.box(), scan.depth);
+    if (!too_deep.empty()) tell(problem::unit, too_deep);
     if (lines.ahead > scan.depth) {
-        if (const std::string wrong = unit_fault(body.box(), scan.depth); !wrong.empty())
+        if (const std::string wrong = unit_fault(body.box(), scan.depth); too_deep.empty() && !wrong.empty())
             tell(problem::unit, wrong);
         else if (lines.around != nullptr && lines.ahead < FLT_MAX)
             tell(problem::inside, "The probe stands inside " + named(*lines.around) + ", whose surface is " +

@@ -30,6 +30,16 @@ struct crossing {
 struct line_crossings {
     std::vector<crossing> crossings; ///< ascending
     media_stack inside;              ///< the objects around the origin of the line
+
+    /// Empty, with room for the scene's objects.
+    INSONIFY_LAZY void clear(const scene& body) {
+        crossings.clear();
+        inside.clear(body.objects().size());
+    }
+    /// Puts the crossings in order, nearest first.
+    INSONIFY_LAZY void sort() {
+        if (!std::is_sorted(crossings.begin(), crossings.end())) std::sort(crossings.begin(), crossings.end());
+    }
 };
 
 /// True where the ray, from its origin to `reach`, may touch the box; never false where it does.
@@ -44,24 +54,26 @@ INSONIFY_LAZY bool may_touch(const aabb& box, const ray& r, float reach) {
     return in <= out * 1.000001F;
 }
 
-/// Finds every crossing of a line from its origin to `depth` metres, and the objects that its origin lies in.
+/// Adds every crossing of a line with one object, from its origin to `depth` metres, in any order.
 ///
 /// An object is around the origin if the half line crosses its surface an odd number of times. The same crossings serve
 /// for both, so the two never contradict each other, also where the probe touches a surface.
+INSONIFY_LAZY void add_crossings(const object& one, const ray& line, float depth, line_crossings& found) {
+    const bool around = one.box.contains(line.origin);
+    if (!around && !may_touch(one.box, line, depth)) return;
+    ray local = one.local(line);
+    local.max_distance = around ? FLT_MAX : depth;
+    one.tree_view().for_each_hit(local, [&](const hit& at) {
+        if (around) found.inside.toggle(one.rank);
+        if (at.distance <= depth) found.crossings.push_back({at.distance, one.rank, at.primitive});
+    });
+}
+
+/// Finds every crossing of a line from its origin to `depth` metres, and the objects that its origin lies in.
 INSONIFY_LAZY void find_crossings(const scene& body, const ray& line, float depth, line_crossings& found) {
-    found.crossings.clear();
-    found.inside.clear(body.objects().size());
-    for (const object& one : body.objects()) {
-        const bool around = one.box.contains(line.origin);
-        if (!around && !may_touch(one.box, line, depth)) continue;
-        ray local = one.local(line);
-        local.max_distance = around ? FLT_MAX : depth;
-        one.tree_view().for_each_hit(local, [&](const hit& at) {
-            if (around) found.inside.toggle(one.rank);
-            if (at.distance <= depth) found.crossings.push_back({at.distance, one.rank, at.primitive});
-        });
-    }
-    std::sort(found.crossings.begin(), found.crossings.end());
+    found.clear(body);
+    for (const object& one : body.objects()) add_crossings(one, line, depth, found);
+    found.sort();
 }
 
 /// How a line meets a surface: the cosine of the angle of incidence, and the tilt of the normal against the line, in

@@ -16,7 +16,10 @@ class media_stack {
     static constexpr std::uint32_t none = ~0U; ///< rank of the background
 
     /// In none of so many objects.
-    INSONIFY_LAZY void clear(std::size_t objects) { words_.assign((objects + 63) / 64, 0); }
+    INSONIFY_LAZY void clear(std::size_t objects) {
+        words_.resize((objects + 63) / 64); // by a loop: `assign` is a call, for every line
+        for (std::size_t i = 0; i < words_.size(); ++i) words_[i] = 0;
+    }
 
     /// The point crosses the surface of this object.
     INSONIFY_LAZY void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }

@@ -7,6 +7,7 @@
 #include <insonify/scene/slice_frame.hpp>
 #include <insonify/scene/slice_region.hpp>
 #include <algorithm>
+#include <cstddef>
 
 /// Which faces go through slices: those whose corners differ in level (see `slice_frame`).
 namespace insonify::inline INSONIFY_ABI {
@@ -50,29 +51,12 @@ void for_each_mixed(view<const uvec3> faces, const face_groups& groups, std::siz
     }
 }
 
-/// A bit for each triangle of a leaf whose corners differ in level.
-template <class Range, int Width>
-INSONIFY_INLINE std::uint32_t mixed_of(const slice_frame& frame, const leaf<Range, Width>& triangles) {
-    lanes<Width> height[3];
-    for (int c = 0; c < 3; ++c) {
-        const auto& corner = triangles.corner[c];
-        height[c] = frame.height_of(load<Width>(corner[0]), load<Width>(corner[1]), load<Width>(corner[2]));
-    }
-    std::uint32_t mixed = 0;
-    for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
-        const lanes<Width> here(frame.height[slice]);
-        const std::uint32_t a = bits_of(here < height[0]), b = bits_of(here < height[1]);
-        mixed |= (a ^ b) | (a ^ bits_of(here < height[2]));
-    }
-    return mixed & triangles.usable;
-}
-
 /// The children of a node that may reach into the slices: visit(code), see node.hpp.
 template <class Range, int Width, class Visit>
 INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uint32_t node, const slice_region& region,
                                     Visit&& visit) {
     const float* const side = tree.nodes[node].sides;
-    const auto row = [&](int k) { return load<Width>(side + k * Width); };
+    const auto row = [&](std::ptrdiff_t k) { return load<Width>(side + k * Width); };
     const lanes<Width> lower[3] = {row(0), row(1), row(2)}, upper[3] = {row(3), row(4), row(5)};
     for (std::uint32_t left = overlaps(region, lower, upper); left != 0; left &= left - 1) {
         const std::uint32_t child = tree.nodes[node].child[lowest_bit(left)];
@@ -83,11 +67,20 @@ INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uin
 /// The leaves below `code` that may reach into the slices: visit(leaf, slots).
 template <class Range, int Width, class Visit>
 void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
-    std::uint32_t stack[bvh_view<Range, Width>::stack_size];
-    std::uint32_t waiting = 0;
+    // So many are asked for before they are looked at, unless many wait: then, one branch after the other, each level adds
+    // less than Width to those that wait.
+    constexpr std::uint32_t ahead = 8, many = ahead * Width;
+    std::uint32_t stack[many + ahead * Width + bvh_view<Range, Width>::stack_size], coming[ahead];
+    std::uint32_t waiting = 0, taken = 0, asked = 0;
     stack[waiting++] = code;
-    while (waiting > 0) {
-        const std::uint32_t next = stack[--waiting];
+    for (;;) {
+        for (; waiting > 0 && asked - taken < (waiting < many ? ahead : 1); ++asked) {
+            const std::uint32_t child = coming[asked % ahead] = stack[--waiting];
+            tree.prefetch(child);
+            tree.prefetch_slots(child);
+        }
+        if (asked == taken) return;
+        const std::uint32_t next = coming[taken++ % ahead];
         if ((next & leaf_bit) != 0)
             visit(tree.leaves[next ^ leaf_bit], tree.slots.first + std::size_t{next ^ leaf_bit} * Width);
         else

@@ -4,6 +4,7 @@
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/geometry/aabb.hpp>
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -16,13 +17,13 @@ INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
     floats upper[3] = {floats(-FLT_MAX), floats(-FLT_MAX), floats(-FLT_MAX)};
     const std::size_t whole = points.size() / width * width;
     for (std::size_t begin = 0; begin < whole; begin += width)
-        for (int k = 0; k < 3; ++k) {
+        for (std::ptrdiff_t k = 0; k < 3; ++k) {
             const floats p = load<width>(&points[begin].x + k * width);
             lower[k] = select(p < lower[k], p, lower[k]); // which never takes a NaN
             upper[k] = select(upper[k] < p, p, upper[k]);
         }
     float lowest[3 * width], highest[3 * width];
-    for (int k = 0; k < 3; ++k) {
+    for (std::ptrdiff_t k = 0; k < 3; ++k) {
         store(lower[k], lowest + k * width);
         store(upper[k], highest + k * width);
     }

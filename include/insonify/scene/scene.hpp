@@ -255,7 +255,7 @@ class scene {
         constexpr std::size_t parts = 16;
         aabb part[parts];
         const std::size_t share = std::max(points.size() / parts + 1, std::size_t{8192});
-        exec::for_each_block(policy, points.size(), share, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, points.size(), share, 0.5F, [&](std::size_t begin, std::size_t end) {
             part[begin / share] = bounds_of(view<const vec3>{points.data() + begin, end - begin});
         });
         aabb whole;

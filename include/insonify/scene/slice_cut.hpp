@@ -2,7 +2,7 @@
 #define INSONIFY_SCENE_SLICE_CUT_HPP
 
 #include <insonify/execution/for_each.hpp>
-#include <insonify/scene/cut_face.hpp>
+#include <insonify/scene/cut_faces.hpp>
 #include <insonify/scene/mixed_faces.hpp>
 #include <insonify/scene/scene.hpp>
 #include <algorithm>
@@ -26,24 +26,24 @@ struct cut_segment {
 /// whatever the number of slices.
 class slice_cut {
   public:
+    /// @param chosen    of each object, whether it is to be cut
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
     /// @param offsets   heights of the slices over that plane, metres
     /// @param reach     how far lines are followed, metres
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene& body, const line_fan& fan, const pose& probe_at,
-             view<const float> offsets, float reach) {
-        plan(body, fan, probe_at, offsets, reach);
-        for_each_index(policy, vertex_parts_.size(), [&](std::size_t i) {
+    void cut(const Policy& policy, const scene& body, view<const std::uint8_t> chosen, const line_fan& fan,
+             const pose& probe_at, view<const float> offsets, float reach) {
+        plan(body, chosen, fan, probe_at, offsets, reach);
+        exec::for_each_block(policy, vertex_parts_.size(), 1, 0.5F * block, [&](std::size_t i, std::size_t) {
             const part& own = vertex_parts_[i];
             const object& one = body.objects()[own.object];
             find_levels(own.region->frame.local(one.at),
                         {one.surface.positions.data() + own.begin, own.end - own.begin},
                         levels_.data() + own.levels + own.begin);
         });
-        const std::size_t grain = work_ < pays_for_threads ? face_parts_.size() + 1 : 1;
-        exec::for_each_block(policy, face_parts_.size(), grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) cut_part(body, fan, face_parts_[i], found_[i]);
-        });
+        const float nanoseconds = 5 * static_cast<float>(work_) / static_cast<float>(face_parts_.size() + 1);
+        exec::for_each_block(policy, face_parts_.size(), 1, nanoseconds,
+                             [&](std::size_t i, std::size_t) { cut_part(body, fan, face_parts_[i], found_[i]); });
     }
 
     /// Calls visit(segment) for each, in an order that depends on nothing but the arguments of `cut`.
@@ -56,7 +56,6 @@ class slice_cut {
   private:
     static constexpr std::uint32_t block = 8192; // vertices or faces that one thread takes at a time
     static constexpr std::uint32_t groups_of_block = block / face_groups::size;
-    static constexpr std::size_t pays_for_threads = 16384; // faces looked at: below that one thread is faster
 
     static constexpr std::size_t most_subtrees = 32; // that one object's tree is divided into, about
 
@@ -69,13 +68,14 @@ class slice_cut {
     };
 
     // The work, in the order in which `for_each_segment` will give what it finds.
-    INSONIFY_LAZY void plan(const scene& body, const line_fan& fan, const pose& probe_at, view<const float> offsets,
-                            float reach) {
+    INSONIFY_LAZY void plan(const scene& body, view<const std::uint8_t> chosen, const line_fan& fan,
+                            const pose& probe_at, view<const float> offsets, float reach) {
         const pose upright = probe_at * fan.upright();
-        aabb face;
-        for (std::uint32_t i = 0; i < fan.size(); ++i)
-            for (const float offset : offsets)
-                face = merged(face, upright.point({fan[i].origin.x, offset, fan[i].origin.y}));
+        aabb face; // of the probe
+        for (const float offset : offsets)
+            for (const float x : {fan.extent().least.x, fan.extent().most.x})
+                for (const float y : {fan.extent().least.y, fan.extent().most.y})
+                    face = merged(face, upright.point({x, offset, y}));
         const vec3 rounding = 1e-6F * (absolute(face.lower) + absolute(face.upper));
         face = {face.lower - rounding, face.upper + rounding};
         endless_ = {slice_frame{upright, offsets}, fan};
@@ -86,6 +86,7 @@ class slice_cut {
         work_ = 0;
         std::size_t levels = 0;
         for (std::uint32_t i = 0; i < body.objects().size(); ++i) {
+            if (chosen[i] == 0) continue;
             const object& one = body.objects()[i];
             // Lines that begin in an object are followed to where they leave it.
             const slice_region& region = overlaps(face, one.box) ? endless_ : within_reach_;
@@ -137,22 +138,43 @@ class slice_cut {
         const object& one = body.objects()[own.object];
         const slice_region region = own.region->local(one.at);
         found.clear();
-        const auto cut = [&](std::uint32_t primitive, const triangle& face) {
-            cut_face(region.frame, face, [&](std::uint32_t slice, vec2 from, vec2 to) {
-                fan.for_each_crossed(from, to, [&](std::uint32_t first, std::uint32_t last) {
-                    found.push_back({from, to, first, last, slice, own.object, primitive});
-                });
-            });
+        const auto cut = [&](const auto& faces, const std::uint32_t* slots) {
+            using corner = seen_corner<simd_width>;
+            const auto keep = [&](std::uint32_t slice, std::uint32_t cut_ones, const corner& from, const corner& to) {
+                float ends[4][simd_width];
+                const lanes<simd_width>* const of_ends[4] = {&from.across, &from.along, &to.across, &to.along};
+                for (int i = 0; i < 4; ++i) store(*of_ends[i], ends[i]);
+                const auto places_from = fan.places_of<simd_width>(from.across, from.along);
+                const auto places_to = fan.places_of<simd_width>(to.across, to.along);
+                for (; cut_ones != 0; cut_ones &= cut_ones - 1) {
+                    const std::uint32_t i = lowest_bit(cut_ones);
+                    const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
+                    fan.for_each_crossed(p, fan.gap(places_from, i), q, fan.gap(places_to, i),
+                                         [&](std::uint32_t first, std::uint32_t last) {
+                                             found.push_back({p, q, first, last, slice, own.object, slots[i]});
+                                         });
+                }
+            };
+            cut_faces(region.frame, faces, keep);
         };
         if (one.tree_follows) {
-            for_each_leaf(one.tree_view(), own.begin, region, [&](const auto& leaf, const std::uint32_t* slots) {
-                for (std::uint32_t left = mixed_of(region.frame, leaf); left != 0; left &= left - 1)
-                    cut(slots[lowest_bit(left)], leaf.corners(lowest_bit(left)));
-            });
+            for_each_leaf(one.tree_view(), own.begin, region, cut);
         } else {
             const mesh_view surface{one.surface};
+            leaf<mesh_view, simd_width> faces;
+            std::uint32_t slots[simd_width], held = 0;
+            const auto cut_held = [&] {
+                std::fill(slots + held, slots + simd_width, no_primitive);
+                faces.fill(surface, slots);
+                cut(faces, slots);
+                held = 0;
+            };
             for_each_mixed(surface.faces, one.groups, own.begin, own.end, levels_.data() + own.levels,
-                           [&](std::uint32_t primitive) { cut(primitive, surface[primitive]); });
+                           [&](std::uint32_t primitive) {
+                               slots[held++] = primitive;
+                               if (held == simd_width) cut_held();
+                           });
+            if (held > 0) cut_held();
         }
     }
 
@@ -161,7 +183,7 @@ class slice_cut {
     std::vector<std::uint32_t> subtrees_, below_;
     std::vector<std::uint8_t> levels_;
     std::vector<std::vector<cut_segment>> found_;
-    std::size_t work_ = 0;
+    std::size_t work_ = 0; // about how many faces are to be looked at
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -56,15 +56,15 @@ struct slice_frame {
     INSONIFY_INLINE Float height_of(const Float& x, const Float& y, const Float& z) const {
         return component(elevation, x, y, z);
     }
-    INSONIFY_LAZY vec2 place_of(vec3 p) const {
-        return {component(across, p.x, p.y, p.z), component(along, p.x, p.y, p.z)};
+    template <class Float>
+    INSONIFY_INLINE Float across_of(const Float& x, const Float& y, const Float& z) const {
+        return component(across, x, y, z);
     }
-
-    std::uint32_t level_of(float point_height) const {
-        std::uint32_t level = 0;
-        for (std::uint32_t i = 0; i < count; ++i) level += point_height > height[i];
-        return level;
+    template <class Float>
+    INSONIFY_INLINE Float along_of(const Float& x, const Float& y, const Float& z) const {
+        return component(along, x, y, z);
     }
+    INSONIFY_LAZY vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
 
   private:
     template <class Float>

@@ -25,18 +25,13 @@ struct slice_region {
         const auto &left = fan[0], &right = fan[fan.size() - 1];
         add_side({-left.along.y, left.along.x}, left.right({0, 0}));
         add_side({right.along.y, -right.along.x}, -right.right({0, 0}));
-        float nearest = FLT_MAX;
-        for (std::uint32_t i = 0; i < fan.size(); ++i) nearest = lesser(nearest, fan[i].origin.y);
-        add_side({0, -1}, -nearest);
+        add_side({0, -1}, -fan.extent().least.y);
     }
 
     /// The same, as far as lines of this length reach.
     INSONIFY_LAZY slice_region within(float reach, const line_fan& fan) const {
-        float furthest = -FLT_MAX;
-        for (std::uint32_t i = 0; i < fan.size(); ++i)
-            furthest = greater(furthest, fan[i].origin.y + reach * fan[i].along.y);
         slice_region near_part = *this;
-        near_part.add_side({0, 1}, furthest);
+        near_part.add_side({0, 1}, fan.extent().most.y + reach * fan.extent().straightest);
         return near_part;
     }
 

@@ -41,6 +41,9 @@ class axial_kernel {
     /// Of a laid-out line, in samples.
     std::size_t layout_size() const { return decimation_ * stride_; }
 
+    /// About what a line takes.
+    float nanoseconds() const { return static_cast<float>(results_ * (2 + taps_.size() / 8)); }
+
     /// @param layout  zeros, or a line laid out before
     INSONIFY_LAZY void lay_out(const vec2* line, vec2* layout) const {
         for (std::size_t remainder = 0; remainder < decimation_; ++remainder)

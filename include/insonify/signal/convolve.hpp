@@ -41,14 +41,15 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envel
     iq_lines& results = decimation > 1 ? own.decimated : echoes;
     const std::size_t blocks = (echoes.count + together - 1) / together;
     if (own.blocks.size() < blocks) own.blocks.resize(blocks);
-    exec::for_each_block(policy, echoes.count, together, [&](std::size_t begin, std::size_t end) {
-        std::vector<vec2>& layout = own.blocks[begin / together];
-        layout.assign(own.axial.layout_size(), vec2{0, 0});
-        for (std::size_t line = begin; line < end; ++line) {
-            own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-            own.axial.template apply<width>(layout.data(), results.values.data() + line * results.samples);
-        }
-    });
+    exec::for_each_block(
+        policy, echoes.count, together, own.axial.nanoseconds(), [&](std::size_t begin, std::size_t end) {
+            std::vector<vec2>& layout = own.blocks[begin / together];
+            layout.assign(own.axial.layout_size(), vec2{0, 0});
+            for (std::size_t line = begin; line < end; ++line) {
+                own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                own.axial.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+            }
+        });
     if (decimation > 1) std::swap(own.decimated, echoes);
     return echoes;
 }
@@ -64,7 +65,8 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
     const std::size_t slabs = (lines.samples + thickness - 1) / thickness, together = 8;
     const std::size_t blocks = (slabs + together - 1) / together;
     if (own.blocks.size() < blocks) own.blocks.resize(blocks);
-    exec::for_each_block(policy, slabs, together, [&](std::size_t begin, std::size_t end) {
+    const float slab_time = 0.2F * static_cast<float>((2 * own.lateral.reach() + 1) * lines.count * thickness);
+    exec::for_each_block(policy, slabs, together, slab_time, [&](std::size_t begin, std::size_t end) {
         lateral_slab slab{own.lateral, own.blocks[begin / together]};
         for (std::size_t i = begin; i < end; ++i) {
             const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);

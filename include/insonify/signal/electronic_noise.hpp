@@ -23,7 +23,7 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
     if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be a finite number"};
     const float scale = std::pow(10.0F, settings.level_db / 20) * std::sqrt(0.5F);
     const std::uint64_t stream = hash_bits(settings.seed, settings.frame);
-    exec::for_each_block(policy, lines.values.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, lines.values.size(), 1024, 30, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) lines.values[i] += scale * hash_normal(stream, i);
     });
     return lines;

@@ -25,7 +25,7 @@ template <exec::policy Policy>
 scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycled = {}) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     recycled.reshape(iq.count, iq.samples, iq.depth);
-    exec::for_each_block(policy, iq.values.size(), 16384, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, iq.values.size(), 16384, 0.6F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             recycled.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
         square_roots<width>(recycled.values.data() + begin, end - begin);
@@ -46,22 +46,23 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
         throw usage_error{"envelope: the lines must have as many values as lines times samples"};
     const hilbert_transform transform{rf.samples};
     scan_lines lines{rf.count, rf.samples, rf.depth};
-    exec::for_each_block(policy, rf.count, 2, [&](std::size_t first, std::size_t end) {
-        const std::size_t n = rf.samples, last = end - 1; // the same line twice where it is the odd one out
-        std::vector<float> turned(2 * transform.size());
-        float* one = turned.data();
-        float* other = one + transform.size();
-        std::copy_n(rf.values.data() + first * n, n, one);
-        std::copy_n(rf.values.data() + last * n, n, other);
-        transform.template apply<width>(one, other);
-        for (const std::size_t line : {first, last}) {
-            const float* from = rf.values.data() + line * n;
-            const float* quarter = line == first ? one : other;
-            float* to = lines.values.data() + line * n;
-            for (std::size_t i = 0; i < n; ++i) to[i] = from[i] * from[i] + quarter[i] * quarter[i];
-            square_roots<width>(to, n);
-        }
-    });
+    exec::for_each_block(
+        policy, rf.count, 2, 20 * static_cast<float>(rf.samples), [&](std::size_t first, std::size_t end) {
+            const std::size_t n = rf.samples, last = end - 1; // the same line twice where it is the odd one out
+            std::vector<float> turned(2 * transform.size());
+            float* one = turned.data();
+            float* other = one + transform.size();
+            std::copy_n(rf.values.data() + first * n, n, one);
+            std::copy_n(rf.values.data() + last * n, n, other);
+            transform.template apply<width>(one, other);
+            for (const std::size_t line : {first, last}) {
+                const float* from = rf.values.data() + line * n;
+                const float* quarter = line == first ? one : other;
+                float* to = lines.values.data() + line * n;
+                for (std::size_t i = 0; i < n; ++i) to[i] = from[i] * from[i] + quarter[i] * quarter[i];
+                square_roots<width>(to, n);
+            }
+        });
     return lines;
 }
 

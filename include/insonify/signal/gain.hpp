@@ -53,7 +53,7 @@ template <exec::policy Policy>
 scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compress_settings& settings = {}) {
     settings.check();
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    exec::for_each_block(policy, lines.values.size(), 16384, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, lines.values.size(), 16384, 0.5F, [&](std::size_t begin, std::size_t end) {
         const log_compress_settings own = settings; // out of reach of the stores, so that it stays in registers
         float* values = lines.values.data();
         std::size_t i = begin;
@@ -122,17 +122,19 @@ template <exec::policy Policy, class Value>
             throw usage_error{"tgc: the frequency must be a finite number of hertz, 0 or more"};
         constexpr std::size_t together = 512; // samples, on all lines
         const float spacing = lines.depth / static_cast<float>(lines.samples);
-        exec::for_each_block(policy, lines.samples, together, [&](std::size_t begin, std::size_t end) {
-            float gain[together];
-            for (std::size_t k = begin; k < end; ++k) {
-                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-                gain[k - begin] = std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
-            }
-            for (std::size_t line = 0; line < lines.count; ++line) {
-                Value* values = lines.values.data() + line * lines.samples + begin;
-                for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
-            }
-        });
+        exec::for_each_block(policy, lines.samples, together, 0.5F * static_cast<float>(lines.count),
+                             [&](std::size_t begin, std::size_t end) {
+                                 float gain[together];
+                                 for (std::size_t k = begin; k < end; ++k) {
+                                     const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+                                     gain[k - begin] =
+                                         std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
+                                 }
+                                 for (std::size_t line = 0; line < lines.count; ++line) {
+                                     Value* values = lines.values.data() + line * lines.samples + begin;
+                                     for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
+                                 }
+                             });
         return lines;
     }
 

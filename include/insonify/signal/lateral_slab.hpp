@@ -59,7 +59,7 @@ class lateral_slab {
             const std::size_t after = lines_ - 1 - line;
             const bool whole = kernel_.full_circle || (line >= reach_ && after >= reach_);
             vec2* out = whole && count == samples ? to + line * stride : sums;
-            for (std::size_t part = 0; part < samples; part += 4 * Width)
+            for (std::size_t part = 0; part < samples; part += std::size_t{4} * Width)
                 sum_neighbours<Width>(row(line) + part, weights_ + part, out + part, std::make_index_sequence<8>{});
             if (!whole)
                 for (std::size_t k = 0; k < count; ++k)

@@ -28,7 +28,7 @@ class persistence {
         const bool fades = at == at_ && frame.count == shown_.count && frame.samples == shown_.samples &&
                            frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
         if (fades && share_ > 0)
-            exec::for_each_block(policy, frame.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
+            exec::for_each_block(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t i = begin; i < end; ++i)
                     frame.values[i] = share_ * shown_.values[i] + (1 - share_) * frame.values[i];
             });

@@ -38,11 +38,13 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
         carrier[k] = {std::cos(phase), std::sin(phase)};
     }
     scan_lines rf{iq.count, iq.samples, iq.depth};
-    for_each_index(policy, iq.count, [&](std::size_t line) {
-        const vec2* from = iq.values.data() + line * iq.samples;
-        float* to = rf.values.data() + line * iq.samples;
-        for (std::uint32_t k = 0; k < iq.samples; ++k) to[k] = from[k].x * carrier[k].x - from[k].y * carrier[k].y;
-    });
+    exec::for_each_block(policy, iq.count, 1, 0.5F * static_cast<float>(iq.samples),
+                         [&](std::size_t line, std::size_t) {
+                             const vec2* from = iq.values.data() + line * iq.samples;
+                             float* to = rf.values.data() + line * iq.samples;
+                             for (std::uint32_t k = 0; k < iq.samples; ++k)
+                                 to[k] = from[k].x * carrier[k].x - from[k].y * carrier[k].y;
+                         });
     return rf;
 }
 

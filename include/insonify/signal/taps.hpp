@@ -18,7 +18,7 @@ struct tap {
 };
 
 /// A filter may read so many samples further than its results need.
-inline constexpr std::size_t tap_room = 4 * simd_width;
+inline constexpr std::size_t tap_room = std::size_t{4} * simd_width;
 
 /// As many results as eight registers hold, which the sums never leave.
 template <int Width, std::size_t... I>
@@ -39,7 +39,7 @@ INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, 
 /// @param to    must not overlap what is read
 template <int Width>
 void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
-    constexpr std::size_t block = 4 * Width;
+    constexpr std::size_t block = std::size_t{4} * Width;
     constexpr auto registers = std::make_index_sequence<8>{};
     std::size_t begin = 0;
     for (; begin + block <= count; begin += block)

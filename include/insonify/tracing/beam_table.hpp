@@ -34,7 +34,7 @@ class beam_table {
         border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
         for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
-        plane_weights_.resize(depths * planes.count());
+        plane_weights_.resize(std::size_t{depths} * planes.count());
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;

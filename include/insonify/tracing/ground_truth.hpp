@@ -78,7 +78,7 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     const elevation_planes middle{beam_of(probe, settings.depth), 1};
     line_workspace found;
     for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::find,
-                  found, trace_line);
+                  found, 20 * static_cast<float>(samples), trace_line);
     return truth;
 }
 

@@ -42,7 +42,7 @@ struct label_axis {
     }
 
     /// Metres of the grid a metre of the medium: c0 / c where displayed.
-    float scale(const medium& m) const { return grid == grid::displayed ? display_speed / m.sound_speed : 1.0F; }
+    float scale(const medium& m) const { return grid == grid::displayed ? displayed_stretch(m) : 1.0F; }
 };
 
 /// Which samples of a line stand in one of its layers: `first` up to, but without, `last`.
@@ -100,7 +100,7 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
     const elevation_planes middle{beam_of(probe, settings.depth), 1};
     line_workspace found;
     for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::skip,
-                  found, fill_line);
+                  found, 0.1F * static_cast<float>(samples), fill_line);
     return labels;
 }
 

@@ -25,7 +25,7 @@ class path_estimate {
         } else if (lines.count != mean_.count || lines.samples != mean_.samples || lines.depth != mean_.depth)
             throw usage_error{"path_estimate: all frames must have the same lines, samples and depth"};
         ++frames_;
-        exec::for_each_block(policy, lines.values.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        exec::for_each_block(policy, lines.values.size(), 4096, 2, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const vec2 before = lines.values[i] - mean_.values[i];
                 mean_.values[i] += before / static_cast<float>(frames_);

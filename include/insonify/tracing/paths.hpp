@@ -248,7 +248,7 @@ iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe
     const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
     const std::uint32_t times = std::max(1U, settings.samples);
     const vec3 elevation = at.direction({0, 1, 0});
-    exec::for_each_block(policy, probe.lines, 8, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, probe.lines, 8, 1e6F, [&](std::size_t begin, std::size_t end) {
         path_tracer<physical<Parts...>> tracer{body, model, settings, probe.frequency, pulse_sigma};
         std::vector<vec2> slice(samples);
         for (std::size_t i = begin; i < end; ++i)

@@ -70,7 +70,7 @@ scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& pr
     body.require_trees();
     scan_lines lines{probe.lines, samples, settings.depth};
     const float spacing = settings.depth / static_cast<float>(samples);
-    exec::for_each_block(policy, lines.values.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, lines.values.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
         pixel_tracer tracer{body, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {
             const ray line = world_beam(probe, at, static_cast<float>(i / samples));
@@ -93,7 +93,7 @@ Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
     body.require_trees();
     seen_by.check();
     Image picture{seen_by.size};
-    exec::for_each_block(policy, picture.pixels.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
         pixel_tracer tracer{body, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {
             const ray r1 = seen_by.through(

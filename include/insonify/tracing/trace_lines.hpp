@@ -77,7 +77,7 @@ line_grid<typename Model::sample_type> trace_lines(const Policy& policy, search 
     };
     constexpr angles wanted = takes_normal_incidence<Model>() ? angles::skip : angles::find;
     for_each_line(policy, by, body, probe, at, planes, reach_of(model, settings.depth, body.media()), wanted, own.lines,
-                  fill);
+                  nanoseconds_of<Model>() * static_cast<float>(samples), fill);
     return lines;
 }
 
