@@ -967,6 +967,13 @@ INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>
 template <class Abi>
 INSONIFY_INLINE stdx::simd<float, Abi> select(const stdx::simd_mask<float, Abi>& mask, const stdx::simd<float, Abi>& a,
                                               const stdx::simd<float, Abi>& b) {
+#if defined(__clang__) && defined(__AVX512VL__) // where() of libstdc++ 12 assigns nothing there
+    const auto bits = static_cast<__mmask8>(bits_of(mask));
+    if constexpr (requires { static_cast<__m256>(a); })
+        return stdx::simd<float, Abi>(_mm256_mask_blend_ps(bits, static_cast<__m256>(b), static_cast<__m256>(a)));
+    else if constexpr (requires { static_cast<__m128>(a); })
+        return stdx::simd<float, Abi>(_mm_mask_blend_ps(bits, static_cast<__m128>(b), static_cast<__m128>(a)));
+#endif
     stdx::simd<float, Abi> result = b;
     stdx::where(mask, result) = a;
     return result;
@@ -1162,14 +1169,6 @@ INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
     __builtin_memcpy(to, &bits, sizeof bits);
 }
 
-/// Each lane of `value` where the mask is set, and 0 elsewhere.
-template <int N>
-INSONIFY_INLINE lanes<N> kept_where(const lane_mask<N>& mask, const lanes<N>& value) {
-    lanes<N> kept(0.0F);
-    where(mask, kept) = value;
-    return kept;
-}
-
 #else
 
 template <int N>
@@ -1227,10 +1226,6 @@ template <int N>
 INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
     for (int i = 0; i < N; ++i) to[i] = bits.lane[i];
 }
-template <int N>
-INSONIFY_FN lanes<N> kept_where(const lane_mask<N>& mask, const lanes<N>& value) {
-    return lanes<N>::template each<lanes<N>>([&](int i) { return mask.lane[i] ? value.lane[i] : 0.0F; });
-}
 
 #endif
 
@@ -1257,6 +1252,12 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_finite(const lanes<N>& floats) {
     return (raw_bits<N>(floats) & 0x7F800000U) + 0x00800000U;
+}
+
+/// Likewise, of NaN alone.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_number(const lanes<N>& floats) {
+    return bit_lanes<N>{} + 0x7F800000U - (raw_bits<N>(floats) & 0x7FFFFFFFU);
 }
 
 /// `mix_bits` of many numbers: 32 well-mixed bits of each.
@@ -4288,8 +4289,8 @@ struct log_compress_settings {
         using floats = lanes<N>;
         const floats decibels = floats(6.0205999F) * logarithm_of_two<N>(amplitude) + floats(gain_db); // 20 log10(2)
         const floats grey = floats(1.0F) + (decibels - floats(reference_db)) * floats(1 / dynamic_range_db);
-        return kept_where<N>(floats(0.0F) < amplitude && floats(reject_db) <= decibels,
-                             lesser(greater(grey, floats(0.0F)), floats(1.0F)));
+        return select(floats(0.0F) < amplitude && floats(reject_db) <= decibels,
+                      lesser(greater(grey, floats(0.0F)), floats(1.0F)), floats(0.0F));
     }
     /// The grey of one amplitude.
     INSONIFY_LAZY INSONIFY_FN float grey(float amplitude) const {
@@ -5132,7 +5133,8 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Rays that go much the same way, as many as there are lanes: a node or a triangle is asked once for all of them.
+/// Rays that go much the same way, in up to four groups of as many as there are lanes: a node is asked once for all of
+/// them, a triangle once for each group.
 ///
 /// All have the same longest axis z and walk it in the same direction. Four planes hold them from where the first one
 /// begins; a box or a triangle beyond one of the planes is met by none. In the plane across z, two of them stand along
@@ -5144,6 +5146,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///      ' - '
 template <int N>
 struct ray_packet {
+    static constexpr std::size_t most_groups = 4, most_rays = most_groups * N;
+
     /// The points with  weight . point >= bound,  point in the order of the axes.
     struct half_space {
         float weight[3] = {};
@@ -5151,6 +5155,20 @@ struct ray_packet {
         std::uint32_t row[3] = {}; ///< of a node's sides: those where the weighted sum over a box is greatest
     };
     half_space around[4]{};
+    /// Between which two lines across a direction u rays stay:  low + slowest * z <= u <= high + fastest * z.
+    struct wedge {
+        float low = FLT_MAX, high = -FLT_MAX, slowest = FLT_MAX, fastest = -FLT_MAX;
+
+        void add(const wedge& other) {
+            low = lesser(low, other.low);
+            high = greater(high, other.high);
+            slowest = lesser(slowest, other.slowest);
+            fastest = greater(fastest, other.fastest);
+        }
+        float width(float z) const { return high - low + (fastest - slowest) * z; }
+    };
+    wedge across{};
+    float row[2] = {1, 0}; ///< the direction of the row, in x and y; across it is (-row[1], row[0])
     /// Where, in terms of forward * z, none of the rays has come to a box yet, seen along x or y: side * inverse + from.
     struct slab {
         float inverse = 0;
@@ -5163,138 +5181,189 @@ struct ray_packet {
     float begin = 0;         ///< the stretch of forward * z that concerns any of the rays
     float end = 0;
     std::uint32_t entry_row = 0, exit_row = 0;
-    alignas(32) float origin[3][N]; ///< in the order of the axes, as the shear
-    alignas(32) float shear[3][N];
-    alignas(32) float min_distance[N];
-    alignas(32) float limit[N]; ///< what a hit must not be beyond; below 0: this ray is done
+    std::size_t groups = 0;
+    /// What each ray has of its own, and the part of the row where they stand.
+    struct alignas(32) group {
+        float origin[3][N]; ///< in the order of the axes, as the shear
+        float shear[3][N];
+        float length[N]; ///< of a step of 1 along z
+        float min_distance[N];
+        float limit[N]; ///< what a hit must not be beyond; below 0: this ray is done
+        float end;      ///< of the stretch of forward * z that concerns any of the group's rays
+        wedge along;
+    };
+    group of[most_groups];
 
-    /// Takes N rays. @return whether they go together; else ask them one by one
+    /// Takes rays from the first of `count` on, as many as go together. @return how many: whole groups, 0 for none
     ///
     /// They do where they are legal, have the same longest axis, go the same way, begin at 0 or later, and where they
-    /// leave the tree make a row no longer than 16 of its leaves and no wider than 2. In longer or wider ones, rays that
-    /// meet nothing together wait for one another.
+    /// leave the tree make a row no longer than 16 of its leaves (8 where there are more than two groups) and no wider
+    /// than 2. In longer or wider ones, rays that meet nothing together wait for one another.
     /// @param reach      no coordinate of a box is further from 0
     /// @param leaf_size  how wide a leaf is
-    bool prepare(const ray* first, float reach, float leaf_size) {
-        using floats = lanes<N>;
-        if (!is_legal(first[0])) return false;
+    std::size_t prepare(const ray* first, std::size_t count, float reach, float leaf_size) {
+        groups = 0;
+        if (count < N || !is_legal(first[0])) return 0;
         const sheared_ray lead{first[0]};
         axes[0] = lead.x, axes[1] = lead.y, axes[2] = lead.z;
         forward = lead.shear.z < 0 ? -1.0F : 1.0F;
-        alignas(32) float from[3][N], along[3][N], inverse[N];
-        bool numbers = true;
-        for (int i = 0; i < N; ++i) {
-            const ray& r = first[i];
-            from[0][i] = r.origin.x;
-            from[1][i] = r.origin.y;
-            from[2][i] = r.origin.z;
-            along[0][i] = r.direction.x;
-            along[1][i] = r.direction.y;
-            along[2][i] = r.direction.z;
-            min_distance[i] = r.min_distance;
-            limit[i] = r.max_distance;
-            numbers = numbers && is_number(r.min_distance) && is_number(r.max_distance);
-            const float forth = along[lead.z][i]; // divided one by one: -ffast-math divides several less precisely
-            inverse[i] = 1 / (forth != 0 ? forth : 1.0F);
-        }
-        if (!numbers) return false;
-        bit_lanes<N> wild{};
-        floats size[3];
-        for (int k = 0; k < 3; ++k) {
-            wild = wild | not_finite<N>(load<N>(from[k])) | not_finite<N>(load<N>(along[k]));
-            size[k] = absolute(load<N>(along[k]));
-        }
-        const floats z = load<N>(along[lead.z]), scale = load<N>(inverse);
-        // The axis that sheared_ray chooses, ties included.
-        const auto longest = lead.z == 0   ? size[1] < size[0] && size[2] < size[0]
-                             : lead.z == 1 ? size[0] <= size[1] && size[2] < size[1]
-                                           : size[0] <= size[2] && size[1] <= size[2];
-        const auto together = longest && floats(1e-30F) < floats(forward) * z &&
-                              floats(0.0F) <= load<N>(min_distance) && floats(0.0F) <= floats_of<N>(wild);
-        for (int k = 0; k < 3; ++k) {
-            store(load<N>(from[axes[k]]), origin[k]);
-            const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), load<N>(along[axes[k]]));
-            store(k < 2 ? settled * scale : scale, shear[k]);
-        }
-        constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
-        return bits_of(together) == all && enclose(reach, leaf_size) && shorten();
+        while (groups < most_groups && (groups + 1) * N <= count && take(of[groups], first + groups * N)) ++groups;
+        while (groups > 0 && !enclose(reach, leaf_size)) groups /= 2;
+        for (std::size_t g = 0; g < groups; ++g) shorten(of[g]);
+        return groups * N;
     }
 
-    /// Follows the limits of the rays. @return false where none of them has anything left to find
-    bool shorten() {
+    /// Follows the limits of a group's rays.
+    void shorten(group& one) {
         using floats = lanes<N>;
-        const floats most = load<N>(limit), lengths = absolute(floats(1.0F) / load<N>(shear[2]));
-        const floats last = multiply_add(most, lengths, floats(forward) * load<N>(origin[2]));
-        end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
-        return end >= begin;
+        const floats most = load<N>(one.limit);
+        const floats last = multiply_add(most, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
+        one.end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
+        end = one.end;
+        for (std::size_t g = 0; g < groups; ++g) end = greater(end, of[g].end);
     }
 
     /// One of the rays.
-    sheared_ray operator[](std::uint32_t k) const {
-        sheared_ray one;
-        one.begin = {origin[0][k], origin[1][k], origin[2][k]};
-        one.x = axes[0], one.y = axes[1], one.z = axes[2];
-        one.shear = {shear[0][k], shear[1][k], shear[2][k]};
-        return one;
+    sheared_ray one(std::size_t g, std::uint32_t k) const {
+        sheared_ray r;
+        r.begin = {of[g].origin[0][k], of[g].origin[1][k], of[g].origin[2][k]};
+        r.x = axes[0], r.y = axes[1], r.z = axes[2];
+        r.shear = {of[g].shear[0][k], of[g].shear[1][k], of[g].shear[2][k]};
+        return r;
     }
 
   private:
+    bool take(group& rays, const ray* first) const {
+        using floats = lanes<N>;
+        floats from[3], along[3], size[3];
+        bit_lanes<N> wild{};
+        for (int axis = 0; axis < 3; ++axis) {
+            from[axis] = each_lane<N>([&](int i) { return first[i].origin[axis]; });
+            along[axis] = each_lane<N>([&](int i) { return first[i].direction[axis]; });
+            size[axis] = absolute(along[axis]);
+            wild = wild | not_finite<N>(from[axis]) | not_finite<N>(along[axis]);
+        }
+        const floats nearest = each_lane<N>([&](int i) { return first[i].min_distance; });
+        const floats furthest = each_lane<N>([&](int i) { return first[i].max_distance; });
+        wild = wild | not_number<N>(nearest) | not_number<N>(furthest);
+        // The axis that sheared_ray chooses, ties included.
+        const auto longest = axes[2] == 0   ? size[1] < size[0] && size[2] < size[0]
+                             : axes[2] == 1 ? size[0] <= size[1] && size[2] < size[1]
+                                            : size[0] <= size[2] && size[1] <= size[2];
+        const floats z = along[axes[2]];
+        const auto together = longest && floats(1e-30F) < floats(forward) * z && floats(0.0F) <= nearest &&
+                              floats(0.0F) <= floats_of<N>(wild);
+        constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
+        if (bits_of(together) != all) return false;
+        // Divided one by one: -ffast-math divides several less precisely.
+        const floats scale = each_lane<N>([&](int i) { return 1 / first[i].direction[axes[2]]; });
+        for (int k = 0; k < 3; ++k) {
+            store(from[axes[k]], rays.origin[k]);
+            const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), along[axes[k]]);
+            store(k < 2 ? settled * scale : scale, rays.shear[k]);
+        }
+        store(absolute(z), rays.length);
+        store(nearest, rays.min_distance);
+        store(furthest, rays.limit);
+        return true;
+    }
+
     bool enclose(float reach, float leaf_size) {
         using floats = lanes<N>;
-        const floats z_begin = floats(forward) * load<N>(origin[2]);
-        const float z0 = least(z_begin);
-        float most = reach;
-        for (const auto& row : origin) most = greater(most, greatest(absolute(load<N>(row))));
+        floats nearest(FLT_MAX), furthest(reach);
+        for (std::size_t g = 0; g < groups; ++g) {
+            nearest = lesser(nearest, floats(forward) * load<N>(of[g].origin[2]));
+            for (const auto& one : of[g].origin) furthest = greater(furthest, absolute(load<N>(one)));
+        }
+        const float z0 = least(nearest), most = greatest(furthest), far = greater(reach - z0, 0.0F);
         if (!(1e-18F < most && most < 1e18F)) return false; // what follows might overflow, or vanish
+        // Where they start, in a plane that they all have before them, and how they go on along forward * z.
+        floats start[2][most_groups], slope[2][most_groups];
+        float way[2]; // from the first to the last, where they leave the tree
+        for (int k = 0; k < 2; ++k) {
+            for (std::size_t g = 0; g < groups; ++g) {
+                const floats behind = floats(z0) - floats(forward) * load<N>(of[g].origin[2]);
+                slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
+                start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
+            }
+            const auto at = [&](std::size_t g, auto i) { return start[k][g][i] + far * slope[k][g][i]; };
+            way[k] = at(groups - 1, N - 1) - at(0, 0);
+        }
+        const float spread = std::sqrt(way[0] * way[0] + way[1] * way[1]);
+        const float longest = (groups > 2 ? 8 : 16) * leaf_size, widest = 2 * leaf_size;
+        if (!(spread < longest)) return false;
+        row[0] = spread > 0 ? way[0] / spread : 1;
+        row[1] = spread > 0 ? way[1] / spread : 0;
+        wedge along;
+        across = {};
+        for (std::size_t g = 0; g < groups; ++g) {
+            of[g].along = wedge_of(row[0], row[1], start[0][g], start[1][g], slope[0][g], slope[1][g]);
+            along.add(of[g].along);
+            across.add(wedge_of(-row[1], row[0], start[0][g], start[1][g], slope[0][g], slope[1][g]));
+        }
+        if (!(along.width(far) < longest && across.width(far) < widest)) return false;
         margin_ = 4e-6F * most; // more than shear, plane and its evaluation may round away together
         begin = z0 - margin_;
         const std::uint32_t z = static_cast<std::uint32_t>(axes[2]), backwards = forward < 0;
         entry_row = tree_node<N>::row(backwards, z);
         exit_row = tree_node<N>::row(1 - backwards, z);
-        // Where they start, in a plane that they all have before them, and how they go on along forward * z.
-        floats start[2], slope[2];
-        for (int k = 0; k < 2; ++k) {
-            slope[k] = floats(forward) * load<N>(shear[k]);
-            start[k] = multiply_add(slope[k], floats(z0) - z_begin, load<N>(origin[k]));
+        for (std::uint32_t k = 0; k < 2; ++k)
             slabs[k] = slab_of(start[k], slope[k], z0, static_cast<std::uint32_t>(axes[k]));
-        }
-        const float far = greater(reach - z0, 0.0F);
-        const floats x = multiply_add(slope[0], floats(far), start[0]),
-                     y = multiply_add(slope[1], floats(far), start[1]);
-        float across = x[N - 1] - x[0], along = y[N - 1] - y[0];
-        const float spread = std::sqrt(across * across + along * along);
-        across = spread > 0 ? across / spread : 1;
-        along = spread > 0 ? along / spread : 0;
-        return hold(&around[0], across, along, start, slope, z0, far, 16 * leaf_size) &&
-               hold(&around[2], -along, across, start, slope, z0, far, 2 * leaf_size);
+        for (std::size_t g = 0; g < groups; ++g) of[g].along = from_zero(of[g].along, z0);
+        across = from_zero(across, z0);
+        hold(&around[0], row[0], row[1], from_zero(along, z0));
+        hold(&around[2], -row[1], row[0], across);
+        return true;
     }
 
-    slab slab_of(const lanes<N>& start, const lanes<N>& slope, float z0, std::uint32_t axis) const {
-        const float slowest = least(slope), fastest = greatest(slope);
-        if (slowest > 0.01F) return slab_from(greatest(start) + margin_, 1 / fastest, z0, 0, axis);
-        if (fastest < -0.01F) return slab_from(least(start) - margin_, 1 / slowest, z0, 1, axis);
+    /// The least and the greatest of all rays.
+    struct extent {
+        lanes<N> low{FLT_MAX}, high{-FLT_MAX};
+
+        void add(const lanes<N>& value) {
+            low = lesser(low, value);
+            high = greater(high, value);
+        }
+    };
+    extent extent_of(const lanes<N>* values) const {
+        extent all;
+        for (std::size_t g = 0; g < groups; ++g) all.add(values[g]);
+        return all;
+    }
+
+    slab slab_of(const lanes<N>* start, const lanes<N>* slope, float z0, std::uint32_t axis) const {
+        const extent speed = extent_of(slope);
+        const float slowest = least(speed.low), fastest = greatest(speed.high);
+        if (slowest > 0.01F) return slab_from(greatest(extent_of(start).high) + margin_, 1 / fastest, z0, 0, axis);
+        if (fastest < -0.01F) return slab_from(least(extent_of(start).low) - margin_, 1 / slowest, z0, 1, axis);
         return {};
     }
     slab slab_from(float start, float inverse, float z0, std::uint32_t side, std::uint32_t axis) const {
         return {inverse, z0 - start * inverse - 2 * margin_, tree_node<N>::row(side, axis)};
     }
 
-    // Two planes with opposite sides.
-    bool hold(half_space* two, float x, float y, const lanes<N>* start, const lanes<N>* slope, float z0, float far,
-              float widest) const {
+    static wedge wedge_of(float x, float y, const lanes<N>& start_x, const lanes<N>& start_y, const lanes<N>& slope_x,
+                          const lanes<N>& slope_y) {
         using floats = lanes<N>;
-        const floats from = multiply_add(floats(x), start[0], floats(y) * start[1]);
-        const floats more = multiply_add(floats(x), slope[0], floats(y) * slope[1]);
-        const float low = least(from) - margin_, high = greatest(from) + margin_;
-        const float more_low = least(more), more_high = greatest(more);
-        if (!(high - low + (more_high - more_low) * far < widest)) return false;
-        two[0] = half_space_of(x, y, -more_low, low - more_low * z0);
-        two[1] = half_space_of(-x, -y, more_high, -(high - more_high * z0));
-        return true;
+        const floats from = multiply_add(floats(x), start_x, floats(y) * start_y);
+        const floats more = multiply_add(floats(x), slope_x, floats(y) * slope_y);
+        return {least(from), greatest(from), least(more), greatest(more)};
+    }
+
+    // From where forward * z is z0 to where z is 0, with the margin.
+    wedge from_zero(const wedge& w, float z0) const {
+        return {w.low - margin_ - w.slowest * z0, w.high + margin_ - w.fastest * z0, w.slowest * forward,
+                w.fastest * forward};
+    }
+
+    // Two planes with opposite sides.
+    void hold(half_space* two, float x, float y, const wedge& w) const {
+        two[0] = half_space_of(x, y, -w.slowest, w.low);
+        two[1] = half_space_of(-x, -y, w.fastest, -w.high);
     }
 
     half_space half_space_of(float x, float y, float z, float bound) const {
-        half_space one{{x, y, z * forward}, bound};
+        half_space one{{x, y, z}, bound};
         for (int k = 0; k < 3; ++k)
             one.row[k] = tree_node<N>::row(one.weight[k] > 0, static_cast<std::uint32_t>(axes[k]));
         return one;
@@ -5617,49 +5686,66 @@ struct alignas(64) leaf<Range, Width> {
         }
     }
 
-    /// Calls visit(packet, primitive, distances) for every triangle that one of the rays may meet; true where any of
-    /// these calls was. The same arithmetic as above, so that a ray gets the same answer alone and in a packet.
+    /// Calls visit(group, its first ray, primitive, distances) for every triangle that one of a group's rays may meet; a
+    /// visit returns whether it has lowered limits. The same arithmetic as above, so that a ray gets the same answer alone
+    /// and in a packet.
     template <class Visit>
-    bool intersect_packet(ray_packet<Width>& p, const std::uint32_t* slots, const Visit& visit) const {
+    void intersect_packet(ray_packet<Width>& p, const std::uint32_t* slots, const Visit& visit) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
-        std::uint32_t inside = usable;
-        for (const auto& one : p.around) {
-            const auto value = [&](int c) {
-                return multiply_add(floats(one.weight[1]), load<Width>(corner[c][y]),
-                                    multiply_add(floats(one.weight[2]), load<Width>(corner[c][z]),
-                                                 floats(one.weight[0]) * load<Width>(corner[c][x])));
+        floats along_row[3], across_row[3]; // the corners in a frame turned along the row
+        for (int c = 0; c < 3; ++c) {
+            const floats corner_x = load<Width>(corner[c][x]), corner_y = load<Width>(corner[c][y]);
+            along_row[c] = multiply_add(floats(p.row[0]), corner_x, floats(p.row[1]) * corner_y);
+            across_row[c] = multiply_add(floats(p.row[0]), corner_y, floats(-p.row[1]) * corner_x);
+        }
+        const auto within = [&](const floats(&side)[3], const auto& wedge) {
+            const auto beyond = [&](int c, float slope) {
+                return multiply_add(floats(-slope), load<Width>(corner[c][z]), side[c]);
             };
-            inside &= bits_of(floats(one.bound) <= greater(greater(value(0), value(1)), value(2)));
-        }
-        if (inside == 0) return false;
-        bool lowered = false;
-        for (; inside != 0; inside &= inside - 1) {
-            const std::uint32_t i = lowest_bit(inside);
-            const floats minus_shear_x = -load<Width>(p.shear[0]), minus_shear_y = -load<Width>(p.shear[1]);
-            sheared_triangles<Width> t;
-            for (int c = 0; c < 3; ++c) {
-                t.z[c] = floats(corner[c][z][i]) - load<Width>(p.origin[2]);
-                t.x[c] = multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(p.origin[0]));
-                t.y[c] = multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(p.origin[1]));
-            }
-            const triangle_hits<Width> met = meet(t);
-            const std::uint32_t possible = bits_of(met.possible);
-            if (possible == 0) continue;
-            floats distance = select(met.possible, met.distance(t, load<Width>(p.shear[2])), floats(FLT_MAX));
-            if (std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
-                doubtful != 0) {
-                alignas(sizeof(floats)) float exact[Width];
-                store(distance, exact);
-                for (; doubtful != 0; doubtful &= doubtful - 1) {
-                    const std::uint32_t k = lowest_bit(doubtful);
-                    exact[k] = intersect(p[k], corners(i)).distance;
+            const floats most =
+                greater(greater(beyond(0, wedge.slowest), beyond(1, wedge.slowest)), beyond(2, wedge.slowest));
+            const floats low =
+                lesser(lesser(beyond(0, wedge.fastest), beyond(1, wedge.fastest)), beyond(2, wedge.fastest));
+            return bits_of(floats(wedge.low) <= most && low <= floats(wedge.high));
+        };
+        const std::uint32_t across = usable & within(across_row, p.across);
+        if (across == 0) return;
+        const auto forth = [&](int c) { return floats(p.forward) * load<Width>(corner[c][z]); };
+        const floats nearest = lesser(lesser(forth(0), forth(1)), forth(2));
+        for (std::size_t g = 0; g < p.groups; ++g) {
+            auto& group = p.of[g];
+            bool lowered = false;
+            const std::uint32_t near = across & bits_of(nearest <= floats(group.end));
+            for (std::uint32_t inside = near & within(along_row, group.along); inside != 0; inside &= inside - 1) {
+                const std::uint32_t i = lowest_bit(inside);
+                const floats minus_shear_x = -load<Width>(group.shear[0]), minus_shear_y = -load<Width>(group.shear[1]);
+                sheared_triangles<Width> t;
+                for (int c = 0; c < 3; ++c) {
+                    t.z[c] = floats(corner[c][z][i]) - load<Width>(group.origin[2]);
+                    t.x[c] =
+                        multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(group.origin[0]));
+                    t.y[c] =
+                        multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
                 }
-                distance = load<Width>(exact);
+                const triangle_hits<Width> met = meet(t);
+                const std::uint32_t possible = bits_of(met.possible);
+                if (possible == 0) continue;
+                floats distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
+                if (std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
+                    doubtful != 0) {
+                    alignas(sizeof(floats)) float exact[Width];
+                    store(distance, exact);
+                    for (; doubtful != 0; doubtful &= doubtful - 1) {
+                        const std::uint32_t k = lowest_bit(doubtful);
+                        exact[k] = intersect(p.one(g, k), corners(i)).distance;
+                    }
+                    distance = load<Width>(exact);
+                }
+                lowered = visit(group, static_cast<std::uint32_t>(g * Width), slots[i], distance) || lowered;
             }
-            lowered = visit(p, slots[i], distance) || lowered;
+            if (lowered) p.shorten(group);
         }
-        return lowered;
     }
 
     INSONIFY_FN triangle corners(std::uint32_t i) const {
@@ -5869,23 +5955,24 @@ struct packet_walk {
     using floats = lanes<Width>;
 
     ray_packet<Width> rays;
-    std::uint32_t best[Width]; ///< a primitive that each ray has met, `no_primitive` before: see the steps below
+    std::uint32_t best[ray_packet<
+        Width>::most_rays];    ///< a primitive that each ray has met, `no_primitive` before: see the steps below
     std::uint32_t next = 0;    ///< the child's code that the next step looks at
     std::uint32_t waiting = 0; ///< so many on the stack
     std::int64_t stack[tree_view::stack_size];
 
-    /// @return false where the rays from `first` on do not go together
-    bool start(const tree_view& tree, const ray* first) {
-        if (tree.nodes.empty() || !rays.prepare(first, tree.reach, tree.leaf_size)) return false;
-        for (std::uint32_t& b : best) b = no_primitive;
+    /// Takes rays from the first of `count` on. @return how many go together: 0 for none
+    std::size_t start(const tree_view& tree, const ray* first, std::size_t count) {
+        const std::size_t taken = tree.nodes.empty() ? 0 : rays.prepare(first, count, tree.reach, tree.leaf_size);
+        for (std::size_t k = 0; k < taken; ++k) best[k] = no_primitive;
         next = 0;
         waiting = 0;
-        return true;
+        return taken;
     }
 
-    /// Calls visit(packet, primitive, distance) for every triangle that one of the rays may meet, with the distances of
-    /// all rays, FLT_MAX for those that miss it, their limits not yet looked at. Nodes are taken nearest first; visit
-    /// returns whether it has lowered limits. @return false at the end of the way
+    /// Calls visit(group, its first ray, primitive, distance) for every triangle that one of a group's rays may meet, with
+    /// the distances of these rays, FLT_MAX for those that miss it, their limits not yet looked at. Nodes are taken nearest
+    /// first; visit returns whether it has lowered limits. @return false at the end of the way
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
         if ((next & leaf_bit) == 0) {
@@ -5913,8 +6000,7 @@ struct packet_walk {
             }
         } else if (next != no_child) {
             const std::size_t index = next ^ leaf_bit;
-            if (tree.leaves[index].intersect_packet(rays, tree.slots.first + index * Width, visit) && !rays.shorten())
-                return false;
+            tree.leaves[index].intersect_packet(rays, tree.slots.first + index * Width, visit);
         }
         do {
             if (waiting == 0) return false;
@@ -5927,31 +6013,32 @@ struct packet_walk {
     /// A step towards the nearest hit of each ray, which ends up in `best` and the ray's limit; as
     /// `tree_walk::step_closest` finds it.
     bool step_closest(const tree_view& tree) {
-        return step(tree, [this](ray_packet<Width>& p, std::uint32_t primitive, const floats& distance) {
-            const floats limit = load<Width>(p.limit);
-            const auto within = load<Width>(p.min_distance) <= distance && distance < floats(FLT_MAX);
+        return step(tree, [this](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
+            const floats limit = load<Width>(group.limit);
+            const auto within = load<Width>(group.min_distance) <= distance && distance < floats(FLT_MAX);
             const auto nearer = within && distance < limit;
             for (std::uint32_t left = bits_of(within && distance == limit); left != 0; left &= left - 1) {
-                std::uint32_t& held = best[lowest_bit(left)];
+                std::uint32_t& held = best[first + lowest_bit(left)];
                 if (primitive < held) held = primitive;
             }
             std::uint32_t left = bits_of(nearer);
             if (left == 0) return false;
-            store(select(nearer, distance, limit), p.limit);
-            for (; left != 0; left &= left - 1) best[lowest_bit(left)] = primitive;
+            store(select(nearer, distance, limit), group.limit);
+            for (; left != 0; left &= left - 1) best[first + lowest_bit(left)] = primitive;
             return true;
         });
     }
 
     /// A step towards any hit of each ray, which ends up in `best`.
     bool step_any(const tree_view& tree) {
-        return step(tree, [this](ray_packet<Width>& p, std::uint32_t primitive, const floats& distance) {
-            const floats limit = load<Width>(p.limit);
-            const auto met = load<Width>(p.min_distance) <= distance && distance < floats(FLT_MAX) && distance <= limit;
+        return step(tree, [this](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
+            const floats limit = load<Width>(group.limit);
+            const auto met =
+                load<Width>(group.min_distance) <= distance && distance < floats(FLT_MAX) && distance <= limit;
             std::uint32_t left = bits_of(met);
             if (left == 0) return false;
-            store(select(met, floats(-1.0F), limit), p.limit);
-            for (; left != 0; left &= left - 1) best[lowest_bit(left)] = primitive;
+            store(select(met, floats(-1.0F), limit), group.limit);
+            for (; left != 0; left &= left - 1) best[first + lowest_bit(left)] = primitive;
             return true;
         });
     }
@@ -5959,13 +6046,13 @@ struct packet_walk {
     /// A step along all hits: visit(ray of the packet, hit), in no order.
     template <class Visit>
     bool step_all(const tree_view& tree, const Visit& visit) {
-        return step(tree, [&](ray_packet<Width>& p, std::uint32_t primitive, const floats& distance) {
+        return step(tree, [&](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
             alignas(sizeof(floats)) float found[Width];
             store(distance, found);
-            for (std::uint32_t left = bits_of(load<Width>(p.min_distance) <= distance && distance < floats(FLT_MAX) &&
-                                              distance <= load<Width>(p.limit));
+            for (std::uint32_t left = bits_of(load<Width>(group.min_distance) <= distance &&
+                                              distance < floats(FLT_MAX) && distance <= load<Width>(group.limit));
                  left != 0; left &= left - 1)
-                visit(lowest_bit(left), hit{found[lowest_bit(left)], primitive});
+                visit(first + lowest_bit(left), hit{found[lowest_bit(left)], primitive});
             return false;
         });
     }
@@ -5983,8 +6070,8 @@ struct packet_walk {
 /// (bench/bvh.cpp).
 namespace insonify::inline INSONIFY_ABI {
 
-/// What the batches below ask of each ray: begin(i) before the first step of ray i alone, step(tree, walk, i) until it is
-/// false; step(tree, packet walk, i) likewise for the packet of the rays from i on, then finish(packet walk, i).
+/// What the batches below ask of each ray: begin(i) before its first step, then step(tree, walk, i) until it is false; of
+/// rays that go together step(tree, packet walk, the first one), then finish(packet walk, the first one).
 struct closest_query {
     hit* hits = nullptr;
 
@@ -5999,8 +6086,9 @@ struct closest_query {
     }
     template <class Range, int Width>
     void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < Width; ++k)
-            hits[i + k] = walk.best[k] == no_primitive ? hit{} : hit{walk.rays.limit[k], walk.best[k]};
+        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k)
+            hits[i + k] =
+                walk.best[k] == no_primitive ? hit{} : hit{walk.rays.of[k / Width].limit[k % Width], walk.best[k]};
     }
 };
 
@@ -6018,7 +6106,7 @@ struct any_query {
     }
     template <class Range, int Width>
     void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < Width; ++k) met[i + k] = walk.best[k] != no_primitive;
+        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k) met[i + k] = walk.best[k] != no_primitive;
     }
 };
 
@@ -6037,8 +6125,9 @@ struct all_query {
         return walk.step_all(tree, [&](std::uint32_t k, const hit& found) { hits[i + k].push_back(found); });
     }
     template <class Range, int Width>
-    void finish(const packet_walk<Range, Width>&, std::size_t i) const {
-        for (std::size_t k = 0; k < Width; ++k) std::sort(hits[i + k].begin(), hits[i + k].end(), nearer);
+    void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
+        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k)
+            std::sort(hits[i + k].begin(), hits[i + k].end(), nearer);
     }
 };
 
@@ -6062,20 +6151,19 @@ void take_turns(const Start& start, const Step& step) {
 /// Asks every ray. Packets begin at multiples of Width, so that nothing depends on the policy.
 template <class Policy, class Range, int Width, class Query>
 void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
-    constexpr std::size_t block_size = 256;
+    constexpr std::size_t block_size = 512;
     exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
         std::size_t alone[block_size];
         std::size_t singles = 0, next = begin;
         if constexpr (triangle_range<Range>) {
-            take_turns<packet_walk<Range, Width>, 4>(
+            take_turns<packet_walk<Range, Width>, 8>(
                 [&](packet_walk<Range, Width>& walk, std::size_t& i) {
                     while (next + Width <= end) {
                         i = next;
-                        next += Width;
-                        if (walk.start(tree, rays.data() + i)) {
-                            for (std::size_t k = i; k < next; ++k) query.begin(k);
-                            return true;
-                        }
+                        const std::size_t taken = walk.start(tree, rays.data() + i, end - i);
+                        next += taken > 0 ? taken : Width;
+                        for (std::size_t k = i; k < i + taken; ++k) query.begin(k);
+                        if (taken > 0) return true;
                         for (std::size_t k = i; k < next; ++k) alone[singles++] = k;
                     }
                     return false;

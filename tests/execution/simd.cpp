@@ -23,6 +23,7 @@ TEST_CASE("lanes do what floats do, one by one") {
     each(lesser(x, y), [](float p, float q) { return std::fmin(p, q); });
     each(greater(x, y), [](float p, float q) { return std::fmax(p, q); });
     each(absolute(x), [](float p, float) { return std::fabs(p); });
+    each(select(x < y, x, y), [](float p, float q) { return p < q ? p : q; });
     each(multiply_add(x, y, lanes<n>(0.25F)), [](float p, float q) { return multiply_add(p, q, 0.25F); });
 
     std::uint32_t less = 0, both = 0;

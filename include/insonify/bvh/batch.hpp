@@ -13,8 +13,8 @@
 /// (bench/bvh.cpp).
 namespace insonify::inline INSONIFY_ABI {
 
-/// What the batches below ask of each ray: begin(i) before the first step of ray i alone, step(tree, walk, i) until it is
-/// false; step(tree, packet walk, i) likewise for the packet of the rays from i on, then finish(packet walk, i).
+/// What the batches below ask of each ray: begin(i) before its first step, then step(tree, walk, i) until it is false; of
+/// rays that go together step(tree, packet walk, the first one), then finish(packet walk, the first one).
 struct closest_query {
     hit* hits = nullptr;
 
@@ -29,8 +29,9 @@ struct closest_query {
     }
     template <class Range, int Width>
     void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < Width; ++k)
-            hits[i + k] = walk.best[k] == no_primitive ? hit{} : hit{walk.rays.limit[k], walk.best[k]};
+        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k)
+            hits[i + k] =
+                walk.best[k] == no_primitive ? hit{} : hit{walk.rays.of[k / Width].limit[k % Width], walk.best[k]};
     }
 };
 
@@ -48,7 +49,7 @@ struct any_query {
     }
     template <class Range, int Width>
     void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < Width; ++k) met[i + k] = walk.best[k] != no_primitive;
+        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k) met[i + k] = walk.best[k] != no_primitive;
     }
 };
 
@@ -67,8 +68,9 @@ struct all_query {
         return walk.step_all(tree, [&](std::uint32_t k, const hit& found) { hits[i + k].push_back(found); });
     }
     template <class Range, int Width>
-    void finish(const packet_walk<Range, Width>&, std::size_t i) const {
-        for (std::size_t k = 0; k < Width; ++k) std::sort(hits[i + k].begin(), hits[i + k].end(), nearer);
+    void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
+        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k)
+            std::sort(hits[i + k].begin(), hits[i + k].end(), nearer);
     }
 };
 
@@ -92,20 +94,19 @@ void take_turns(const Start& start, const Step& step) {
 /// Asks every ray. Packets begin at multiples of Width, so that nothing depends on the policy.
 template <class Policy, class Range, int Width, class Query>
 void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
-    constexpr std::size_t block_size = 256;
+    constexpr std::size_t block_size = 512;
     exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
         std::size_t alone[block_size];
         std::size_t singles = 0, next = begin;
         if constexpr (triangle_range<Range>) {
-            take_turns<packet_walk<Range, Width>, 4>(
+            take_turns<packet_walk<Range, Width>, 8>(
                 [&](packet_walk<Range, Width>& walk, std::size_t& i) {
                     while (next + Width <= end) {
                         i = next;
-                        next += Width;
-                        if (walk.start(tree, rays.data() + i)) {
-                            for (std::size_t k = i; k < next; ++k) query.begin(k);
-                            return true;
-                        }
+                        const std::size_t taken = walk.start(tree, rays.data() + i, end - i);
+                        next += taken > 0 ? taken : Width;
+                        for (std::size_t k = i; k < i + taken; ++k) query.begin(k);
+                        if (taken > 0) return true;
                         for (std::size_t k = i; k < next; ++k) alone[singles++] = k;
                     }
                     return false;

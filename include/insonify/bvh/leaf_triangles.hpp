@@ -129,49 +129,66 @@ struct alignas(64) leaf<Range, Width> {
         }
     }
 
-    /// Calls visit(packet, primitive, distances) for every triangle that one of the rays may meet; true where any of
-    /// these calls was. The same arithmetic as above, so that a ray gets the same answer alone and in a packet.
+    /// Calls visit(group, its first ray, primitive, distances) for every triangle that one of a group's rays may meet; a
+    /// visit returns whether it has lowered limits. The same arithmetic as above, so that a ray gets the same answer alone
+    /// and in a packet.
     template <class Visit>
-    bool intersect_packet(ray_packet<Width>& p, const std::uint32_t* slots, const Visit& visit) const {
+    void intersect_packet(ray_packet<Width>& p, const std::uint32_t* slots, const Visit& visit) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
-        std::uint32_t inside = usable;
-        for (const auto& one : p.around) {
-            const auto value = [&](int c) {
-                return multiply_add(floats(one.weight[1]), load<Width>(corner[c][y]),
-                                    multiply_add(floats(one.weight[2]), load<Width>(corner[c][z]),
-                                                 floats(one.weight[0]) * load<Width>(corner[c][x])));
+        floats along_row[3], across_row[3]; // the corners in a frame turned along the row
+        for (int c = 0; c < 3; ++c) {
+            const floats corner_x = load<Width>(corner[c][x]), corner_y = load<Width>(corner[c][y]);
+            along_row[c] = multiply_add(floats(p.row[0]), corner_x, floats(p.row[1]) * corner_y);
+            across_row[c] = multiply_add(floats(p.row[0]), corner_y, floats(-p.row[1]) * corner_x);
+        }
+        const auto within = [&](const floats(&side)[3], const auto& wedge) {
+            const auto beyond = [&](int c, float slope) {
+                return multiply_add(floats(-slope), load<Width>(corner[c][z]), side[c]);
             };
-            inside &= bits_of(floats(one.bound) <= greater(greater(value(0), value(1)), value(2)));
-        }
-        if (inside == 0) return false;
-        bool lowered = false;
-        for (; inside != 0; inside &= inside - 1) {
-            const std::uint32_t i = lowest_bit(inside);
-            const floats minus_shear_x = -load<Width>(p.shear[0]), minus_shear_y = -load<Width>(p.shear[1]);
-            sheared_triangles<Width> t;
-            for (int c = 0; c < 3; ++c) {
-                t.z[c] = floats(corner[c][z][i]) - load<Width>(p.origin[2]);
-                t.x[c] = multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(p.origin[0]));
-                t.y[c] = multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(p.origin[1]));
-            }
-            const triangle_hits<Width> met = meet(t);
-            const std::uint32_t possible = bits_of(met.possible);
-            if (possible == 0) continue;
-            floats distance = select(met.possible, met.distance(t, load<Width>(p.shear[2])), floats(FLT_MAX));
-            if (std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
-                doubtful != 0) {
-                alignas(sizeof(floats)) float exact[Width];
-                store(distance, exact);
-                for (; doubtful != 0; doubtful &= doubtful - 1) {
-                    const std::uint32_t k = lowest_bit(doubtful);
-                    exact[k] = intersect(p[k], corners(i)).distance;
+            const floats most =
+                greater(greater(beyond(0, wedge.slowest), beyond(1, wedge.slowest)), beyond(2, wedge.slowest));
+            const floats low =
+                lesser(lesser(beyond(0, wedge.fastest), beyond(1, wedge.fastest)), beyond(2, wedge.fastest));
+            return bits_of(floats(wedge.low) <= most && low <= floats(wedge.high));
+        };
+        const std::uint32_t across = usable & within(across_row, p.across);
+        if (across == 0) return;
+        const auto forth = [&](int c) { return floats(p.forward) * load<Width>(corner[c][z]); };
+        const floats nearest = lesser(lesser(forth(0), forth(1)), forth(2));
+        for (std::size_t g = 0; g < p.groups; ++g) {
+            auto& group = p.of[g];
+            bool lowered = false;
+            const std::uint32_t near = across & bits_of(nearest <= floats(group.end));
+            for (std::uint32_t inside = near & within(along_row, group.along); inside != 0; inside &= inside - 1) {
+                const std::uint32_t i = lowest_bit(inside);
+                const floats minus_shear_x = -load<Width>(group.shear[0]), minus_shear_y = -load<Width>(group.shear[1]);
+                sheared_triangles<Width> t;
+                for (int c = 0; c < 3; ++c) {
+                    t.z[c] = floats(corner[c][z][i]) - load<Width>(group.origin[2]);
+                    t.x[c] =
+                        multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(group.origin[0]));
+                    t.y[c] =
+                        multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
                 }
-                distance = load<Width>(exact);
+                const triangle_hits<Width> met = meet(t);
+                const std::uint32_t possible = bits_of(met.possible);
+                if (possible == 0) continue;
+                floats distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
+                if (std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
+                    doubtful != 0) {
+                    alignas(sizeof(floats)) float exact[Width];
+                    store(distance, exact);
+                    for (; doubtful != 0; doubtful &= doubtful - 1) {
+                        const std::uint32_t k = lowest_bit(doubtful);
+                        exact[k] = intersect(p.one(g, k), corners(i)).distance;
+                    }
+                    distance = load<Width>(exact);
+                }
+                lowered = visit(group, static_cast<std::uint32_t>(g * Width), slots[i], distance) || lowered;
             }
-            lowered = visit(p, slots[i], distance) || lowered;
+            if (lowered) p.shorten(group);
         }
-        return lowered;
     }
 
     INSONIFY_FN triangle corners(std::uint32_t i) const {

@@ -6,7 +6,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Rays that go much the same way, as many as there are lanes: a node or a triangle is asked once for all of them.
+/// Rays that go much the same way, in up to four groups of as many as there are lanes: a node is asked once for all of
+/// them, a triangle once for each group.
 ///
 /// All have the same longest axis z and walk it in the same direction. Four planes hold them from where the first one
 /// begins; a box or a triangle beyond one of the planes is met by none. In the plane across z, two of them stand along
@@ -18,6 +19,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///      ' - '
 template <int N>
 struct ray_packet {
+    static constexpr std::size_t most_groups = 4, most_rays = most_groups * N;
+
     /// The points with  weight . point >= bound,  point in the order of the axes.
     struct half_space {
         float weight[3] = {};
@@ -25,6 +28,20 @@ struct ray_packet {
         std::uint32_t row[3] = {}; ///< of a node's sides: those where the weighted sum over a box is greatest
     };
     half_space around[4]{};
+    /// Between which two lines across a direction u rays stay:  low + slowest * z <= u <= high + fastest * z.
+    struct wedge {
+        float low = FLT_MAX, high = -FLT_MAX, slowest = FLT_MAX, fastest = -FLT_MAX;
+
+        void add(const wedge& other) {
+            low = lesser(low, other.low);
+            high = greater(high, other.high);
+            slowest = lesser(slowest, other.slowest);
+            fastest = greater(fastest, other.fastest);
+        }
+        float width(float z) const { return high - low + (fastest - slowest) * z; }
+    };
+    wedge across{};
+    float row[2] = {1, 0}; ///< the direction of the row, in x and y; across it is (-row[1], row[0])
     /// Where, in terms of forward * z, none of the rays has come to a box yet, seen along x or y: side * inverse + from.
     struct slab {
         float inverse = 0;
@@ -37,138 +54,189 @@ struct ray_packet {
     float begin = 0;         ///< the stretch of forward * z that concerns any of the rays
     float end = 0;
     std::uint32_t entry_row = 0, exit_row = 0;
-    alignas(32) float origin[3][N]; ///< in the order of the axes, as the shear
-    alignas(32) float shear[3][N];
-    alignas(32) float min_distance[N];
-    alignas(32) float limit[N]; ///< what a hit must not be beyond; below 0: this ray is done
+    std::size_t groups = 0;
+    /// What each ray has of its own, and the part of the row where they stand.
+    struct alignas(32) group {
+        float origin[3][N]; ///< in the order of the axes, as the shear
+        float shear[3][N];
+        float length[N]; ///< of a step of 1 along z
+        float min_distance[N];
+        float limit[N]; ///< what a hit must not be beyond; below 0: this ray is done
+        float end;      ///< of the stretch of forward * z that concerns any of the group's rays
+        wedge along;
+    };
+    group of[most_groups];
 
-    /// Takes N rays. @return whether they go together; else ask them one by one
+    /// Takes rays from the first of `count` on, as many as go together. @return how many: whole groups, 0 for none
     ///
     /// They do where they are legal, have the same longest axis, go the same way, begin at 0 or later, and where they
-    /// leave the tree make a row no longer than 16 of its leaves and no wider than 2. In longer or wider ones, rays that
-    /// meet nothing together wait for one another.
+    /// leave the tree make a row no longer than 16 of its leaves (8 where there are more than two groups) and no wider
+    /// than 2. In longer or wider ones, rays that meet nothing together wait for one another.
     /// @param reach      no coordinate of a box is further from 0
     /// @param leaf_size  how wide a leaf is
-    bool prepare(const ray* first, float reach, float leaf_size) {
-        using floats = lanes<N>;
-        if (!is_legal(first[0])) return false;
+    std::size_t prepare(const ray* first, std::size_t count, float reach, float leaf_size) {
+        groups = 0;
+        if (count < N || !is_legal(first[0])) return 0;
         const sheared_ray lead{first[0]};
         axes[0] = lead.x, axes[1] = lead.y, axes[2] = lead.z;
         forward = lead.shear.z < 0 ? -1.0F : 1.0F;
-        alignas(32) float from[3][N], along[3][N], inverse[N];
-        bool numbers = true;
-        for (int i = 0; i < N; ++i) {
-            const ray& r = first[i];
-            from[0][i] = r.origin.x;
-            from[1][i] = r.origin.y;
-            from[2][i] = r.origin.z;
-            along[0][i] = r.direction.x;
-            along[1][i] = r.direction.y;
-            along[2][i] = r.direction.z;
-            min_distance[i] = r.min_distance;
-            limit[i] = r.max_distance;
-            numbers = numbers && is_number(r.min_distance) && is_number(r.max_distance);
-            const float forth = along[lead.z][i]; // divided one by one: -ffast-math divides several less precisely
-            inverse[i] = 1 / (forth != 0 ? forth : 1.0F);
-        }
-        if (!numbers) return false;
-        bit_lanes<N> wild{};
-        floats size[3];
-        for (int k = 0; k < 3; ++k) {
-            wild = wild | not_finite<N>(load<N>(from[k])) | not_finite<N>(load<N>(along[k]));
-            size[k] = absolute(load<N>(along[k]));
-        }
-        const floats z = load<N>(along[lead.z]), scale = load<N>(inverse);
-        // The axis that sheared_ray chooses, ties included.
-        const auto longest = lead.z == 0   ? size[1] < size[0] && size[2] < size[0]
-                             : lead.z == 1 ? size[0] <= size[1] && size[2] < size[1]
-                                           : size[0] <= size[2] && size[1] <= size[2];
-        const auto together = longest && floats(1e-30F) < floats(forward) * z &&
-                              floats(0.0F) <= load<N>(min_distance) && floats(0.0F) <= floats_of<N>(wild);
-        for (int k = 0; k < 3; ++k) {
-            store(load<N>(from[axes[k]]), origin[k]);
-            const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), load<N>(along[axes[k]]));
-            store(k < 2 ? settled * scale : scale, shear[k]);
-        }
-        constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
-        return bits_of(together) == all && enclose(reach, leaf_size) && shorten();
+        while (groups < most_groups && (groups + 1) * N <= count && take(of[groups], first + groups * N)) ++groups;
+        while (groups > 0 && !enclose(reach, leaf_size)) groups /= 2;
+        for (std::size_t g = 0; g < groups; ++g) shorten(of[g]);
+        return groups * N;
     }
 
-    /// Follows the limits of the rays. @return false where none of them has anything left to find
-    bool shorten() {
+    /// Follows the limits of a group's rays.
+    void shorten(group& one) {
         using floats = lanes<N>;
-        const floats most = load<N>(limit), lengths = absolute(floats(1.0F) / load<N>(shear[2]));
-        const floats last = multiply_add(most, lengths, floats(forward) * load<N>(origin[2]));
-        end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
-        return end >= begin;
+        const floats most = load<N>(one.limit);
+        const floats last = multiply_add(most, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
+        one.end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
+        end = one.end;
+        for (std::size_t g = 0; g < groups; ++g) end = greater(end, of[g].end);
     }
 
     /// One of the rays.
-    sheared_ray operator[](std::uint32_t k) const {
-        sheared_ray one;
-        one.begin = {origin[0][k], origin[1][k], origin[2][k]};
-        one.x = axes[0], one.y = axes[1], one.z = axes[2];
-        one.shear = {shear[0][k], shear[1][k], shear[2][k]};
-        return one;
+    sheared_ray one(std::size_t g, std::uint32_t k) const {
+        sheared_ray r;
+        r.begin = {of[g].origin[0][k], of[g].origin[1][k], of[g].origin[2][k]};
+        r.x = axes[0], r.y = axes[1], r.z = axes[2];
+        r.shear = {of[g].shear[0][k], of[g].shear[1][k], of[g].shear[2][k]};
+        return r;
     }
 
   private:
+    bool take(group& rays, const ray* first) const {
+        using floats = lanes<N>;
+        floats from[3], along[3], size[3];
+        bit_lanes<N> wild{};
+        for (int axis = 0; axis < 3; ++axis) {
+            from[axis] = each_lane<N>([&](int i) { return first[i].origin[axis]; });
+            along[axis] = each_lane<N>([&](int i) { return first[i].direction[axis]; });
+            size[axis] = absolute(along[axis]);
+            wild = wild | not_finite<N>(from[axis]) | not_finite<N>(along[axis]);
+        }
+        const floats nearest = each_lane<N>([&](int i) { return first[i].min_distance; });
+        const floats furthest = each_lane<N>([&](int i) { return first[i].max_distance; });
+        wild = wild | not_number<N>(nearest) | not_number<N>(furthest);
+        // The axis that sheared_ray chooses, ties included.
+        const auto longest = axes[2] == 0   ? size[1] < size[0] && size[2] < size[0]
+                             : axes[2] == 1 ? size[0] <= size[1] && size[2] < size[1]
+                                            : size[0] <= size[2] && size[1] <= size[2];
+        const floats z = along[axes[2]];
+        const auto together = longest && floats(1e-30F) < floats(forward) * z && floats(0.0F) <= nearest &&
+                              floats(0.0F) <= floats_of<N>(wild);
+        constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
+        if (bits_of(together) != all) return false;
+        // Divided one by one: -ffast-math divides several less precisely.
+        const floats scale = each_lane<N>([&](int i) { return 1 / first[i].direction[axes[2]]; });
+        for (int k = 0; k < 3; ++k) {
+            store(from[axes[k]], rays.origin[k]);
+            const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), along[axes[k]]);
+            store(k < 2 ? settled * scale : scale, rays.shear[k]);
+        }
+        store(absolute(z), rays.length);
+        store(nearest, rays.min_distance);
+        store(furthest, rays.limit);
+        return true;
+    }
+
     bool enclose(float reach, float leaf_size) {
         using floats = lanes<N>;
-        const floats z_begin = floats(forward) * load<N>(origin[2]);
-        const float z0 = least(z_begin);
-        float most = reach;
-        for (const auto& row : origin) most = greater(most, greatest(absolute(load<N>(row))));
+        floats nearest(FLT_MAX), furthest(reach);
+        for (std::size_t g = 0; g < groups; ++g) {
+            nearest = lesser(nearest, floats(forward) * load<N>(of[g].origin[2]));
+            for (const auto& one : of[g].origin) furthest = greater(furthest, absolute(load<N>(one)));
+        }
+        const float z0 = least(nearest), most = greatest(furthest), far = greater(reach - z0, 0.0F);
         if (!(1e-18F < most && most < 1e18F)) return false; // what follows might overflow, or vanish
+        // Where they start, in a plane that they all have before them, and how they go on along forward * z.
+        floats start[2][most_groups], slope[2][most_groups];
+        float way[2]; // from the first to the last, where they leave the tree
+        for (int k = 0; k < 2; ++k) {
+            for (std::size_t g = 0; g < groups; ++g) {
+                const floats behind = floats(z0) - floats(forward) * load<N>(of[g].origin[2]);
+                slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
+                start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
+            }
+            const auto at = [&](std::size_t g, auto i) { return start[k][g][i] + far * slope[k][g][i]; };
+            way[k] = at(groups - 1, N - 1) - at(0, 0);
+        }
+        const float spread = std::sqrt(way[0] * way[0] + way[1] * way[1]);
+        const float longest = (groups > 2 ? 8 : 16) * leaf_size, widest = 2 * leaf_size;
+        if (!(spread < longest)) return false;
+        row[0] = spread > 0 ? way[0] / spread : 1;
+        row[1] = spread > 0 ? way[1] / spread : 0;
+        wedge along;
+        across = {};
+        for (std::size_t g = 0; g < groups; ++g) {
+            of[g].along = wedge_of(row[0], row[1], start[0][g], start[1][g], slope[0][g], slope[1][g]);
+            along.add(of[g].along);
+            across.add(wedge_of(-row[1], row[0], start[0][g], start[1][g], slope[0][g], slope[1][g]));
+        }
+        if (!(along.width(far) < longest && across.width(far) < widest)) return false;
         margin_ = 4e-6F * most; // more than shear, plane and its evaluation may round away together
         begin = z0 - margin_;
         const std::uint32_t z = static_cast<std::uint32_t>(axes[2]), backwards = forward < 0;
         entry_row = tree_node<N>::row(backwards, z);
         exit_row = tree_node<N>::row(1 - backwards, z);
-        // Where they start, in a plane that they all have before them, and how they go on along forward * z.
-        floats start[2], slope[2];
-        for (int k = 0; k < 2; ++k) {
-            slope[k] = floats(forward) * load<N>(shear[k]);
-            start[k] = multiply_add(slope[k], floats(z0) - z_begin, load<N>(origin[k]));
+        for (std::uint32_t k = 0; k < 2; ++k)
             slabs[k] = slab_of(start[k], slope[k], z0, static_cast<std::uint32_t>(axes[k]));
-        }
-        const float far = greater(reach - z0, 0.0F);
-        const floats x = multiply_add(slope[0], floats(far), start[0]),
-                     y = multiply_add(slope[1], floats(far), start[1]);
-        float across = x[N - 1] - x[0], along = y[N - 1] - y[0];
-        const float spread = std::sqrt(across * across + along * along);
-        across = spread > 0 ? across / spread : 1;
-        along = spread > 0 ? along / spread : 0;
-        return hold(&around[0], across, along, start, slope, z0, far, 16 * leaf_size) &&
-               hold(&around[2], -along, across, start, slope, z0, far, 2 * leaf_size);
+        for (std::size_t g = 0; g < groups; ++g) of[g].along = from_zero(of[g].along, z0);
+        across = from_zero(across, z0);
+        hold(&around[0], row[0], row[1], from_zero(along, z0));
+        hold(&around[2], -row[1], row[0], across);
+        return true;
     }
 
-    slab slab_of(const lanes<N>& start, const lanes<N>& slope, float z0, std::uint32_t axis) const {
-        const float slowest = least(slope), fastest = greatest(slope);
-        if (slowest > 0.01F) return slab_from(greatest(start) + margin_, 1 / fastest, z0, 0, axis);
-        if (fastest < -0.01F) return slab_from(least(start) - margin_, 1 / slowest, z0, 1, axis);
+    /// The least and the greatest of all rays.
+    struct extent {
+        lanes<N> low{FLT_MAX}, high{-FLT_MAX};
+
+        void add(const lanes<N>& value) {
+            low = lesser(low, value);
+            high = greater(high, value);
+        }
+    };
+    extent extent_of(const lanes<N>* values) const {
+        extent all;
+        for (std::size_t g = 0; g < groups; ++g) all.add(values[g]);
+        return all;
+    }
+
+    slab slab_of(const lanes<N>* start, const lanes<N>* slope, float z0, std::uint32_t axis) const {
+        const extent speed = extent_of(slope);
+        const float slowest = least(speed.low), fastest = greatest(speed.high);
+        if (slowest > 0.01F) return slab_from(greatest(extent_of(start).high) + margin_, 1 / fastest, z0, 0, axis);
+        if (fastest < -0.01F) return slab_from(least(extent_of(start).low) - margin_, 1 / slowest, z0, 1, axis);
         return {};
     }
     slab slab_from(float start, float inverse, float z0, std::uint32_t side, std::uint32_t axis) const {
         return {inverse, z0 - start * inverse - 2 * margin_, tree_node<N>::row(side, axis)};
     }
 
-    // Two planes with opposite sides.
-    bool hold(half_space* two, float x, float y, const lanes<N>* start, const lanes<N>* slope, float z0, float far,
-              float widest) const {
+    static wedge wedge_of(float x, float y, const lanes<N>& start_x, const lanes<N>& start_y, const lanes<N>& slope_x,
+                          const lanes<N>& slope_y) {
         using floats = lanes<N>;
-        const floats from = multiply_add(floats(x), start[0], floats(y) * start[1]);
-        const floats more = multiply_add(floats(x), slope[0], floats(y) * slope[1]);
-        const float low = least(from) - margin_, high = greatest(from) + margin_;
-        const float more_low = least(more), more_high = greatest(more);
-        if (!(high - low + (more_high - more_low) * far < widest)) return false;
-        two[0] = half_space_of(x, y, -more_low, low - more_low * z0);
-        two[1] = half_space_of(-x, -y, more_high, -(high - more_high * z0));
-        return true;
+        const floats from = multiply_add(floats(x), start_x, floats(y) * start_y);
+        const floats more = multiply_add(floats(x), slope_x, floats(y) * slope_y);
+        return {least(from), greatest(from), least(more), greatest(more)};
+    }
+
+    // From where forward * z is z0 to where z is 0, with the margin.
+    wedge from_zero(const wedge& w, float z0) const {
+        return {w.low - margin_ - w.slowest * z0, w.high + margin_ - w.fastest * z0, w.slowest * forward,
+                w.fastest * forward};
+    }
+
+    // Two planes with opposite sides.
+    void hold(half_space* two, float x, float y, const wedge& w) const {
+        two[0] = half_space_of(x, y, -w.slowest, w.low);
+        two[1] = half_space_of(-x, -y, w.fastest, -w.high);
     }
 
     half_space half_space_of(float x, float y, float z, float bound) const {
-        half_space one{{x, y, z * forward}, bound};
+        half_space one{{x, y, z}, bound};
         for (int k = 0; k < 3; ++k)
             one.row[k] = tree_node<N>::row(one.weight[k] > 0, static_cast<std::uint32_t>(axes[k]));
         return one;

@@ -13,23 +13,24 @@ struct packet_walk {
     using floats = lanes<Width>;
 
     ray_packet<Width> rays;
-    std::uint32_t best[Width]; ///< a primitive that each ray has met, `no_primitive` before: see the steps below
+    std::uint32_t best[ray_packet<
+        Width>::most_rays];    ///< a primitive that each ray has met, `no_primitive` before: see the steps below
     std::uint32_t next = 0;    ///< the child's code that the next step looks at
     std::uint32_t waiting = 0; ///< so many on the stack
     std::int64_t stack[tree_view::stack_size];
 
-    /// @return false where the rays from `first` on do not go together
-    bool start(const tree_view& tree, const ray* first) {
-        if (tree.nodes.empty() || !rays.prepare(first, tree.reach, tree.leaf_size)) return false;
-        for (std::uint32_t& b : best) b = no_primitive;
+    /// Takes rays from the first of `count` on. @return how many go together: 0 for none
+    std::size_t start(const tree_view& tree, const ray* first, std::size_t count) {
+        const std::size_t taken = tree.nodes.empty() ? 0 : rays.prepare(first, count, tree.reach, tree.leaf_size);
+        for (std::size_t k = 0; k < taken; ++k) best[k] = no_primitive;
         next = 0;
         waiting = 0;
-        return true;
+        return taken;
     }
 
-    /// Calls visit(packet, primitive, distance) for every triangle that one of the rays may meet, with the distances of
-    /// all rays, FLT_MAX for those that miss it, their limits not yet looked at. Nodes are taken nearest first; visit
-    /// returns whether it has lowered limits. @return false at the end of the way
+    /// Calls visit(group, its first ray, primitive, distance) for every triangle that one of a group's rays may meet, with
+    /// the distances of these rays, FLT_MAX for those that miss it, their limits not yet looked at. Nodes are taken nearest
+    /// first; visit returns whether it has lowered limits. @return false at the end of the way
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
         if ((next & leaf_bit) == 0) {
@@ -57,8 +58,7 @@ struct packet_walk {
             }
         } else if (next != no_child) {
             const std::size_t index = next ^ leaf_bit;
-            if (tree.leaves[index].intersect_packet(rays, tree.slots.first + index * Width, visit) && !rays.shorten())
-                return false;
+            tree.leaves[index].intersect_packet(rays, tree.slots.first + index * Width, visit);
         }
         do {
             if (waiting == 0) return false;
@@ -71,31 +71,32 @@ struct packet_walk {
     /// A step towards the nearest hit of each ray, which ends up in `best` and the ray's limit; as
     /// `tree_walk::step_closest` finds it.
     bool step_closest(const tree_view& tree) {
-        return step(tree, [this](ray_packet<Width>& p, std::uint32_t primitive, const floats& distance) {
-            const floats limit = load<Width>(p.limit);
-            const auto within = load<Width>(p.min_distance) <= distance && distance < floats(FLT_MAX);
+        return step(tree, [this](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
+            const floats limit = load<Width>(group.limit);
+            const auto within = load<Width>(group.min_distance) <= distance && distance < floats(FLT_MAX);
             const auto nearer = within && distance < limit;
             for (std::uint32_t left = bits_of(within && distance == limit); left != 0; left &= left - 1) {
-                std::uint32_t& held = best[lowest_bit(left)];
+                std::uint32_t& held = best[first + lowest_bit(left)];
                 if (primitive < held) held = primitive;
             }
             std::uint32_t left = bits_of(nearer);
             if (left == 0) return false;
-            store(select(nearer, distance, limit), p.limit);
-            for (; left != 0; left &= left - 1) best[lowest_bit(left)] = primitive;
+            store(select(nearer, distance, limit), group.limit);
+            for (; left != 0; left &= left - 1) best[first + lowest_bit(left)] = primitive;
             return true;
         });
     }
 
     /// A step towards any hit of each ray, which ends up in `best`.
     bool step_any(const tree_view& tree) {
-        return step(tree, [this](ray_packet<Width>& p, std::uint32_t primitive, const floats& distance) {
-            const floats limit = load<Width>(p.limit);
-            const auto met = load<Width>(p.min_distance) <= distance && distance < floats(FLT_MAX) && distance <= limit;
+        return step(tree, [this](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
+            const floats limit = load<Width>(group.limit);
+            const auto met =
+                load<Width>(group.min_distance) <= distance && distance < floats(FLT_MAX) && distance <= limit;
             std::uint32_t left = bits_of(met);
             if (left == 0) return false;
-            store(select(met, floats(-1.0F), limit), p.limit);
-            for (; left != 0; left &= left - 1) best[lowest_bit(left)] = primitive;
+            store(select(met, floats(-1.0F), limit), group.limit);
+            for (; left != 0; left &= left - 1) best[first + lowest_bit(left)] = primitive;
             return true;
         });
     }
@@ -103,13 +104,13 @@ struct packet_walk {
     /// A step along all hits: visit(ray of the packet, hit), in no order.
     template <class Visit>
     bool step_all(const tree_view& tree, const Visit& visit) {
-        return step(tree, [&](ray_packet<Width>& p, std::uint32_t primitive, const floats& distance) {
+        return step(tree, [&](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
             alignas(sizeof(floats)) float found[Width];
             store(distance, found);
-            for (std::uint32_t left = bits_of(load<Width>(p.min_distance) <= distance && distance < floats(FLT_MAX) &&
-                                              distance <= load<Width>(p.limit));
+            for (std::uint32_t left = bits_of(load<Width>(group.min_distance) <= distance &&
+                                              distance < floats(FLT_MAX) && distance <= load<Width>(group.limit));
                  left != 0; left &= left - 1)
-                visit(lowest_bit(left), hit{found[lowest_bit(left)], primitive});
+                visit(first + lowest_bit(left), hit{found[lowest_bit(left)], primitive});
             return false;
         });
     }

@@ -86,6 +86,13 @@ INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>
 template <class Abi>
 INSONIFY_INLINE stdx::simd<float, Abi> select(const stdx::simd_mask<float, Abi>& mask, const stdx::simd<float, Abi>& a,
                                               const stdx::simd<float, Abi>& b) {
+#if defined(__clang__) && defined(__AVX512VL__) // where() of libstdc++ 12 assigns nothing there
+    const auto bits = static_cast<__mmask8>(bits_of(mask));
+    if constexpr (requires { static_cast<__m256>(a); })
+        return stdx::simd<float, Abi>(_mm256_mask_blend_ps(bits, static_cast<__m256>(b), static_cast<__m256>(a)));
+    else if constexpr (requires { static_cast<__m128>(a); })
+        return stdx::simd<float, Abi>(_mm_mask_blend_ps(bits, static_cast<__m128>(b), static_cast<__m128>(a)));
+#endif
     stdx::simd<float, Abi> result = b;
     stdx::where(mask, result) = a;
     return result;

@@ -37,14 +37,6 @@ INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
     __builtin_memcpy(to, &bits, sizeof bits);
 }
 
-/// Each lane of `value` where the mask is set, and 0 elsewhere.
-template <int N>
-INSONIFY_INLINE lanes<N> kept_where(const lane_mask<N>& mask, const lanes<N>& value) {
-    lanes<N> kept(0.0F);
-    where(mask, kept) = value;
-    return kept;
-}
-
 #else
 
 template <int N>
@@ -102,10 +94,6 @@ template <int N>
 INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
     for (int i = 0; i < N; ++i) to[i] = bits.lane[i];
 }
-template <int N>
-INSONIFY_FN lanes<N> kept_where(const lane_mask<N>& mask, const lanes<N>& value) {
-    return lanes<N>::template each<lanes<N>>([&](int i) { return mask.lane[i] ? value.lane[i] : 0.0F; });
-}
 
 #endif
 
@@ -132,6 +120,12 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_finite(const lanes<N>& floats) {
     return (raw_bits<N>(floats) & 0x7F800000U) + 0x00800000U;
+}
+
+/// Likewise, of NaN alone.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_number(const lanes<N>& floats) {
+    return bit_lanes<N>{} + 0x7F800000U - (raw_bits<N>(floats) & 0x7FFFFFFFU);
 }
 
 /// `mix_bits` of many numbers: 32 well-mixed bits of each.

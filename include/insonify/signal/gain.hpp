@@ -28,8 +28,8 @@ struct log_compress_settings {
         using floats = lanes<N>;
         const floats decibels = floats(6.0205999F) * logarithm_of_two<N>(amplitude) + floats(gain_db); // 20 log10(2)
         const floats grey = floats(1.0F) + (decibels - floats(reference_db)) * floats(1 / dynamic_range_db);
-        return kept_where<N>(floats(0.0F) < amplitude && floats(reject_db) <= decibels,
-                             lesser(greater(grey, floats(0.0F)), floats(1.0F)));
+        return select(floats(0.0F) < amplitude && floats(reject_db) <= decibels,
+                      lesser(greater(grey, floats(0.0F)), floats(1.0F)), floats(0.0F));
     }
     /// The grey of one amplitude.
     INSONIFY_LAZY INSONIFY_FN float grey(float amplitude) const {
