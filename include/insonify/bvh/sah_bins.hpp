@@ -2,6 +2,7 @@
 #define INSONIFY_BVH_SAH_BINS_HPP
 
 #include <insonify/bvh/build_box.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -79,10 +80,10 @@ class sah_bins {
         return count;
     }
     INSONIFY_LAZY build_box box_of(const sah_plane& plane, bool above) const {
-        build_box whole = build_box::none();
+        side whole;
         const int begin = above ? static_cast<int>(plane.bin) : 0, end = above ? bins_ : static_cast<int>(plane.bin);
-        for (int k = begin; k < end; ++k) whole.add(box_[plane.axis][k]);
-        return whole;
+        for (int k = begin; k < end; ++k) whole.add(box_[plane.axis][k], count_[plane.axis][k]);
+        return {whole.minus_lower, whole.upper};
     }
 
     /// The plane of least cost with primitives on both sides; axis -1 where there is none.
@@ -91,34 +92,49 @@ class sah_bins {
         sah_plane best;
         float least_cost = FLT_MAX;
         for (int axis = 0; axis < 3; ++axis) {
-            float cost_above[sah_grid::most];
-            build_box above = build_box::none();
-            std::size_t held = 0;
+            alignas(32) float cost[sah_grid::most]; // of a plane below each bin; where it divides nothing none is dearer
+            std::fill(std::begin(cost), std::end(cost), FLT_MAX);
+            side above, below;
             for (int k = bins_ - 1; k > 0; --k) {
-                above.add(box_[axis][k]);
-                held += count_[axis][k];
-                cost_above[k] = above.half_area() * leaves<Width>(held);
+                above.add(box_[axis][k], count_[axis][k]);
+                cost[k] = above.template cost<Width>();
             }
-            build_box below = build_box::none();
-            held = 0;
             for (int k = 1; k < bins_; ++k) {
-                below.add(box_[axis][k - 1]);
-                held += count_[axis][k - 1];
-                const float cost = below.half_area() * leaves<Width>(held) + cost_above[k];
-                if (cost < least_cost && held != 0 && held != count) {
-                    least_cost = cost;
-                    best = {axis, static_cast<std::uint32_t>(k), held};
-                }
+                below.add(box_[axis][k - 1], count_[axis][k - 1]);
+                cost[k] += below.template cost<Width>();
             }
+            lanes<simd_width> cheap(FLT_MAX); // the least is found without branches, which no one could foresee
+            for (int k = 0; k < sah_grid::most; k += simd_width) cheap = lesser(cheap, load<simd_width>(cost + k));
+            const float here = least(cheap);
+            if (!(here < least_cost)) continue;
+            least_cost = here;
+            int k = 1;
+            while (cost[k] != here) ++k;
+            best = {axis, static_cast<std::uint32_t>(k), 0};
         }
+        best.below = best.axis < 0 ? 0 : count_below(best);
         return best;
     }
 
   private:
-    template <int Width>
-    static float leaves(std::size_t count) {
-        return static_cast<float>(static_cast<std::uint32_t>(count + Width - 1) / Width);
-    }
+    // What lies on one side of a plane, in registers.
+    struct side {
+        lanes<4> minus_lower{-FLT_MAX}, upper{-FLT_MAX};
+        std::uint32_t held = 0;
+
+        INSONIFY_INLINE void add(const build_box& box, std::uint32_t count) {
+            minus_lower = greater(minus_lower, box.minus_lower());
+            upper = greater(upper, box.upper());
+            held += count;
+        }
+        template <int Width>
+        INSONIFY_INLINE float cost() const {
+            float size[4];
+            store(minus_lower + upper, size);
+            const float area = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+            return held != 0 ? area * static_cast<float>((held + Width - 1) / Width) : FLT_MAX;
+        }
+    };
 
     int bins_;
     build_box box_[3][sah_grid::most];
