@@ -5146,7 +5146,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///      ' - '
 template <int N>
 struct ray_packet {
-    static constexpr std::size_t most_groups = 4, most_rays = most_groups * N;
+    static constexpr std::size_t most_groups = 4;
+    static constexpr std::size_t most_rays = most_groups * N;
 
     /// The points with  weight . point >= bound,  point in the order of the axes.
     struct half_space {
@@ -5277,23 +5278,26 @@ struct ray_packet {
         }
         const float z0 = least(nearest), most = greatest(furthest), far = greater(reach - z0, 0.0F);
         if (!(1e-18F < most && most < 1e18F)) return false; // what follows might overflow, or vanish
-        // Where they start, in a plane that they all have before them, and how they go on along forward * z.
-        floats start[2][most_groups], slope[2][most_groups];
-        float way[2]; // from the first to the last, where they leave the tree
+        float way[2];                                       // from the first to the last, where they leave the tree
         for (int k = 0; k < 2; ++k) {
-            for (std::size_t g = 0; g < groups; ++g) {
-                const floats behind = floats(z0) - floats(forward) * load<N>(of[g].origin[2]);
-                slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
-                start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
-            }
-            const auto at = [&](std::size_t g, auto i) { return start[k][g][i] + far * slope[k][g][i]; };
-            way[k] = at(groups - 1, N - 1) - at(0, 0);
+            const auto at = [&](const group& one, int i) {
+                return one.origin[k][i] + one.shear[k][i] * (forward * (z0 + far) - one.origin[2][i]);
+            };
+            way[k] = at(of[groups - 1], N - 1) - at(of[0], 0);
         }
         const float spread = std::sqrt(way[0] * way[0] + way[1] * way[1]);
         const float longest = (groups > 2 ? 8 : 16) * leaf_size, widest = 2 * leaf_size;
         if (!(spread < longest)) return false;
         row[0] = spread > 0 ? way[0] / spread : 1;
         row[1] = spread > 0 ? way[1] / spread : 0;
+        // Where they start, in a plane that they all have before them, and how they go on along forward * z.
+        floats start[2][most_groups], slope[2][most_groups];
+        for (int k = 0; k < 2; ++k)
+            for (std::size_t g = 0; g < groups; ++g) {
+                const floats behind = floats(z0) - floats(forward) * load<N>(of[g].origin[2]);
+                slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
+                start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
+            }
         wedge along;
         across = {};
         for (std::size_t g = 0; g < groups; ++g) {
@@ -5719,30 +5723,9 @@ struct alignas(64) leaf<Range, Width> {
             const std::uint32_t near = across & bits_of(nearest <= floats(group.end));
             for (std::uint32_t inside = near & within(along_row, group.along); inside != 0; inside &= inside - 1) {
                 const std::uint32_t i = lowest_bit(inside);
-                const floats minus_shear_x = -load<Width>(group.shear[0]), minus_shear_y = -load<Width>(group.shear[1]);
-                sheared_triangles<Width> t;
-                for (int c = 0; c < 3; ++c) {
-                    t.z[c] = floats(corner[c][z][i]) - load<Width>(group.origin[2]);
-                    t.x[c] =
-                        multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(group.origin[0]));
-                    t.y[c] =
-                        multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
-                }
-                const triangle_hits<Width> met = meet(t);
-                const std::uint32_t possible = bits_of(met.possible);
-                if (possible == 0) continue;
-                floats distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
-                if (std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
-                    doubtful != 0) {
-                    alignas(sizeof(floats)) float exact[Width];
-                    store(distance, exact);
-                    for (; doubtful != 0; doubtful &= doubtful - 1) {
-                        const std::uint32_t k = lowest_bit(doubtful);
-                        exact[k] = intersect(p.one(g, k), corners(i)).distance;
-                    }
-                    distance = load<Width>(exact);
-                }
-                lowered = visit(group, static_cast<std::uint32_t>(g * Width), slots[i], distance) || lowered;
+                floats distance;
+                if (meet_group(p, g, i, distance))
+                    lowered = visit(group, static_cast<std::uint32_t>(g * Width), slots[i], distance) || lowered;
             }
             if (lowered) p.shorten(group);
         }
@@ -5755,6 +5738,35 @@ struct alignas(64) leaf<Range, Width> {
     }
 
   private:
+    // How far along each ray of a group triangle i is met, FLT_MAX where it is not. @return whether it may be met at all
+    INSONIFY_INLINE bool meet_group(const ray_packet<Width>& p, std::size_t g, std::uint32_t i,
+                                    lanes<Width>& distance) const {
+        using floats = lanes<Width>;
+        const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
+        const auto& group = p.of[g];
+        const floats minus_shear_x = -load<Width>(group.shear[0]), minus_shear_y = -load<Width>(group.shear[1]);
+        sheared_triangles<Width> t;
+        for (int c = 0; c < 3; ++c) {
+            t.z[c] = floats(corner[c][z][i]) - load<Width>(group.origin[2]);
+            t.x[c] = multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(group.origin[0]));
+            t.y[c] = multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
+        }
+        const triangle_hits<Width> met = meet(t);
+        const std::uint32_t possible = bits_of(met.possible);
+        if (possible == 0) return false;
+        distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
+        std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
+        if (doubtful == 0) return true;
+        alignas(sizeof(floats)) float exact[Width];
+        store(distance, exact);
+        for (; doubtful != 0; doubtful &= doubtful - 1) {
+            const std::uint32_t k = lowest_bit(doubtful);
+            exact[k] = intersect(p.one(g, k), corners(i)).distance;
+        }
+        distance = load<Width>(exact);
+        return true;
+    }
+
     void set(int i, const triangle& t) {
         float* const from = &corner[0][0][i];
         const vec3* const corners[3] = {&t.a, &t.b, &t.c};
@@ -6570,6 +6582,7 @@ topology<Width> build_morton::operator()(const Policy& policy, const Range& rang
 #ifndef INSONIFY_BVH_SAH_BINS_HPP
 #define INSONIFY_BVH_SAH_BINS_HPP
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -6647,46 +6660,62 @@ class sah_bins {
         return count;
     }
     INSONIFY_LAZY build_box box_of(const sah_plane& plane, bool above) const {
-        build_box whole = build_box::none();
+        side whole;
         const int begin = above ? static_cast<int>(plane.bin) : 0, end = above ? bins_ : static_cast<int>(plane.bin);
-        for (int k = begin; k < end; ++k) whole.add(box_[plane.axis][k]);
-        return whole;
+        for (int k = begin; k < end; ++k) whole.add(box_[plane.axis][k], count_[plane.axis][k]);
+        return {whole.minus_lower, whole.upper};
     }
 
     /// The plane of least cost with primitives on both sides; axis -1 where there is none.
     template <int Width>
-    sah_plane cheapest(std::size_t count) const {
+    sah_plane cheapest() const {
         sah_plane best;
         float least_cost = FLT_MAX;
         for (int axis = 0; axis < 3; ++axis) {
-            float cost_above[sah_grid::most];
-            build_box above = build_box::none();
-            std::size_t held = 0;
+            alignas(
+                32) float cost[sah_grid::most]; // of a plane below each bin; where it divides nothing none is dearer
+            std::fill(std::begin(cost), std::end(cost), FLT_MAX);
+            side above, below;
             for (int k = bins_ - 1; k > 0; --k) {
-                above.add(box_[axis][k]);
-                held += count_[axis][k];
-                cost_above[k] = above.half_area() * leaves<Width>(held);
+                above.add(box_[axis][k], count_[axis][k]);
+                cost[k] = above.template cost<Width>();
             }
-            build_box below = build_box::none();
-            held = 0;
             for (int k = 1; k < bins_; ++k) {
-                below.add(box_[axis][k - 1]);
-                held += count_[axis][k - 1];
-                const float cost = below.half_area() * leaves<Width>(held) + cost_above[k];
-                if (cost < least_cost && held != 0 && held != count) {
-                    least_cost = cost;
-                    best = {axis, static_cast<std::uint32_t>(k), held};
-                }
+                below.add(box_[axis][k - 1], count_[axis][k - 1]);
+                cost[k] += below.template cost<Width>();
             }
+            lanes<simd_width> cheap(FLT_MAX); // the least is found without branches, which no one could foresee
+            for (int k = 0; k < sah_grid::most; k += simd_width) cheap = lesser(cheap, load<simd_width>(cost + k));
+            const float here = least(cheap);
+            if (!(here < least_cost)) continue;
+            least_cost = here;
+            int k = 1;
+            while (cost[k] != here) ++k;
+            best = {axis, static_cast<std::uint32_t>(k), 0};
         }
+        best.below = best.axis < 0 ? 0 : count_below(best);
         return best;
     }
 
   private:
-    template <int Width>
-    static float leaves(std::size_t count) {
-        return static_cast<float>(static_cast<std::uint32_t>(count + Width - 1) / Width);
-    }
+    // What lies on one side of a plane, in registers.
+    struct side {
+        lanes<4> minus_lower{-FLT_MAX}, upper{-FLT_MAX};
+        std::uint32_t held = 0;
+
+        INSONIFY_INLINE void add(const build_box& box, std::uint32_t count) {
+            minus_lower = greater(minus_lower, box.minus_lower());
+            upper = greater(upper, box.upper());
+            held += count;
+        }
+        template <int Width>
+        INSONIFY_INLINE float cost() const {
+            float size[4];
+            store(minus_lower + upper, size);
+            const float area = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+            return held != 0 ? area * static_cast<float>((held + Width - 1) / Width) : FLT_MAX;
+        }
+    };
 
     int bins_;
     build_box box_[3][sah_grid::most];
@@ -6784,7 +6813,7 @@ class sah_splitter {
             });
             for (const sah_bins& one : partial) bins.add(one);
         }
-        const sah_plane plane = bins.template cheapest<Width>(whole.size());
+        const sah_plane plane = bins.template cheapest<Width>();
         if (plane.axis < 0) return halve(whole, below, above);
         const std::size_t middle = whole.begin + plane.below;
         below = {whole.begin, middle, 1 - whole.source, bins.box_of(plane, false)};

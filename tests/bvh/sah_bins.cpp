@@ -67,7 +67,7 @@ void check_against_all_planes(std::size_t count, std::uint64_t seed) {
     for (int axis = 0; axis < 3; ++axis)
         for (std::uint32_t bin = 1; bin < static_cast<std::uint32_t>(grid.bins); ++bin)
             least = std::min(least, cost_of(boxes, places, axis, bin, Width, below));
-    const sah_plane best = bins.cheapest<Width>(count);
+    const sah_plane best = bins.cheapest<Width>();
     REQUIRE((best.axis >= 0) == (least < 1e300));
     if (best.axis < 0) return;
     const double cost = cost_of(boxes, places, best.axis, best.bin, Width, below);
@@ -108,5 +108,5 @@ TEST_CASE("boxes of one centre are not split") {
     sah_bins bins{grid};
     std::vector<std::uint32_t> places(own.size());
     bins.add(grid, own.data(), places.data(), own.size());
-    CHECK(bins.cheapest<8>(own.size()).axis == -1);
+    CHECK(bins.cheapest<8>().axis == -1);
 }

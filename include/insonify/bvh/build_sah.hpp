@@ -93,7 +93,7 @@ class sah_splitter {
             });
             for (const sah_bins& one : partial) bins.add(one);
         }
-        const sah_plane plane = bins.template cheapest<Width>(whole.size());
+        const sah_plane plane = bins.template cheapest<Width>();
         if (plane.axis < 0) return halve(whole, below, above);
         const std::size_t middle = whole.begin + plane.below;
         below = {whole.begin, middle, 1 - whole.source, bins.box_of(plane, false)};

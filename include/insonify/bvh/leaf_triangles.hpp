@@ -162,30 +162,9 @@ struct alignas(64) leaf<Range, Width> {
             const std::uint32_t near = across & bits_of(nearest <= floats(group.end));
             for (std::uint32_t inside = near & within(along_row, group.along); inside != 0; inside &= inside - 1) {
                 const std::uint32_t i = lowest_bit(inside);
-                const floats minus_shear_x = -load<Width>(group.shear[0]), minus_shear_y = -load<Width>(group.shear[1]);
-                sheared_triangles<Width> t;
-                for (int c = 0; c < 3; ++c) {
-                    t.z[c] = floats(corner[c][z][i]) - load<Width>(group.origin[2]);
-                    t.x[c] =
-                        multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(group.origin[0]));
-                    t.y[c] =
-                        multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
-                }
-                const triangle_hits<Width> met = meet(t);
-                const std::uint32_t possible = bits_of(met.possible);
-                if (possible == 0) continue;
-                floats distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
-                if (std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
-                    doubtful != 0) {
-                    alignas(sizeof(floats)) float exact[Width];
-                    store(distance, exact);
-                    for (; doubtful != 0; doubtful &= doubtful - 1) {
-                        const std::uint32_t k = lowest_bit(doubtful);
-                        exact[k] = intersect(p.one(g, k), corners(i)).distance;
-                    }
-                    distance = load<Width>(exact);
-                }
-                lowered = visit(group, static_cast<std::uint32_t>(g * Width), slots[i], distance) || lowered;
+                floats distance;
+                if (meet_group(p, g, i, distance))
+                    lowered = visit(group, static_cast<std::uint32_t>(g * Width), slots[i], distance) || lowered;
             }
             if (lowered) p.shorten(group);
         }
@@ -198,6 +177,35 @@ struct alignas(64) leaf<Range, Width> {
     }
 
   private:
+    // How far along each ray of a group triangle i is met, FLT_MAX where it is not. @return whether it may be met at all
+    INSONIFY_INLINE bool meet_group(const ray_packet<Width>& p, std::size_t g, std::uint32_t i,
+                                    lanes<Width>& distance) const {
+        using floats = lanes<Width>;
+        const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
+        const auto& group = p.of[g];
+        const floats minus_shear_x = -load<Width>(group.shear[0]), minus_shear_y = -load<Width>(group.shear[1]);
+        sheared_triangles<Width> t;
+        for (int c = 0; c < 3; ++c) {
+            t.z[c] = floats(corner[c][z][i]) - load<Width>(group.origin[2]);
+            t.x[c] = multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(group.origin[0]));
+            t.y[c] = multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
+        }
+        const triangle_hits<Width> met = meet(t);
+        const std::uint32_t possible = bits_of(met.possible);
+        if (possible == 0) return false;
+        distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
+        std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
+        if (doubtful == 0) return true;
+        alignas(sizeof(floats)) float exact[Width];
+        store(distance, exact);
+        for (; doubtful != 0; doubtful &= doubtful - 1) {
+            const std::uint32_t k = lowest_bit(doubtful);
+            exact[k] = intersect(p.one(g, k), corners(i)).distance;
+        }
+        distance = load<Width>(exact);
+        return true;
+    }
+
     void set(int i, const triangle& t) {
         float* const from = &corner[0][0][i];
         const vec3* const corners[3] = {&t.a, &t.b, &t.c};

@@ -19,7 +19,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///      ' - '
 template <int N>
 struct ray_packet {
-    static constexpr std::size_t most_groups = 4, most_rays = most_groups * N;
+    static constexpr std::size_t most_groups = 4;
+    static constexpr std::size_t most_rays = most_groups * N;
 
     /// The points with  weight . point >= bound,  point in the order of the axes.
     struct half_space {
@@ -150,23 +151,26 @@ struct ray_packet {
         }
         const float z0 = least(nearest), most = greatest(furthest), far = greater(reach - z0, 0.0F);
         if (!(1e-18F < most && most < 1e18F)) return false; // what follows might overflow, or vanish
-        // Where they start, in a plane that they all have before them, and how they go on along forward * z.
-        floats start[2][most_groups], slope[2][most_groups];
-        float way[2]; // from the first to the last, where they leave the tree
+        float way[2];                                       // from the first to the last, where they leave the tree
         for (int k = 0; k < 2; ++k) {
-            for (std::size_t g = 0; g < groups; ++g) {
-                const floats behind = floats(z0) - floats(forward) * load<N>(of[g].origin[2]);
-                slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
-                start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
-            }
-            const auto at = [&](std::size_t g, auto i) { return start[k][g][i] + far * slope[k][g][i]; };
-            way[k] = at(groups - 1, N - 1) - at(0, 0);
+            const auto at = [&](const group& one, int i) {
+                return one.origin[k][i] + one.shear[k][i] * (forward * (z0 + far) - one.origin[2][i]);
+            };
+            way[k] = at(of[groups - 1], N - 1) - at(of[0], 0);
         }
         const float spread = std::sqrt(way[0] * way[0] + way[1] * way[1]);
         const float longest = (groups > 2 ? 8 : 16) * leaf_size, widest = 2 * leaf_size;
         if (!(spread < longest)) return false;
         row[0] = spread > 0 ? way[0] / spread : 1;
         row[1] = spread > 0 ? way[1] / spread : 0;
+        // Where they start, in a plane that they all have before them, and how they go on along forward * z.
+        floats start[2][most_groups], slope[2][most_groups];
+        for (int k = 0; k < 2; ++k)
+            for (std::size_t g = 0; g < groups; ++g) {
+                const floats behind = floats(z0) - floats(forward) * load<N>(of[g].origin[2]);
+                slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
+                start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
+            }
         wedge along;
         across = {};
         for (std::size_t g = 0; g < groups; ++g) {

@@ -88,11 +88,12 @@ class sah_bins {
 
     /// The plane of least cost with primitives on both sides; axis -1 where there is none.
     template <int Width>
-    sah_plane cheapest(std::size_t count) const {
+    sah_plane cheapest() const {
         sah_plane best;
         float least_cost = FLT_MAX;
         for (int axis = 0; axis < 3; ++axis) {
-            alignas(32) float cost[sah_grid::most]; // of a plane below each bin; where it divides nothing none is dearer
+            alignas(
+                32) float cost[sah_grid::most]; // of a plane below each bin; where it divides nothing none is dearer
             std::fill(std::begin(cost), std::end(cost), FLT_MAX);
             side above, below;
             for (int k = bins_ - 1; k > 0; --k) {
