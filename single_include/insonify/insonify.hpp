@@ -5204,7 +5204,7 @@ struct ray_packet {
     /// @param leaf_size  how wide a leaf is
     std::size_t prepare(const ray* first, std::size_t count, float reach, float leaf_size) {
         groups = 0;
-        if (count < N || !is_legal(first[0])) return 0;
+        if (count < N || !is_legal(first[0]) || !look_alike(first[0], first[N - 1])) return 0;
         const sheared_ray lead{first[0]};
         axes[0] = lead.x, axes[1] = lead.y, axes[2] = lead.z;
         forward = lead.shear.z < 0 ? -1.0F : 1.0F;
@@ -5234,6 +5234,12 @@ struct ray_packet {
     }
 
   private:
+    // Whether it is worth while to look closer: their directions are less than 45 degrees apart.
+    static bool look_alike(const ray& a, const ray& b) {
+        const float both = dot(a.direction, b.direction);
+        return both > 0 && 2 * both * both > dot(a.direction, a.direction) * dot(b.direction, b.direction);
+    }
+
     bool take(group& rays, const ray* first) const {
         using floats = lanes<N>;
         floats from[3], along[3], size[3];
@@ -6163,7 +6169,7 @@ void take_turns(const Start& start, const Step& step) {
 /// Asks every ray. Packets begin at multiples of Width, so that nothing depends on the policy.
 template <class Policy, class Range, int Width, class Query>
 void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
-    constexpr std::size_t block_size = 512;
+    constexpr std::size_t block_size = 1024;
     exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
         std::size_t alone[block_size];
         std::size_t singles = 0, next = begin;

@@ -94,7 +94,7 @@ void take_turns(const Start& start, const Step& step) {
 /// Asks every ray. Packets begin at multiples of Width, so that nothing depends on the policy.
 template <class Policy, class Range, int Width, class Query>
 void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
-    constexpr std::size_t block_size = 512;
+    constexpr std::size_t block_size = 1024;
     exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
         std::size_t alone[block_size];
         std::size_t singles = 0, next = begin;
