@@ -32,7 +32,7 @@ class tree_assembler {
     template <class Policy>
     topology<Width> assemble(const Policy& policy, const group& all) {
         if (all.size() == 0) return {};
-        small_ = std::max<std::size_t>(all.size() / 64, 4096);
+        small_ = std::max<std::size_t>(all.size() / 64, 8192);
         piece top;
         std::vector<subtree> later;
         if (all.size() <= small_)
