@@ -1,6 +1,8 @@
 #include <insonify/core/random.hpp>
 #include <insonify/execution/simd_bits.hpp>
+#include <cmath>
 #include <doctest/doctest.h>
+#include <limits>
 
 using namespace insonify;
 
@@ -23,8 +25,18 @@ void check() {
         CHECK(result[N - 1] == std::floor(value));
         store(raw_floats<N>(raw_bits<N>(load<N>(x))), result);
         CHECK(result[N - 1] == value);
-        store(kept_where<N>(load<N>(x) < lanes<N>(1.0F), load<N>(x)), result);
+        store(select(load<N>(x) < lanes<N>(1.0F), load<N>(x), lanes<N>(0.0F)), result);
         CHECK(result[N - 1] == (value < 1 ? value : 0));
+        store(floats_of<N>((not_finite<N>(load<N>(x)) | not_number<N>(load<N>(x))) >> 31), result);
+        CHECK(result[N - 1] == 0);
+    }
+    const float infinity = std::numeric_limits<float>::infinity();
+    for (const float value : {infinity, -infinity, std::nanf("1"), -std::nanf("1")}) {
+        x[N - 1] = value;
+        store_bits<N>(not_finite<N>(load<N>(x)) >> 31, stored);
+        CHECK(stored[N - 1] == 1);
+        store_bits<N>(not_number<N>(load<N>(x)) >> 31, stored);
+        CHECK((stored[N - 1] == 1) == std::isnan(value));
     }
 }
 } // namespace
