@@ -294,6 +294,16 @@ INSONIFY_FN inline bool is_valid(const medium& m) {
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Asks for the memory of a value long before it is looked at, where the compiler knows how. What calls it should be
+/// inlined likewise: GCC takes a function that does nothing else for one that does nothing.
+INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
+#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
+    __builtin_prefetch(value);
+#else
+    static_cast<void>(value);
+#endif
+}
+
 /// Pointer and count: what std::span is, but usable on a device and trivially copyable by contract.
 ///
 /// It owns nothing; what it points to must outlive it.
@@ -5807,28 +5817,20 @@ struct bvh_view {
 
     /// Asks for what a child's code stands for, long before it is looked at.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
-#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
         const bool is_leaf = (child & leaf_bit) != 0;
         const void* const what = is_leaf ? static_cast<const void*>(leaves.first + (child ^ leaf_bit))
                                          : static_cast<const void*>(nodes.first + child);
         const char* const line = static_cast<const char*>(what);
-        __builtin_prefetch(line);
-        __builtin_prefetch(line + 64);
-        __builtin_prefetch(line + 128);
-        __builtin_prefetch(line + 192);
-        __builtin_prefetch(line + 256);
-#else
-        static_cast<void>(child);
-#endif
+        insonify::prefetch(line);
+        insonify::prefetch(line + 64);
+        insonify::prefetch(line + 128);
+        insonify::prefetch(line + 192);
+        insonify::prefetch(line + 256);
     }
 
     /// The same for the indices of its primitives, where it is a leaf.
     INSONIFY_FN INSONIFY_INLINE void prefetch_slots(std::uint32_t child) const {
-#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
-        if ((child & leaf_bit) != 0) __builtin_prefetch(slots.first + std::size_t{child ^ leaf_bit} * Width);
-#else
-        static_cast<void>(child);
-#endif
+        if ((child & leaf_bit) != 0) insonify::prefetch(slots.first + std::size_t{child ^ leaf_bit} * Width);
     }
 
     /// What waits: its distance in the upper half, so that keys order as distances do (but among negative ones, where
@@ -6901,6 +6903,20 @@ struct tree_shape {
     }
 };
 
+/// Of a mesh, whose faces lie anywhere: asks for the faces of a leaf, or for their corners once they are there.
+template <primitive_range Range, int Width>
+INSONIFY_INLINE void prefetch_leaf(const topology<Width>& tree, std::uint32_t leaf, const Range& range, bool corners) {
+    if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
+        const std::uint32_t* const slot = tree.slots.data() + std::size_t{leaf} * Width;
+        for (int k = 0; k < Width && slot[k] != no_primitive; ++k) {
+            if (corners)
+                range.prefetch_corners(slot[k]);
+            else
+                range.prefetch_face(slot[k]);
+        }
+    }
+}
+
 /// Fits the leaves of a part to their primitives, one after the other, and then the boxes in its nodes to their children,
 /// which are leaves, among them, or fitted already. @return the areas of those boxes
 template <primitive_range Range, int Width>
@@ -6908,6 +6924,8 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
                      tree_shape<Range, Width>& shape) {
     box_areas area;
     for (std::uint32_t i = part.first_leaf; i < part.leaf_end; ++i) {
+        if (part.leaf_end - i > 8) prefetch_leaf(tree, i + 8, range, false);
+        if (part.leaf_end - i > 4) prefetch_leaf(tree, i + 4, range, true);
         const aabb box = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
         shape.boxes[i] = box;
         area.leaves += static_cast<double>(box.half_area());
@@ -7127,6 +7145,16 @@ struct mesh_view {
         const uvec3 corner = faces[face];
         return {positions[corner.x], positions[corner.y], positions[corner.z]};
     }
+    /// Asks for a face, or for the corners of one that is there by now, long before they are looked at.
+    /// @{
+    INSONIFY_FN INSONIFY_INLINE void prefetch_face(std::size_t face) const { prefetch(faces.first + face); }
+    INSONIFY_FN INSONIFY_INLINE void prefetch_corners(std::size_t face) const {
+        const uvec3 corner = faces[face];
+        prefetch(positions.first + corner.x);
+        prefetch(positions.first + corner.y);
+        prefetch(positions.first + corner.z);
+    }
+    /// @}
 };
 
 /// @param named  what the sentence begins with: whose mesh it is

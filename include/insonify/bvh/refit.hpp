@@ -31,6 +31,20 @@ struct tree_shape {
     }
 };
 
+/// Of a mesh, whose faces lie anywhere: asks for the faces of a leaf, or for their corners once they are there.
+template <primitive_range Range, int Width>
+INSONIFY_INLINE void prefetch_leaf(const topology<Width>& tree, std::uint32_t leaf, const Range& range, bool corners) {
+    if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
+        const std::uint32_t* const slot = tree.slots.data() + std::size_t{leaf} * Width;
+        for (int k = 0; k < Width && slot[k] != no_primitive; ++k) {
+            if (corners)
+                range.prefetch_corners(slot[k]);
+            else
+                range.prefetch_face(slot[k]);
+        }
+    }
+}
+
 /// Fits the leaves of a part to their primitives, one after the other, and then the boxes in its nodes to their children,
 /// which are leaves, among them, or fitted already. @return the areas of those boxes
 template <primitive_range Range, int Width>
@@ -38,6 +52,8 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
                      tree_shape<Range, Width>& shape) {
     box_areas area;
     for (std::uint32_t i = part.first_leaf; i < part.leaf_end; ++i) {
+        if (part.leaf_end - i > 8) prefetch_leaf(tree, i + 8, range, false);
+        if (part.leaf_end - i > 4) prefetch_leaf(tree, i + 4, range, true);
         const aabb box = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
         shape.boxes[i] = box;
         area.leaves += static_cast<double>(box.half_area());

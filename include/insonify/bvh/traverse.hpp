@@ -24,28 +24,20 @@ struct bvh_view {
 
     /// Asks for what a child's code stands for, long before it is looked at.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
-#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
         const bool is_leaf = (child & leaf_bit) != 0;
         const void* const what = is_leaf ? static_cast<const void*>(leaves.first + (child ^ leaf_bit))
                                          : static_cast<const void*>(nodes.first + child);
         const char* const line = static_cast<const char*>(what);
-        __builtin_prefetch(line);
-        __builtin_prefetch(line + 64);
-        __builtin_prefetch(line + 128);
-        __builtin_prefetch(line + 192);
-        __builtin_prefetch(line + 256);
-#else
-        static_cast<void>(child);
-#endif
+        insonify::prefetch(line);
+        insonify::prefetch(line + 64);
+        insonify::prefetch(line + 128);
+        insonify::prefetch(line + 192);
+        insonify::prefetch(line + 256);
     }
 
     /// The same for the indices of its primitives, where it is a leaf.
     INSONIFY_FN INSONIFY_INLINE void prefetch_slots(std::uint32_t child) const {
-#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
-        if ((child & leaf_bit) != 0) __builtin_prefetch(slots.first + std::size_t{child ^ leaf_bit} * Width);
-#else
-        static_cast<void>(child);
-#endif
+        if ((child & leaf_bit) != 0) insonify::prefetch(slots.first + std::size_t{child ^ leaf_bit} * Width);
     }
 
     /// What waits: its distance in the upper half, so that keys order as distances do (but among negative ones, where

@@ -9,6 +9,16 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Asks for the memory of a value long before it is looked at, where the compiler knows how. What calls it should be
+/// inlined likewise: GCC takes a function that does nothing else for one that does nothing.
+INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
+#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
+    __builtin_prefetch(value);
+#else
+    static_cast<void>(value);
+#endif
+}
+
 /// Pointer and count: what std::span is, but usable on a device and trivially copyable by contract.
 ///
 /// It owns nothing; what it points to must outlive it.
