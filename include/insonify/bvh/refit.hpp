@@ -31,17 +31,20 @@ struct tree_shape {
     }
 };
 
-/// Of a mesh, whose faces lie anywhere: asks for the faces of a leaf, or for their corners once they are there.
+/// Of a mesh, whose faces lie anywhere: asks for the faces of a leaf further on, and for the corners of those that are there
+/// by now.
 template <primitive_range Range, int Width>
-INSONIFY_INLINE void prefetch_leaf(const topology<Width>& tree, std::uint32_t leaf, const Range& range, bool corners) {
+INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
+                                const Range& range) {
     if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
-        const std::uint32_t* const slot = tree.slots.data() + std::size_t{leaf} * Width;
-        for (int k = 0; k < Width && slot[k] != no_primitive; ++k) {
-            if (corners)
-                range.prefetch_corners(slot[k]);
-            else
-                range.prefetch_face(slot[k]);
-        }
+        constexpr std::uint32_t to_faces = 8, to_corners = 4; // leaves
+        const std::uint32_t* const slots = tree.slots.data() + std::size_t{leaf} * Width;
+        if (leaf_end - leaf > to_faces)
+            for (const std::uint32_t *slot = slots + to_faces * Width, *end = slot + Width; slot != end; ++slot)
+                if (*slot != no_primitive) range.prefetch_face(*slot);
+        if (leaf_end - leaf > to_corners)
+            for (const std::uint32_t *slot = slots + to_corners * Width, *end = slot + Width; slot != end; ++slot)
+                if (*slot != no_primitive) range.prefetch_corners(*slot);
     }
 }
 
@@ -52,8 +55,7 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
                      tree_shape<Range, Width>& shape) {
     box_areas area;
     for (std::uint32_t i = part.first_leaf; i < part.leaf_end; ++i) {
-        if (part.leaf_end - i > 8) prefetch_leaf(tree, i + 8, range, false);
-        if (part.leaf_end - i > 4) prefetch_leaf(tree, i + 4, range, true);
+        look_ahead(tree, i, part.leaf_end, range);
         const aabb box = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
         shape.boxes[i] = box;
         area.leaves += static_cast<double>(box.half_area());
