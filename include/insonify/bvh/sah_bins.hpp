@@ -94,7 +94,7 @@ class sah_bins {
         for (int axis = 0; axis < 3; ++axis) {
             alignas(
                 32) float cost[sah_grid::most]; // of a plane below each bin; where it divides nothing none is dearer
-            std::fill(std::begin(cost), std::end(cost), FLT_MAX);
+            std::fill_n(cost, sah_grid::most, FLT_MAX);
             side above, below;
             for (int k = bins_ - 1; k > 0; --k) {
                 above.add(box_[axis][k], count_[axis][k]);
