@@ -1,3 +1,4 @@
+#include <insonify/bvh/bvh.hpp>
 #include <insonify/bvh/build_sah.hpp>
 #include <insonify/bvh/refit.hpp>
 #include <insonify/core/random.hpp>
@@ -81,4 +82,13 @@ TEST_CASE("an empty tree has no size and no cost") {
     CHECK(shape.reach == 0);
     CHECK(shape.leaf_size == 0);
     CHECK(shape.cost == 0);
+}
+
+TEST_CASE("the cost of a tree does not depend on its size, and is 0 where that is") {
+    mesh ball = make_sphere({0, 0, 0}, 1, 3);
+    const double cost = bvh{exec::seq, ball}.statistics().cost;
+    for (vec3& p : ball.positions) p *= 1e-3F;
+    CHECK(bvh{exec::seq, ball}.statistics().cost == doctest::Approx(cost).epsilon(1e-3));
+    for (vec3& p : ball.positions) p = {1, 2, 3};
+    CHECK(bvh{exec::seq, ball}.statistics().cost == 0);
 }

@@ -43,6 +43,7 @@ equivalent = [
     ("scene/media_stack.hpp", "static constexpr std::uint32_t none = ~1U;", "no rank is that high either"),
     ("scene/media_stack.hpp", "words_.resize((objects + 63) * 64);", spare),
     ("scene/media_stack.hpp", "words_.resize((objects + 64) / 64);", spare),
+    ("bvh/sah_bins.hpp", "float size[5];", spare),
     ("bvh/sah_bins.hpp", "build_box box_[4][sah_grid::most];", spare),
     ("bvh/sah_bins.hpp", "std::uint32_t count_[4][sah_grid::most];", spare),
     ("signal/pulse.hpp", "if (!(burst > 0.015F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));",

@@ -92,8 +92,7 @@ class sah_bins {
         sah_plane best;
         float least_cost = FLT_MAX;
         for (int axis = 0; axis < 3; ++axis) {
-            alignas(
-                32) float cost[sah_grid::most]; // of a plane below each bin; where it divides nothing none is dearer
+            float cost[sah_grid::most]; // of a plane below each bin; where it divides nothing none is dearer
             std::fill_n(cost, sah_grid::most, FLT_MAX);
             side above, below;
             for (int k = bins_ - 1; k > 0; --k) {
@@ -111,9 +110,10 @@ class sah_bins {
             least_cost = here;
             int k = 1;
             while (cost[k] != here) ++k;
-            best = {axis, static_cast<std::uint32_t>(k), 0};
+            best.axis = axis;
+            best.bin = static_cast<std::uint32_t>(k);
+            best.below = count_below(best);
         }
-        best.below = best.axis < 0 ? 0 : count_below(best);
         return best;
     }
 
