@@ -1,5 +1,5 @@
-#include <insonify/bvh/bvh.hpp>
 #include <insonify/bvh/build_sah.hpp>
+#include <insonify/bvh/bvh.hpp>
 #include <insonify/bvh/refit.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/mesh.hpp>

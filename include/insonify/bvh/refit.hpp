@@ -37,7 +37,7 @@ template <primitive_range Range, int Width>
 INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
                                 const Range& range) {
     if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
-        constexpr std::uint32_t to_faces = 8, to_corners = 4; // leaves
+        constexpr std::size_t to_faces = 8, to_corners = 4; // leaves
         const std::uint32_t* const slots = tree.slots.data() + std::size_t{leaf} * Width;
         if (leaf_end - leaf > to_faces)
             for (const std::uint32_t *slot = slots + to_faces * Width, *end = slot + Width; slot != end; ++slot)
