@@ -4420,6 +4420,50 @@ template <exec::policy Policy, class Value>
 #ifndef INSONIFY_TRACING_TRACE_LINES_HPP
 #define INSONIFY_TRACING_TRACE_LINES_HPP
 
+#ifndef INSONIFY_EXECUTION_ANY_POLICY_HPP
+#define INSONIFY_EXECUTION_ANY_POLICY_HPP
+
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI::exec {
+
+/// Any policy, in one of two types. What is written for these is compiled once for all policies, so that they agree bit for
+/// bit: compiled for each, the same sums may be rounded differently, since a compiler merges products into them as suits
+/// what stands around.
+/// @tparam Unsequenced  whether it asks for SIMD
+template <bool Unsequenced>
+class any_policy {
+  public:
+    /// Refers to the policy, which must outlive it.
+    template <policy Policy>
+    explicit any_policy(const Policy& policy) : policy_{&policy}, run_{&run<Policy>} {}
+
+    /// As the policy itself.
+    template <class Body>
+    friend void for_each_index(const any_policy& policy, std::size_t count, const Body& body) {
+        policy.run_(policy.policy_, count, &body,
+                    [](const void* called, std::size_t i) { (*static_cast<const Body*>(called))(i); });
+    }
+
+  private:
+    using call = void (*)(const void* body, std::size_t index);
+
+    template <class Policy>
+    static void run(const void* policy, std::size_t count, const void* body, call one) {
+        for_each_index(*static_cast<const Policy*>(policy), count, [body, one](std::size_t i) { one(body, i); });
+    }
+
+    const void* policy_;
+    void (*run_)(const void* policy, std::size_t count, const void* body, call one);
+};
+template <class Policy>
+any_policy(const Policy&) -> any_policy<is_unsequenced_v<Policy>>;
+
+template <>
+inline constexpr bool is_unsequenced_v<any_policy<true>> = true;
+
+} // namespace insonify::inline INSONIFY_ABI::exec
+#endif
 #ifndef INSONIFY_TRACING_BEAM_TABLE_HPP
 #define INSONIFY_TRACING_BEAM_TABLE_HPP
 
@@ -5492,6 +5536,20 @@ struct centre_range {
         store(lesser(load<4>(begin), first), begin);
         store(greater(load<4>(end), last), end);
     }
+    float widest() const { return greater(end[0] - begin[0], greater(end[1] - begin[1], end[2] - begin[2])); }
+    bool holds(const centre_range& other) const {
+        bool held = true;
+        for (int k = 0; k < 3; ++k) held = held && begin[k] <= other.begin[k] && other.end[k] <= end[k];
+        return held;
+    }
+    /// By a share of the widest side, to each side.
+    template <class = void>
+    INSONIFY_INLINE centre_range widened(float share) const {
+        const lanes<4> more(share * widest());
+        centre_range wider;
+        wider.add(load<4>(begin) - more, load<4>(end) + more);
+        return wider;
+    }
     /// A centre lies within its box.
     template <class = void>
     INSONIFY_INLINE centre_range within(const build_box& box) const {
@@ -6420,65 +6478,90 @@ class morton_order {
     INSONIFY_LAZY std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
   private:
-    struct alignas(16) centre {
-        float place[4]; // halved; FLT_MAX, beyond all, for an empty box
-    };
     static constexpr float last_cell = 1023; // along each axis
-    static constexpr unsigned digit_bits = 10;
-    static constexpr std::uint32_t digit_mask = (1U << digit_bits) - 1;
-    using counts = std::array<std::uint32_t, digit_mask + 1>; // of each digit; then where the next one goes
+    template <unsigned Bits>
+    using counts = std::array<std::uint32_t, 1U << Bits>; // of each digit; then where the next one goes
 
+    // Some thousand primitives show where all lie, or nearly; seldom it takes another pass, with where they do lie.
     template <class Policy, class Range>
     void find_keys(const Policy& policy, const Range& range) {
-        large_array<centre> centres(range.size());
+        centre_range some;
+        for (std::size_t i = 0; i < range.size(); i += range.size() / 8192 + 1)
+            if (const build_box box = leaf<Range, simd_width>::box(range, i); !box.empty())
+                some.add(box.half_centre(), box.half_centre());
+        const centre_range around = some.widened(1.0F / 64);
+        const centre_range all = put_keys(policy, range, around);
+        if (!around.holds(all)) put_keys(policy, range, all);
+    }
+
+    // Cells are cubes, in a grid around the halved centres. @return where these lie
+    template <class Policy, class Range>
+    centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
         std::vector<centre_range> partial(used_.size());
-        exec::for_each_block(policy, range.size(), block_size_, 5, [&](std::size_t begin, std::size_t end) {
-            centre_range found;
+        const float widest = grid.widest();
+        const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
+        const lanes<4> scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
+        exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
+            std::uint64_t* next = keys_.data() + begin;
+            lanes<4> first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
                 const build_box box = leaf<Range, simd_width>::box(range, i);
-                const lanes<4> place = box.empty() ? lanes<4>(FLT_MAX) : box.half_centre();
-                store(place, centres[i].place);
-                if (!box.empty()) found.add(place, place);
+                if (box.empty()) continue;
+                const lanes<4> place = box.half_centre();
+                first = lesser(first, place);
+                last = greater(last, place);
+                *next++ = std::uint64_t{cell_at((place - start) * scale)} << 32U | i;
             }
-            partial[begin / block_size_] = found;
+            partial[begin / block_size_].add(first, last);
+            used_[begin / block_size_] = static_cast<std::size_t>(next - (keys_.data() + begin));
         });
         centre_range all;
         for (const centre_range& one : partial) all.add(load<4>(one.begin), load<4>(one.end));
-        if (!(all.begin[0] <= all.end[0])) return;
-        const float widest = greater(all.end[0] - all.begin[0],
-                                     greater(all.end[1] - all.begin[1], all.end[2] - all.begin[2])); // cells are cubes
-        const lanes<4> start = load<4>(all.begin), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
-        exec::for_each_block(policy, range.size(), block_size_, 5, [&](std::size_t begin, std::size_t end) {
-            std::uint64_t* next = keys_.data() + begin;
-            for (std::size_t i = begin; i < end; ++i)
-                if (centres[i].place[0] <= all.end[0])
-                    *next++ = std::uint64_t{cell_at((load<4>(centres[i].place) - start) * scale)} << 32U | i;
-            used_[begin / block_size_] = static_cast<std::size_t>(next - (keys_.data() + begin));
+        return all;
+    }
+
+    // By the highest digit of the cell first, blocks at the same time, each to places of its own, which closes the gaps.
+    // Then keys that share it among themselves: they are few enough to stay at hand.
+    template <class Policy>
+    void sort(const Policy& policy) {
+        large_array<std::uint64_t> apart(count_);
+        std::vector<counts<10>> places(used_.size());
+        const auto digit = [](std::uint64_t key) { return static_cast<std::uint32_t>(key >> 52U); };
+        exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
+            places[b] = {};
+            const std::uint64_t* const from = keys_.data() + b * block_size_;
+            for (std::size_t i = 0; i < used_[b]; ++i) ++places[b][digit(from[i])];
+        });
+        std::uint32_t next = 0;
+        for (std::size_t d = 0; d < places[0].size(); ++d)
+            for (auto& place : places) next += std::exchange(place[d], next);
+        exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
+            const std::uint64_t* const from = keys_.data() + b * block_size_;
+            for (std::size_t i = 0; i < used_[b]; ++i) apart[places[b][digit(from[i])]++] = from[i];
+        });
+        const auto& ends = places.back();
+        exec::for_each_index(policy, ends.size(), [&](std::size_t d) {
+            const std::uint32_t begin = d > 0 ? ends[d - 1] : 0;
+            sort_few(apart.data() + begin, keys_.data() + begin, ends[d] - begin);
         });
     }
 
-    // A radix sort. Blocks count and move at the same time, each to places of its own; the first move closes the gaps.
-    template <class Policy>
-    void sort(const Policy& policy) {
-        large_array<std::uint64_t> sorted(keys_.size());
-        std::vector<counts> found(used_.size());
-        for (const unsigned shift : {32U, 32U + digit_bits, 32U + 2 * digit_bits}) {
-            const auto digit = [shift](std::uint64_t key) { return key >> shift & digit_mask; };
-            exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
-                found[b] = {};
-                const std::uint64_t* const from = keys_.data() + b * block_size_;
-                for (std::size_t i = 0; i < used_[b]; ++i) ++found[b][digit(from[i])];
-            });
+    // By the other 20 bits of the cell, from one array into the other.
+    INSONIFY_LAZY static void sort_few(std::uint64_t* from, std::uint64_t* to, std::uint32_t count) {
+        if (count < 64) {
+            std::sort(from, from + count);
+            std::copy(from, from + count, to);
+            return;
+        }
+        counts<7> places[3] = {};
+        const auto digit = [](std::uint64_t key, unsigned k) { return key >> (32 + 7 * k) & 127U; };
+        for (std::uint32_t i = 0; i < count; ++i)
+            for (unsigned k = 0; k < 3; ++k) ++places[k][digit(from[i], k)];
+        for (unsigned k = 0; k < 3; ++k) {
             std::uint32_t next = 0;
-            for (std::size_t d = 0; d <= digit_mask; ++d)
-                for (counts& count : found) next += std::exchange(count[d], next);
-            exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
-                const std::uint64_t* const from = keys_.data() + b * block_size_;
-                for (std::size_t i = 0; i < used_[b]; ++i) sorted[found[b][digit(from[i])]++] = from[i];
-            });
-            keys_.swap(sorted);
-            for (std::size_t b = 0; b < used_.size(); ++b)
-                used_[b] = std::min(count_ - std::min(count_, b * block_size_), block_size_);
+            for (std::uint32_t& place : places[k]) next += std::exchange(place, next);
+            for (std::uint32_t i = 0; i < count; ++i) to[places[k][digit(from[i], k)]++] = from[i];
+            std::swap(from, to);
         }
     }
 
@@ -7144,8 +7227,9 @@ struct mesh_view {
     INSONIFY_FN std::size_t size() const { return faces.size(); }
     /// The corners of a face; neither its index nor those of its vertices are checked.
     INSONIFY_FN triangle operator[](std::size_t face) const {
-        const uvec3 corner = faces[face];
-        return {positions[corner.x], positions[corner.y], positions[corner.z]};
+        const uvec3& corner = faces[face];
+        const vec3 &a = positions[corner.x], &b = positions[corner.y], &c = positions[corner.z];
+        return {{a.x, a.y, a.z}, {b.x, b.y, b.z}, {c.x, c.y, c.z}}; // copied whole they would go through memory
     }
     /// Asks for a face, or for the corners of one that is there by now, long before they are looked at.
     /// @{
@@ -9074,12 +9158,11 @@ line_grid<typename Model::sample_type> trace_lines(const Policy& policy, search 
 namespace insonify::inline INSONIFY_ABI {
 
 /// `trace` by one ray a line and slice, through the trees of the objects.
-/// @throws usage_error, geometry_error  as `trace`, and where a tree of the
-/// scene waits
+/// @throws usage_error, geometry_error  as `trace`, and where a tree of the scene waits
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
 line_grid<typename Model::sample_type> trace_beams(const Policy& policy, const scene& body, const Probe& probe,
                                                    const pose& at, const Model& model, const acquisition& settings) {
-    return trace_lines(policy, search::rays, body, probe, at, model, settings);
+    return trace_lines(exec::any_policy{policy}, search::rays, body, probe, at, model, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -9100,7 +9183,7 @@ namespace insonify::inline INSONIFY_ABI {
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
 line_grid<typename Model::sample_type> trace_slice(const Policy& policy, const scene& body, const Probe& probe,
                                                    const pose& at, const Model& model, const acquisition& settings) {
-    return trace_lines(policy, search::slices, body, probe, at, model, settings);
+    return trace_lines(exec::any_policy{policy}, search::slices, body, probe, at, model, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -9121,7 +9204,7 @@ namespace insonify::inline INSONIFY_ABI {
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
 line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
                                              const pose& at, const Model& model, const acquisition& settings) {
-    return trace_lines(policy, search::best, body, probe, at, model, settings);
+    return trace_lines(exec::any_policy{policy}, search::best, body, probe, at, model, settings);
 }
 
 /// The same frame after frame: allocates nothing after the first.
@@ -9137,7 +9220,8 @@ line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& 
                                              const pose& at, const Model& model, const acquisition& settings,
                                              trace_workspace<Probe, Model>& own,
                                              line_grid<typename Model::sample_type> recycled) {
-    return trace_lines(policy, search::best, body, probe, at, model, settings, own, std::move(recycled));
+    return trace_lines(exec::any_policy{policy}, search::best, body, probe, at, model, settings, own,
+                       std::move(recycled));
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -10838,20 +10922,10 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, const 
     }
 }
 
-/// Which object each sample lies in: its id, and `background_label` outside all.
-///
-///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
-///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
-///
-/// Of nested and overlapping objects the one that gives the medium, as `scene` says. What the middle slice meets: beams
-/// are straight lines here, without thickness.
-/// @param at  probe to world: x lateral, y elevation, z depth
-/// @return `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe>
-label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                  const label_settings& settings) {
+/// `label`, compiled once for all policies.
+template <transducer Probe>
+label_lines find_labels(const exec::any_policy<false>& policy, const scene& body, const Probe& probe, const pose& at,
+                        const label_settings& settings) {
     const label_axis axis{settings.grid};
     const std::uint32_t samples =
         check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
@@ -10868,6 +10942,23 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
     for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::skip,
                   found, 0.1F * static_cast<float>(samples), fill_line);
     return labels;
+}
+
+/// Which object each sample lies in: its id, and `background_label` outside all.
+///
+///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
+///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
+///
+/// Of nested and overlapping objects the one that gives the medium, as `scene` says. What the middle slice meets: beams
+/// are straight lines here, without thickness.
+/// @param at  probe to world: x lateral, y elevation, z depth
+/// @return `probe.lines` lines of `settings.samples` samples
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                  const label_settings& settings) {
+    return find_labels(exec::any_policy<false>{policy}, body, probe, at, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -10888,22 +10979,10 @@ struct ground_truth_lines {
     friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };
 
-/// All that a learning pipeline may want to know of a frame, from one trace.
-///
-///     transmitted = product of T over the interfaces above * 10^(-sum of 2 alpha0 f^b d over the media above / 20)
-///
-/// T = 1 - r^2 of `fresnel`, what an echo keeps when it crosses twice; alpha0 in dB/m at 1 MHz, f the probe's frequency
-/// in MHz, d in metres. It is the amplitude with which `physical` weighs every echo; 1 is what the probe sends.
-///
-/// A surface counts where the medium changes: water in water has none. Where two objects meet it is that of the object
-/// that gives the medium where both are. Of several in one sample the one nearest to the probe is reported.
-/// @param at  probe to world: x lateral, y elevation, z depth
-/// @return maps of `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe>
-ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                const label_settings& settings) {
+/// `ground_truth`, compiled once for all policies.
+template <transducer Probe>
+ground_truth_lines find_truth(const exec::any_policy<false>& policy, const scene& body, const Probe& probe,
+                              const pose& at, const label_settings& settings) {
     const label_axis axis{settings.grid};
     const std::uint32_t samples =
         check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
@@ -10948,6 +11027,25 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::find,
                   found, 20 * static_cast<float>(samples), trace_line);
     return truth;
+}
+
+/// All that a learning pipeline may want to know of a frame, from one trace.
+///
+///     transmitted = product of T over the interfaces above * 10^(-sum of 2 alpha0 f^b d over the media above / 20)
+///
+/// T = 1 - r^2 of `fresnel`, what an echo keeps when it crosses twice; alpha0 in dB/m at 1 MHz, f the probe's frequency
+/// in MHz, d in metres. It is the amplitude with which `physical` weighs every echo; 1 is what the probe sends.
+///
+/// A surface counts where the medium changes: water in water has none. Where two objects meet it is that of the object
+/// that gives the medium where both are. Of several in one sample the one nearest to the probe is reported.
+/// @param at  probe to world: x lateral, y elevation, z depth
+/// @return maps of `probe.lines` lines of `settings.samples` samples
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                const label_settings& settings) {
+    return find_truth(exec::any_policy<false>{policy}, body, probe, at, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -11233,15 +11331,10 @@ class path_tracer {
     std::vector<branch> waiting_;
 };
 
-/// Echoes with refraction, multiple reflections, mirror images and reverberation; else as `trace_beams`, and equal to it
-/// where nothing bends and nothing is reflected twice.
-///
-/// With `settings.samples` the paths are chosen at random and averaged; another seed gives an independent estimate of
-/// the same lines (see `path_estimate`).
-/// @throws usage_error, geometry_error  as `trace_beams`
-template <exec::policy Policy, transducer Probe, class... Parts>
-iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                     const physical<Parts...>& model, const acquisition& scan, const path_settings& settings = {}) {
+/// `trace_paths`, compiled once for all policies.
+template <transducer Probe, class... Parts>
+iq_lines path_lines(const exec::any_policy<false>& policy, const scene& body, const Probe& probe, const pose& at,
+                    const physical<Parts...>& model, const acquisition& scan, const path_settings& settings) {
     const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
     body.require_trees();
     if (!(settings.least_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
@@ -11274,6 +11367,18 @@ iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe
             }
     });
     return lines;
+}
+
+/// Echoes with refraction, multiple reflections, mirror images and reverberation; else as `trace_beams`, and equal to it
+/// where nothing bends and nothing is reflected twice.
+///
+/// With `settings.samples` the paths are chosen at random and averaged; another seed gives an independent estimate of
+/// the same lines (see `path_estimate`).
+/// @throws usage_error, geometry_error  as `trace_beams`
+template <exec::policy Policy, transducer Probe, class... Parts>
+iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                     const physical<Parts...>& model, const acquisition& scan, const path_settings& settings = {}) {
+    return path_lines(exec::any_policy<false>{policy}, body, probe, at, model, scan, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -55,8 +55,10 @@ TEST_CASE("coordinates scaled by a power of two give the same primitives") {
         for (vec3& p : scaled.positions) p *= scale;
         const bvh other{exec::seq, scaled};
         for (std::uint64_t i = 0; i < 200; ++i) {
-            tree.all(random_ray(i, 1, {0, 0, 0}), expected);
-            other.all(random_ray(i, scale, {0, 0, 0}), hits);
+            ray one = random_ray(i, 1, {0, 0, 0});
+            tree.all(one, expected);
+            one.origin *= scale; // not drawn anew, lest it be rounded otherwise there
+            other.all(one, hits);
             found += hits.size();
             different += hits.size() != expected.size();
             for (std::size_t h = 0; h < std::min(hits.size(), expected.size()); ++h)

@@ -67,6 +67,20 @@ struct centre_range {
         store(lesser(load<4>(begin), first), begin);
         store(greater(load<4>(end), last), end);
     }
+    float widest() const { return greater(end[0] - begin[0], greater(end[1] - begin[1], end[2] - begin[2])); }
+    bool holds(const centre_range& other) const {
+        bool held = true;
+        for (int k = 0; k < 3; ++k) held = held && begin[k] <= other.begin[k] && other.end[k] <= end[k];
+        return held;
+    }
+    /// By a share of the widest side, to each side.
+    template <class = void>
+    INSONIFY_INLINE centre_range widened(float share) const {
+        const lanes<4> more(share * widest());
+        centre_range wider;
+        wider.add(load<4>(begin) - more, load<4>(end) + more);
+        return wider;
+    }
     /// A centre lies within its box.
     template <class = void>
     INSONIFY_INLINE centre_range within(const build_box& box) const {

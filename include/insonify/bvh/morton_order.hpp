@@ -37,65 +37,90 @@ class morton_order {
     INSONIFY_LAZY std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
   private:
-    struct alignas(16) centre {
-        float place[4]; // halved; FLT_MAX, beyond all, for an empty box
-    };
     static constexpr float last_cell = 1023; // along each axis
-    static constexpr unsigned digit_bits = 10;
-    static constexpr std::uint32_t digit_mask = (1U << digit_bits) - 1;
-    using counts = std::array<std::uint32_t, digit_mask + 1>; // of each digit; then where the next one goes
+    template <unsigned Bits>
+    using counts = std::array<std::uint32_t, 1U << Bits>; // of each digit; then where the next one goes
 
+    // Some thousand primitives show where all lie, or nearly; seldom it takes another pass, with where they do lie.
     template <class Policy, class Range>
     void find_keys(const Policy& policy, const Range& range) {
-        large_array<centre> centres(range.size());
+        centre_range some;
+        for (std::size_t i = 0; i < range.size(); i += range.size() / 8192 + 1)
+            if (const build_box box = leaf<Range, simd_width>::box(range, i); !box.empty())
+                some.add(box.half_centre(), box.half_centre());
+        const centre_range around = some.widened(1.0F / 64);
+        const centre_range all = put_keys(policy, range, around);
+        if (!around.holds(all)) put_keys(policy, range, all);
+    }
+
+    // Cells are cubes, in a grid around the halved centres. @return where these lie
+    template <class Policy, class Range>
+    centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
         std::vector<centre_range> partial(used_.size());
-        exec::for_each_block(policy, range.size(), block_size_, 5, [&](std::size_t begin, std::size_t end) {
-            centre_range found;
+        const float widest = grid.widest();
+        const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
+        const lanes<4> scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
+        exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
+            std::uint64_t* next = keys_.data() + begin;
+            lanes<4> first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
                 const build_box box = leaf<Range, simd_width>::box(range, i);
-                const lanes<4> place = box.empty() ? lanes<4>(FLT_MAX) : box.half_centre();
-                store(place, centres[i].place);
-                if (!box.empty()) found.add(place, place);
+                if (box.empty()) continue;
+                const lanes<4> place = box.half_centre();
+                first = lesser(first, place);
+                last = greater(last, place);
+                *next++ = std::uint64_t{cell_at((place - start) * scale)} << 32U | i;
             }
-            partial[begin / block_size_] = found;
+            partial[begin / block_size_].add(first, last);
+            used_[begin / block_size_] = static_cast<std::size_t>(next - (keys_.data() + begin));
         });
         centre_range all;
         for (const centre_range& one : partial) all.add(load<4>(one.begin), load<4>(one.end));
-        if (!(all.begin[0] <= all.end[0])) return;
-        const float widest = greater(all.end[0] - all.begin[0],
-                                     greater(all.end[1] - all.begin[1], all.end[2] - all.begin[2])); // cells are cubes
-        const lanes<4> start = load<4>(all.begin), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
-        exec::for_each_block(policy, range.size(), block_size_, 5, [&](std::size_t begin, std::size_t end) {
-            std::uint64_t* next = keys_.data() + begin;
-            for (std::size_t i = begin; i < end; ++i)
-                if (centres[i].place[0] <= all.end[0])
-                    *next++ = std::uint64_t{cell_at((load<4>(centres[i].place) - start) * scale)} << 32U | i;
-            used_[begin / block_size_] = static_cast<std::size_t>(next - (keys_.data() + begin));
+        return all;
+    }
+
+    // By the highest digit of the cell first, blocks at the same time, each to places of its own, which closes the gaps.
+    // Then keys that share it among themselves: they are few enough to stay at hand.
+    template <class Policy>
+    void sort(const Policy& policy) {
+        large_array<std::uint64_t> apart(count_);
+        std::vector<counts<10>> places(used_.size());
+        const auto digit = [](std::uint64_t key) { return static_cast<std::uint32_t>(key >> 52U); };
+        exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
+            places[b] = {};
+            const std::uint64_t* const from = keys_.data() + b * block_size_;
+            for (std::size_t i = 0; i < used_[b]; ++i) ++places[b][digit(from[i])];
+        });
+        std::uint32_t next = 0;
+        for (std::size_t d = 0; d < places[0].size(); ++d)
+            for (auto& place : places) next += std::exchange(place[d], next);
+        exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
+            const std::uint64_t* const from = keys_.data() + b * block_size_;
+            for (std::size_t i = 0; i < used_[b]; ++i) apart[places[b][digit(from[i])]++] = from[i];
+        });
+        const auto& ends = places.back();
+        exec::for_each_index(policy, ends.size(), [&](std::size_t d) {
+            const std::uint32_t begin = d > 0 ? ends[d - 1] : 0;
+            sort_few(apart.data() + begin, keys_.data() + begin, ends[d] - begin);
         });
     }
 
-    // A radix sort. Blocks count and move at the same time, each to places of its own; the first move closes the gaps.
-    template <class Policy>
-    void sort(const Policy& policy) {
-        large_array<std::uint64_t> sorted(keys_.size());
-        std::vector<counts> found(used_.size());
-        for (const unsigned shift : {32U, 32U + digit_bits, 32U + 2 * digit_bits}) {
-            const auto digit = [shift](std::uint64_t key) { return key >> shift & digit_mask; };
-            exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
-                found[b] = {};
-                const std::uint64_t* const from = keys_.data() + b * block_size_;
-                for (std::size_t i = 0; i < used_[b]; ++i) ++found[b][digit(from[i])];
-            });
+    // By the other 20 bits of the cell, from one array into the other.
+    INSONIFY_LAZY static void sort_few(std::uint64_t* from, std::uint64_t* to, std::uint32_t count) {
+        if (count < 64) {
+            std::sort(from, from + count);
+            std::copy(from, from + count, to);
+            return;
+        }
+        counts<7> places[3] = {};
+        const auto digit = [](std::uint64_t key, unsigned k) { return key >> (32 + 7 * k) & 127U; };
+        for (std::uint32_t i = 0; i < count; ++i)
+            for (unsigned k = 0; k < 3; ++k) ++places[k][digit(from[i], k)];
+        for (unsigned k = 0; k < 3; ++k) {
             std::uint32_t next = 0;
-            for (std::size_t d = 0; d <= digit_mask; ++d)
-                for (counts& count : found) next += std::exchange(count[d], next);
-            exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
-                const std::uint64_t* const from = keys_.data() + b * block_size_;
-                for (std::size_t i = 0; i < used_[b]; ++i) sorted[found[b][digit(from[i])]++] = from[i];
-            });
-            keys_.swap(sorted);
-            for (std::size_t b = 0; b < used_.size(); ++b)
-                used_[b] = std::min(count_ - std::min(count_, b * block_size_), block_size_);
+            for (std::uint32_t& place : places[k]) next += std::exchange(place, next);
+            for (std::uint32_t i = 0; i < count; ++i) to[places[k][digit(from[i], k)]++] = from[i];
+            std::swap(from, to);
         }
     }
 

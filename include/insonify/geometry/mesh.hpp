@@ -32,8 +32,9 @@ struct mesh_view {
     INSONIFY_FN std::size_t size() const { return faces.size(); }
     /// The corners of a face; neither its index nor those of its vertices are checked.
     INSONIFY_FN triangle operator[](std::size_t face) const {
-        const uvec3 corner = faces[face];
-        return {positions[corner.x], positions[corner.y], positions[corner.z]};
+        const uvec3& corner = faces[face];
+        const vec3 &a = positions[corner.x], &b = positions[corner.y], &c = positions[corner.z];
+        return {{a.x, a.y, a.z}, {b.x, b.y, b.z}, {c.x, c.y, c.z}}; // copied whole they would go through memory
     }
     /// Asks for a face, or for the corners of one that is there by now, long before they are looked at.
     /// @{

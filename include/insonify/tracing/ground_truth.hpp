@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/acoustics/fresnel.hpp>
+#include <insonify/execution/any_policy.hpp>
 #include <insonify/tracing/label.hpp>
 #include <algorithm>
 
@@ -20,22 +21,10 @@ struct ground_truth_lines {
     friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };
 
-/// All that a learning pipeline may want to know of a frame, from one trace.
-///
-///     transmitted = product of T over the interfaces above * 10^(-sum of 2 alpha0 f^b d over the media above / 20)
-///
-/// T = 1 - r^2 of `fresnel`, what an echo keeps when it crosses twice; alpha0 in dB/m at 1 MHz, f the probe's frequency
-/// in MHz, d in metres. It is the amplitude with which `physical` weighs every echo; 1 is what the probe sends.
-///
-/// A surface counts where the medium changes: water in water has none. Where two objects meet it is that of the object
-/// that gives the medium where both are. Of several in one sample the one nearest to the probe is reported.
-/// @param at  probe to world: x lateral, y elevation, z depth
-/// @return maps of `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe>
-ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                const label_settings& settings) {
+/// `ground_truth`, compiled once for all policies.
+template <transducer Probe>
+ground_truth_lines find_truth(const exec::any_policy<false>& policy, const scene& body, const Probe& probe,
+                              const pose& at, const label_settings& settings) {
     const label_axis axis{settings.grid};
     const std::uint32_t samples =
         check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
@@ -80,6 +69,25 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::find,
                   found, 20 * static_cast<float>(samples), trace_line);
     return truth;
+}
+
+/// All that a learning pipeline may want to know of a frame, from one trace.
+///
+///     transmitted = product of T over the interfaces above * 10^(-sum of 2 alpha0 f^b d over the media above / 20)
+///
+/// T = 1 - r^2 of `fresnel`, what an echo keeps when it crosses twice; alpha0 in dB/m at 1 MHz, f the probe's frequency
+/// in MHz, d in metres. It is the amplitude with which `physical` weighs every echo; 1 is what the probe sends.
+///
+/// A surface counts where the medium changes: water in water has none. Where two objects meet it is that of the object
+/// that gives the medium where both are. Of several in one sample the one nearest to the probe is reported.
+/// @param at  probe to world: x lateral, y elevation, z depth
+/// @return maps of `probe.lines` lines of `settings.samples` samples
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                const label_settings& settings) {
+    return find_truth(exec::any_policy<false>{policy}, body, probe, at, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_TRACING_LABEL_HPP
 #define INSONIFY_TRACING_LABEL_HPP
 
+#include <insonify/execution/any_policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/line_layers.hpp>
 #include <insonify/signal/pulse.hpp>
@@ -72,20 +73,10 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, const 
     }
 }
 
-/// Which object each sample lies in: its id, and `background_label` outside all.
-///
-///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
-///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
-///
-/// Of nested and overlapping objects the one that gives the medium, as `scene` says. What the middle slice meets: beams
-/// are straight lines here, without thickness.
-/// @param at  probe to world: x lateral, y elevation, z depth
-/// @return `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe>
-label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                  const label_settings& settings) {
+/// `label`, compiled once for all policies.
+template <transducer Probe>
+label_lines find_labels(const exec::any_policy<false>& policy, const scene& body, const Probe& probe, const pose& at,
+                        const label_settings& settings) {
     const label_axis axis{settings.grid};
     const std::uint32_t samples =
         check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
@@ -102,6 +93,23 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
     for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::skip,
                   found, 0.1F * static_cast<float>(samples), fill_line);
     return labels;
+}
+
+/// Which object each sample lies in: its id, and `background_label` outside all.
+///
+///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
+///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
+///
+/// Of nested and overlapping objects the one that gives the medium, as `scene` says. What the middle slice meets: beams
+/// are straight lines here, without thickness.
+/// @param at  probe to world: x lateral, y elevation, z depth
+/// @return `probe.lines` lines of `settings.samples` samples
+/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                  const label_settings& settings) {
+    return find_labels(exec::any_policy<false>{policy}, body, probe, at, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -2,6 +2,7 @@
 #define INSONIFY_TRACING_PATHS_HPP
 
 #include <insonify/acoustics/physical.hpp>
+#include <insonify/execution/any_policy.hpp>
 #include <insonify/tracing/beams.hpp>
 #include <algorithm>
 
@@ -225,15 +226,10 @@ class path_tracer {
     std::vector<branch> waiting_;
 };
 
-/// Echoes with refraction, multiple reflections, mirror images and reverberation; else as `trace_beams`, and equal to it
-/// where nothing bends and nothing is reflected twice.
-///
-/// With `settings.samples` the paths are chosen at random and averaged; another seed gives an independent estimate of
-/// the same lines (see `path_estimate`).
-/// @throws usage_error, geometry_error  as `trace_beams`
-template <exec::policy Policy, transducer Probe, class... Parts>
-iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                     const physical<Parts...>& model, const acquisition& scan, const path_settings& settings = {}) {
+/// `trace_paths`, compiled once for all policies.
+template <transducer Probe, class... Parts>
+iq_lines path_lines(const exec::any_policy<false>& policy, const scene& body, const Probe& probe, const pose& at,
+                    const physical<Parts...>& model, const acquisition& scan, const path_settings& settings) {
     const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
     body.require_trees();
     if (!(settings.least_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
@@ -266,6 +262,18 @@ iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe
             }
     });
     return lines;
+}
+
+/// Echoes with refraction, multiple reflections, mirror images and reverberation; else as `trace_beams`, and equal to it
+/// where nothing bends and nothing is reflected twice.
+///
+/// With `settings.samples` the paths are chosen at random and averaged; another seed gives an independent estimate of
+/// the same lines (see `path_estimate`).
+/// @throws usage_error, geometry_error  as `trace_beams`
+template <exec::policy Policy, transducer Probe, class... Parts>
+iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                     const physical<Parts...>& model, const acquisition& scan, const path_settings& settings = {}) {
+    return path_lines(exec::any_policy<false>{policy}, body, probe, at, model, scan, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -15,7 +15,7 @@ namespace insonify::inline INSONIFY_ABI {
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
 line_grid<typename Model::sample_type> trace_slice(const Policy& policy, const scene& body, const Probe& probe,
                                                    const pose& at, const Model& model, const acquisition& settings) {
-    return trace_lines(policy, search::slices, body, probe, at, model, settings);
+    return trace_lines(exec::any_policy{policy}, search::slices, body, probe, at, model, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

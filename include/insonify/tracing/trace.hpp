@@ -19,7 +19,7 @@ namespace insonify::inline INSONIFY_ABI {
 template <exec::policy Policy, transducer Probe, acoustic_model Model>
 line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
                                              const pose& at, const Model& model, const acquisition& settings) {
-    return trace_lines(policy, search::best, body, probe, at, model, settings);
+    return trace_lines(exec::any_policy{policy}, search::best, body, probe, at, model, settings);
 }
 
 /// The same frame after frame: allocates nothing after the first.
@@ -35,7 +35,8 @@ line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& 
                                              const pose& at, const Model& model, const acquisition& settings,
                                              trace_workspace<Probe, Model>& own,
                                              line_grid<typename Model::sample_type> recycled) {
-    return trace_lines(policy, search::best, body, probe, at, model, settings, own, std::move(recycled));
+    return trace_lines(exec::any_policy{policy}, search::best, body, probe, at, model, settings, own,
+                       std::move(recycled));
 }
 
 } // namespace insonify::inline INSONIFY_ABI

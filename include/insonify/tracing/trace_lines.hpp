@@ -2,6 +2,7 @@
 #define INSONIFY_TRACING_TRACE_LINES_HPP
 
 #include <insonify/acoustics/acoustic_model.hpp>
+#include <insonify/execution/any_policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/beam_table.hpp>
