@@ -32,9 +32,10 @@
 /// INSONIFY_INLINE keeps helpers that take SIMD values inline, so that the values stay in registers.
 /// INSONIFY_VISITS stands before such a template that calls what the user brings, which may be for the host alone.
 /// INSONIFY_LAZY stands before a function that need not be a template, and makes it one: so it, and all of the standard
-/// library that it instantiates, is compiled only in files that call it, though every user's file includes it.
+/// library that it instantiates, is compiled only in files that call it, though every user's file includes it. What
+/// is constexpr there, it defers by `later<Later>(...)`: see later.hpp.
 #define INSONIFY_LAZY                                                                                                  \
-    template <class = void>                                                                                            \
+    template <class Later = void>                                                                                      \
     inline
 #if defined(__CUDACC__)
 #define INSONIFY_FN __host__ __device__
@@ -609,9 +610,17 @@ inline constexpr bool is_unsequenced_v<standard::parallel_unsequenced_policy> = 
 #ifndef INSONIFY_EXECUTION_THREAD_POOL_HPP
 #define INSONIFY_EXECUTION_THREAD_POOL_HPP
 
+#ifndef INSONIFY_CORE_ALGORITHM_HPP
+#define INSONIFY_CORE_ALGORITHM_HPP
+
+#if __has_include(<bits/stl_algo.h>)
+#include <bits/stl_algo.h> // libstdc++: std::sort and its like alone; three quarters of <algorithm> are its ranges
+#else
 #include <algorithm>
+#endif
+
+#endif
 #include <atomic>
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -643,6 +652,7 @@ class thread_pool {
             const std::lock_guard lock{mutex_};
             stopping_ = true;
         }
+        ++work_came_;
         work_came_.notify_all();
         for (std::thread& worker : workers_) worker.join();
     }
@@ -678,20 +688,23 @@ class thread_pool {
         std::atomic<std::size_t> next{0};
         std::size_t failed_index = ~std::size_t{0};
         std::exception_ptr failure{};
-        std::condition_variable all_left{};
     };
 
     thread_pool() = default;
 
     INSONIFY_LAZY void offer(job& work) {
-        const std::lock_guard lock{mutex_};
-        try {
-            jobs_.push_back(&work);
-            while (workers_.size() < work.seats) workers_.emplace_back([this] { serve(); });
-        } catch (const std::exception&) {
-            // no more threads or memory to be had: the threads that run, and the caller, do the work
+        const std::uint32_t seats = work.seats; // helpers take them from here on
+        {
+            const std::lock_guard lock{mutex_};
+            try {
+                jobs_.push_back(&work);
+                while (workers_.size() < seats) workers_.emplace_back([this] { serve(); });
+            } catch (const std::exception&) {
+                // no more threads or memory to be had: the threads that run, and the caller, do the work
+            }
         }
-        for (std::uint32_t i = 0; i < work.seats; ++i) work_came_.notify_one();
+        ++work_came_;
+        for (std::uint32_t i = 0; i < seats; ++i) work_came_.notify_one();
     }
 
     INSONIFY_LAZY void withdraw(job& work) {
@@ -700,9 +713,8 @@ class thread_pool {
             jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
         }
         // Helpers are about to finish: to sleep until they have, and wake up, would take longer than they do.
-        for (int i = 0; i < 100 && work.inside.load(std::memory_order_acquire) > 0; ++i) std::this_thread::yield();
-        std::unique_lock lock{mutex_};
-        work.all_left.wait(lock, [&work] { return work.inside == 0; });
+        for (int i = 0; i < 100 && work.inside > 0; ++i) std::this_thread::yield();
+        for (std::uint32_t before = helpers_left_; work.inside > 0; before = helpers_left_) helpers_left_.wait(before);
     }
 
     INSONIFY_LAZY void take_part(job& work) {
@@ -727,22 +739,32 @@ class thread_pool {
     }
 
     INSONIFY_LAZY void serve() {
-        std::unique_lock lock{mutex_};
         for (;;) {
+            const std::uint32_t before = work_came_; // so that what comes from here on is noticed
             job* work = nullptr;
-            work_came_.wait(lock, [&] { return stopping_ || (work = open_job()) != nullptr; });
-            if (work == nullptr) return;
-            --work->seats;
-            ++work->inside;
-            lock.unlock();
+            {
+                const std::lock_guard lock{mutex_};
+                if (stopping_) return;
+                work = open_job();
+                if (work != nullptr) {
+                    --work->seats;
+                    ++work->inside;
+                }
+            }
+            if (work == nullptr) {
+                work_came_.wait(before);
+                continue;
+            }
             take_part(*work);
-            lock.lock();
-            if (--work->inside == 0) work->all_left.notify_one();
+            --work->inside; // which may end the job: it is not looked at again
+            ++helpers_left_;
+            helpers_left_.notify_all();
         }
     }
 
     std::mutex mutex_{};
-    std::condition_variable work_came_{};
+    std::atomic<std::uint32_t> work_came_{0};    // how often; waited for
+    std::atomic<std::uint32_t> helpers_left_{0}; // a job; how often
     std::vector<job*> jobs_;
     std::vector<std::thread> workers_;
     bool stopping_ = false;
@@ -3468,6 +3490,34 @@ struct refined : Probe {
 #ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 #define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 
+#ifndef INSONIFY_CORE_LATER_HPP
+#define INSONIFY_CORE_LATER_HPP
+
+
+/// For templates that work on what does not depend on their parameters, std::vectors above all. A constexpr function is
+/// instantiated where a compiler reads a call of it, also in a template that nobody uses, and since C++20 those of
+/// std::vector are constexpr. Half of what including this library cost went there; it is saved where types are known
+/// only when the template is used:
+///
+///     INSONIFY_LAZY void grow() { later<Later>(values_).push_back(1); }
+namespace insonify::inline INSONIFY_ABI {
+
+template <class Later, class T>
+struct later_type {
+    using type = T;
+};
+/// T, as soon as Later is known.
+template <class Later, class T>
+using later_t = typename later_type<Later, T>::type;
+
+/// The value itself, of a type that is told as soon as Later is known.
+template <class Later, class T>
+later_t<Later, T>& later(T& value) {
+    return value;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #ifndef INSONIFY_SIGNAL_PULSE_HPP
 #define INSONIFY_SIGNAL_PULSE_HPP
 
@@ -3628,8 +3678,9 @@ class axial_kernel {
             const float middle = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
             const float from_middle = static_cast<float>(at) - middle;
             if (std::fabs(from_middle) > envelope.reach()) continue;
-            taps_.push_back({.weight = envelope(from_middle),
-                             .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
+            later<Later>(taps_).push_back(
+                {.weight = envelope(from_middle),
+                 .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
         }
     }
 
@@ -3898,7 +3949,6 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -3917,7 +3967,7 @@ class lateral_slab {
     INSONIFY_LAZY lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
         : kernel_{kernel}, lines_{kernel.lines}, reach_{kernel.reach()} {
         const std::size_t rows = 2 * (reach_ + 1) + lines_ + 2 * reach_;
-        memory.resize(rows * samples);
+        later<Later>(memory).resize(rows * samples);
         weights_ = memory.data();
         tails_ = weights_ + (reach_ + 1) * samples;
         values_ = tails_ + (reach_ + 1) * samples;
@@ -3993,7 +4043,6 @@ class lateral_slab {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -4210,7 +4259,6 @@ class hilbert_transform {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -4276,7 +4324,6 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
 #ifndef INSONIFY_SIGNAL_GAIN_HPP
 #define INSONIFY_SIGNAL_GAIN_HPP
 
-#include <algorithm>
 #include <array>
 #include <cfloat>
 #include <concepts>
@@ -4541,7 +4588,6 @@ class elevation_planes {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <concepts>
 #include <optional>
 #include <vector>
@@ -4567,7 +4613,7 @@ class beam_table {
         const lateral_kernel kernel =
             make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
         border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
-        samples_.resize(std::size_t{border_ + 1} * depths);
+        later<Policy>(samples_).resize(std::size_t{border_ + 1} * depths);
         for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
         plane_weights_.resize(std::size_t{depths} * planes.count());
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
@@ -6138,7 +6184,6 @@ struct packet_walk {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <vector>
 
 /// Many rays at once. Neighbours that go together walk in packets, the others alone; several of either take turns, so
@@ -6194,18 +6239,24 @@ struct all_query {
     INSONIFY_LAZY void begin(std::size_t i) const { hits[i].clear(); }
     template <class Range, int Width>
     bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width>& walk, std::size_t i) const {
-        if (walk.step(tree, [&](const hit& found) { hits[i].push_back(found); })) return true;
-        std::sort(hits[i].begin(), hits[i].end(), nearer);
+        if (walk.step(tree, [&](const hit& found) { later<Range>(hits[i]).push_back(found); })) return true;
+        sort(later<Range>(hits[i]));
         return false;
     }
     template <class Range, int Width>
     bool step(const bvh_view<Range, Width>& tree, packet_walk<Range, Width>& walk, std::size_t i) const {
-        return walk.step_all(tree, [&](std::uint32_t k, const hit& found) { hits[i + k].push_back(found); });
+        return walk.step_all(tree,
+                             [&](std::uint32_t k, const hit& found) { later<Range>(hits[i + k]).push_back(found); });
     }
     template <class Range, int Width>
     void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k)
-            std::sort(hits[i + k].begin(), hits[i + k].end(), nearer);
+        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k) sort(later<Range>(hits[i + k]));
+    }
+
+  private:
+    template <class Hits>
+    static void sort(Hits& one) {
+        std::sort(one.begin(), one.end(), nearer);
     }
 };
 
@@ -6278,9 +6329,7 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
 #ifndef INSONIFY_BVH_ASSEMBLE_HPP
 #define INSONIFY_BVH_ASSEMBLE_HPP
 
-#include <algorithm>
 #include <array>
-#include <numeric>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -6316,7 +6365,7 @@ class tree_assembler {
             add_node(policy, top, all, 1, &later);
         std::vector<piece> pieces(later.size());
         std::vector<std::size_t> order(later.size()); // the largest first, lest one be left over at the end
-        std::iota(order.begin(), order.end(), std::size_t{0});
+        for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
         std::sort(order.begin(), order.end(), [&later](std::size_t a, std::size_t b) {
             const std::size_t one = later[a].all.size(), other = later[b].all.size();
             return one != other ? one > other : a < b;
@@ -6445,7 +6494,6 @@ class tree_assembler {
 #ifndef INSONIFY_BVH_MORTON_ORDER_HPP
 #define INSONIFY_BVH_MORTON_ORDER_HPP
 
-#include <algorithm>
 #include <array>
 #include <utility>
 #include <vector>
@@ -6497,7 +6545,7 @@ class morton_order {
     // Cells are cubes, in a grid around the halved centres. @return where these lie
     template <class Policy, class Range>
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
-        std::vector<centre_range> partial(used_.size());
+        later_t<Policy, std::vector<centre_range>> partial(used_.size());
         const float widest = grid.widest();
         const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
         const lanes<4> scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
@@ -6525,7 +6573,7 @@ class morton_order {
     template <class Policy>
     void sort(const Policy& policy) {
         large_array<std::uint64_t> apart(count_);
-        std::vector<counts<10>> places(used_.size());
+        later_t<Policy, std::vector<counts<10>>> places(used_.size());
         const auto digit = [](std::uint64_t key) { return static_cast<std::uint32_t>(key >> 52U); };
         exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
             places[b] = {};
@@ -6583,7 +6631,6 @@ class morton_order {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -6673,7 +6720,6 @@ topology<Width> build_morton::operator()(const Policy& policy, const Range& rang
 #ifndef INSONIFY_BVH_SAH_BINS_HPP
 #define INSONIFY_BVH_SAH_BINS_HPP
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -6894,7 +6940,7 @@ class sah_splitter {
         build_box* const to = boxes_[1 - whole.source].data();
         std::uint32_t* const places = places_.data() + whole.begin;
         sah_bins bins{grid};
-        std::vector<sah_bins> partial; // of the blocks of a large group
+        later_t<Policy, std::vector<sah_bins>> partial; // of the blocks of a large group
         if (whole.size() <= block_size) {
             bins.add(grid, from, places, whole.size());
         } else {
@@ -6981,8 +7027,8 @@ struct tree_shape {
     /// So that `refit` allocates nothing.
     void make_room(const topology<Width>& tree) {
         leaves.reserve(tree.leaves());
-        boxes.reserve(tree.leaves());
-        areas.reserve(tree.parts.size());
+        later<Range>(boxes).reserve(tree.leaves());
+        later<Range>(areas).reserve(tree.parts.size());
     }
 };
 
@@ -7062,7 +7108,6 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <new>
 #include <utility>
 
@@ -7268,7 +7313,6 @@ INSONIFY_LAZY double enclosed_volume(const mesh_view& m) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <span>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -7316,8 +7360,9 @@ class bvh {
     /// Every hit within the ray's limits, nearest first, each primitive once. Replaces what `hits` held.
     void all(const ray& r, std::vector<hit>& hits) const {
         hits.clear();
-        view_of().for_each_hit(r, [&](const hit& found) { hits.push_back(found); });
-        std::sort(hits.begin(), hits.end(), nearer);
+        auto& found = later<Range>(hits);
+        view_of().for_each_hit(r, [&](const hit& one) { found.push_back(one); });
+        std::sort(found.begin(), found.end(), nearer);
     }
 
     /// One nearest hit for each ray: the same as each gets alone.
@@ -7349,8 +7394,9 @@ class bvh {
     template <class Shape>
     void overlapping(const Shape& shape, std::vector<std::uint32_t>& primitives) const {
         primitives.clear();
-        view_of().for_each_overlap(shape, [&](std::uint32_t p) { primitives.push_back(p); });
-        std::sort(primitives.begin(), primitives.end());
+        auto& found = later<Range>(primitives);
+        view_of().for_each_overlap(shape, [&](std::uint32_t p) { found.push_back(p); });
+        std::sort(found.begin(), found.end());
     }
 
     /// Follows primitives that moved; the topology stays.
@@ -7425,7 +7471,7 @@ class face_groups {
 
     face_groups() = default;
     INSONIFY_LAZY explicit face_groups(const mesh_view& surface) : end_((surface.faces.size() + size - 1) / size) {
-        std::vector<std::uint32_t> last_group(surface.positions.size(), ~0U);
+        later_t<Later, std::vector<std::uint32_t>> last_group(surface.positions.size(), ~0U);
         vertices_.reserve(surface.faces.size());
         for (std::size_t i = 0; i < surface.faces.size(); ++i) {
             const auto group = static_cast<std::uint32_t>(i / size);
@@ -7436,7 +7482,7 @@ class face_groups {
                 }
             end_[group] = vertices_.size();
         }
-        vertices_.shrink_to_fit();
+        later<Later>(vertices_).shrink_to_fit();
     }
 
     INSONIFY_LAZY bool empty() const { return end_.empty(); }
@@ -7552,8 +7598,6 @@ INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -7601,7 +7645,7 @@ class scene {
                 throw geometry_error{named + "vertex " + std::to_string(i) +
                                      " is not finite; repair the mesh (`validate` tells more)"};
         const object_id id{next_id_};
-        object& one = objects_.emplace_back();
+        object& one = later<Later>(objects_).emplace_back();
         one.id = id;
         one.name = std::move(settings.name);
         one.surface = std::move(surface);
@@ -7615,7 +7659,8 @@ class scene {
 
     /// Takes an object out. Call `build` before tracing. @throws usage_error  for an unknown id
     INSONIFY_LAZY void remove(object_id id) {
-        objects_.erase(objects_.begin() + (&object_of(id) - objects_.data()));
+        auto& objects = later<Later>(objects_);
+        objects.erase(objects.begin() + (&object_of(id) - objects.data()));
         built_ = false;
     }
 
@@ -7648,11 +7693,11 @@ class scene {
     /// Where it throws, as for lack of memory, the scene is what it was.
     template <exec::policy Policy>
     scene& build(const Policy& policy, trees upkeep = trees::follow) & {
-        std::vector<structures> made(objects_.size());
-        std::vector<medium> media = {background_};
-        std::vector<pose> places = {pose{}};
-        std::vector<std::uint32_t> medium_index, by_rank(objects_.size());
-        std::vector<float> volume;
+        later_t<Policy, std::vector<structures>> made(objects_.size());
+        later_t<Policy, std::vector<medium>> media = {background_};
+        later_t<Policy, std::vector<pose>> places = {pose{}};
+        later_t<Policy, std::vector<std::uint32_t>> medium_index, by_rank(objects_.size());
+        later_t<Policy, std::vector<float>> volume;
         for (std::size_t i = 0; i < objects_.size(); ++i) {
             const object& one = objects_[i];
             made[i] = structures_over(policy, one, upkeep);
@@ -7662,7 +7707,7 @@ class scene {
             medium_index.push_back(static_cast<std::uint32_t>(known - media.begin()));
             if (known == media.end()) media.push_back(one.inside);
         }
-        std::iota(by_rank.begin(), by_rank.end(), 0U);
+        for (std::uint32_t i = 0; i < by_rank.size(); ++i) by_rank[i] = i;
         std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
             const object &one = objects_[a], &other = objects_[b];
             if (one.priority != other.priority) return one.priority > other.priority;
@@ -7917,7 +7962,6 @@ class media_stack {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -7951,7 +7995,8 @@ struct line_crossings {
     }
     /// Puts the crossings in order, nearest first.
     INSONIFY_LAZY void sort() {
-        if (!std::is_sorted(crossings.begin(), crossings.end())) std::sort(crossings.begin(), crossings.end());
+        auto& all = later<Later>(crossings);
+        if (!std::is_sorted(all.begin(), all.end())) std::sort(all.begin(), all.end());
     }
 };
 
@@ -7978,7 +8023,7 @@ INSONIFY_LAZY void add_crossings(const object& one, const ray& line, float depth
     local.max_distance = around ? FLT_MAX : depth;
     one.tree_view().for_each_hit(local, [&](const hit& at) {
         if (around) found.inside.toggle(one.rank);
-        if (at.distance <= depth) found.crossings.push_back({at.distance, one.rank, at.primitive});
+        if (at.distance <= depth) later<Later>(found.crossings).push_back({at.distance, one.rank, at.primitive});
     });
 }
 
@@ -8213,7 +8258,6 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
 #ifndef INSONIFY_PROBE_LINE_FAN_HPP
 #define INSONIFY_PROBE_LINE_FAN_HPP
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -8547,7 +8591,6 @@ INSONIFY_LAZY bool overlaps(const slice_region& region, const aabb& box) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <cstddef>
 
 /// Which faces go through slices: those whose corners differ in level (see `slice_frame`).
@@ -8631,7 +8674,6 @@ void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -8725,15 +8767,16 @@ class slice_cut {
                 continue;
             }
             for (std::uint32_t begin = 0; begin < vertices; begin += block)
-                vertex_parts_.push_back({&region, i, begin, std::min(begin + block, vertices), levels});
+                later<Later>(vertex_parts_).push_back({&region, i, begin, std::min(begin + block, vertices), levels});
             const auto groups = static_cast<std::uint32_t>(one.groups.count());
             for (std::uint32_t begin = 0; begin < groups; begin += groups_of_block)
-                face_parts_.push_back({&region, i, begin, std::min(begin + groups_of_block, groups), levels});
+                later<Later>(face_parts_)
+                    .push_back({&region, i, begin, std::min(begin + groups_of_block, groups), levels});
             levels += vertices;
             work_ += faces;
         }
-        levels_.resize(levels);
-        if (found_.size() < face_parts_.size()) found_.resize(face_parts_.size());
+        later<Later>(levels_).resize(levels);
+        if (found_.size() < face_parts_.size()) later<Later>(found_).resize(face_parts_.size());
     }
 
     // Divides the tree of an object, level by level, into parts of which several threads may each take some.
@@ -8741,22 +8784,22 @@ class slice_cut {
         const bvh_view<mesh_view> tree = one.tree_view();
         if (tree.nodes.empty()) return;
         const slice_region local = region.local(one.at);
-        subtrees_.assign(1, 0);
+        later<Later>(subtrees_).assign(1, 0);
         bool divisible = one.surface.faces.size() >= block;
         while (divisible && subtrees_.size() < most_subtrees / 2) {
             divisible = false;
             below_.clear();
             for (const std::uint32_t code : subtrees_) {
                 if ((code & leaf_bit) != 0) {
-                    below_.push_back(code);
+                    later<Later>(below_).push_back(code);
                     continue;
                 }
                 divisible = true;
-                for_each_child(tree, code, local, [&](std::uint32_t child) { below_.push_back(child); });
+                for_each_child(tree, code, local, [&](std::uint32_t child) { later<Later>(below_).push_back(child); });
             }
             subtrees_.swap(below_);
         }
-        for (const std::uint32_t code : subtrees_) face_parts_.push_back({&region, index, code});
+        for (const std::uint32_t code : subtrees_) later<Later>(face_parts_).push_back({&region, index, code});
     }
 
     INSONIFY_LAZY void cut_part(const scene& body, const line_fan& fan, const part& own,
@@ -8775,10 +8818,11 @@ class slice_cut {
                 for (; cut_ones != 0; cut_ones &= cut_ones - 1) {
                     const std::uint32_t i = lowest_bit(cut_ones);
                     const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
-                    fan.for_each_crossed(p, fan.gap(places_from, i), q, fan.gap(places_to, i),
-                                         [&](std::uint32_t first, std::uint32_t last) {
-                                             found.push_back({p, q, first, last, slice, own.object, slots[i]});
-                                         });
+                    fan.for_each_crossed(
+                        p, fan.gap(places_from, i), q, fan.gap(places_to, i),
+                        [&](std::uint32_t first, std::uint32_t last) {
+                            later<Later>(found).push_back({p, q, first, last, slice, own.object, slots[i]});
+                        });
                 }
             };
             cut_faces(region.frame, faces, keep);
@@ -8814,7 +8858,6 @@ class slice_cut {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -8892,7 +8935,7 @@ class slice_lines {
         };
         each_block([&](std::size_t b, const cut_segment&) { ++block_end_[b + 1]; });
         for (std::size_t b = 0; b < blocks; ++b) block_end_[b + 1] += block_end_[b];
-        of_blocks_.resize(block_end_[blocks]);
+        later<Policy>(of_blocks_).resize(block_end_[blocks]);
         each_block([&](std::size_t b, const cut_segment& segment) {
             of_blocks_[block_end_[b]++] = {segment.from.y + segment.to.y, &segment};
         });
@@ -9069,7 +9112,6 @@ void for_each_line(const Policy& policy, search by, const scene& body, const Pro
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 #include <cstring>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -9620,7 +9662,6 @@ class scene;
 #ifndef INSONIFY_GEOMETRY_SHAPES_HPP
 #define INSONIFY_GEOMETRY_SHAPES_HPP
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -9647,7 +9688,7 @@ INSONIFY_LAZY mesh subdivide(const mesh& coarse) {
     const std::size_t faces = coarse.faces.size();
     if (faces > 0x0FFFFFFFU) throw geometry_error{"subdivide: this mesh has too many faces to be divided once more"};
 
-    std::vector<half_edge> edges(3 * faces);
+    later_t<Later, std::vector<half_edge>> edges(3 * faces);
     for (std::size_t i = 0; i < edges.size(); ++i) {
         const uvec3 f = coarse.faces[i / 3];
         const std::uint32_t ends[3] = {f.x, f.y, f.z};
@@ -9659,10 +9700,10 @@ INSONIFY_LAZY mesh subdivide(const mesh& coarse) {
     }
     std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
 
-    mesh fine;
+    later_t<Later, mesh> fine;
     fine.positions.reserve(coarse.positions.size() + edges.size() / 2);
     fine.positions = coarse.positions;
-    std::vector<std::uint32_t> middle(edges.size());
+    later_t<Later, std::vector<std::uint32_t>> middle(edges.size());
     for (std::size_t i = 0; i < edges.size(); ++i) {
         if (i == 0 || edges[i].ends != edges[i - 1].ends)
             fine.positions.push_back(0.5F * coarse.positions[edges[i].ends >> 32U] +
@@ -9735,7 +9776,7 @@ INSONIFY_LAZY mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions =
     shape_check::length("make_box", "extent from `lower` to `upper` along z", upper.z - lower.z);
     shape_check::subdivisions("make_box", subdivisions);
 
-    mesh box;
+    later_t<Later, mesh> box;
     for (unsigned i = 0; i < 8; ++i) // bits of i: upper in x, y, z
         box.positions.push_back(
             {(i & 1U) ? upper.x : lower.x, (i & 2U) ? upper.y : lower.y, (i & 4U) ? upper.z : lower.z});
@@ -9754,7 +9795,7 @@ INSONIFY_LAZY mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivis
     shape_check::subdivisions("make_sphere", subdivisions);
 
     const float p = (1 + std::sqrt(5.0F)) / 2; // the icosahedron's corners are (0, +-1, +-p) and its cyclic shifts
-    mesh sphere;
+    later_t<Later, mesh> sphere;
     sphere.positions = {{-1, p, 0},  {1, p, 0},  {-1, -p, 0}, {1, -p, 0}, {0, -1, p},  {0, 1, p},
                         {0, -1, -p}, {0, 1, -p}, {p, 0, -1},  {p, 0, 1},  {-p, 0, -1}, {-p, 0, 1}};
     sphere.faces = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
@@ -9786,7 +9827,7 @@ INSONIFY_LAZY mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t
     const vec3 u = unit_across(axis);
     const vec3 v = cross(axis, u);
 
-    mesh cylinder;
+    later_t<Later, mesh> cylinder;
     cylinder.positions = {from, to}; // then, for each segment, a vertex of the first ring and one of the second
     for (std::uint32_t i = 0; i < segments; ++i) {
         const double angle = 2 * 3.14159265358979323846 * i / segments;
@@ -9820,11 +9861,9 @@ INSONIFY_LAZY mesh make_plane(vec3 centre, vec3 normal, float width, float thick
 #ifndef INSONIFY_GEOMETRY_VALIDATE_HPP
 #define INSONIFY_GEOMETRY_VALIDATE_HPP
 
-#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9944,7 +9983,7 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
 
     // Faces that share an edge belong to one component, which its lowest face stands for.
     std::vector<std::uint32_t> parent(face_count);
-    std::iota(parent.begin(), parent.end(), 0U);
+    for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
     const auto component = [&](std::uint32_t face) {
         while (parent[face] != face) face = parent[face] = parent[parent[face]];
         return face;
@@ -10375,19 +10414,19 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
         throw usage_error{"write_debug_obj: the depth must be a number of metres, from 1 nm to 1000 km"};
 
     const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };
-    std::vector<vec3> face, end;
-    drawn_object lines{.name = "lines"};
+    later_t<Probe, std::vector<vec3>> outline, end;
+    later_t<Probe, drawn_object> lines{.name = "lines"};
     for (std::uint32_t i = 0; i <= probe.lines; ++i) {
         const float middle = static_cast<float>(i), border = middle - 0.5F;
-        face.push_back(point(border, 0));
+        outline.push_back(point(border, 0));
         end.push_back(point(border, depth));
         if (i < probe.lines) lines.polylines.push_back({point(middle, 0), point(middle, depth)});
     }
-    std::vector<vec3> outline = face;
     outline.insert(outline.end(), end.rbegin(), end.rend());
-    outline.push_back(face.front());
+    outline.push_back(vec3{outline.front()});
 
-    std::vector<drawn_object> drawing{{.name = "probe", .polylines = {std::move(outline)}}, std::move(lines)};
+    later_t<Probe, std::vector<drawn_object>> drawing{{.name = "probe", .polylines = {std::move(outline)}},
+                                                      std::move(lines)};
     for (const object& one : body.objects()) {
         drawing.push_back({.name = one.name, .surface = one.surface});
         for (vec3& p : drawing.back().surface.positions) p = one.at.point(p);
@@ -10856,7 +10895,6 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
 #ifndef INSONIFY_TRACING_LABEL_HPP
 #define INSONIFY_TRACING_LABEL_HPP
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -10963,7 +11001,6 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -11109,7 +11146,6 @@ class path_estimate {
 #ifndef INSONIFY_TRACING_PATHS_HPP
 #define INSONIFY_TRACING_PATHS_HPP
 
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -11455,7 +11491,6 @@ struct perspective_camera {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -4,6 +4,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <doctest/doctest.h>
 #include <limits>
+#include <utility>
 
 using namespace insonify;
 
@@ -92,14 +93,10 @@ TEST_CASE("identical primitives and wild ones make trees along the curve") {
 
 TEST_CASE("one primitive far from all others spoils the tree as little where it is not looked at first") {
     mesh m = build_morton_test::random_triangles(5, 40'000, 0.01F);
-    double cost[2];
-    for (const std::uint32_t place : {0U, 1U}) { // primitives in between two that show where all lie
-        const mesh before = m;
-        for (const int corner : {0, 1, 2}) m.positions[m.faces[place][corner]] += vec3{0, 0, 20};
-        cost[place] = build_morton_test::morton_tree{exec::par, mesh_view{m}}.statistics().cost;
-        m = before;
-    }
-    CHECK(cost[1] == doctest::Approx(cost[0]).epsilon(0.01));
-    m.positions[m.faces[1][2]].z += 20;
+    for (const std::uint32_t corner : {0U, 1U, 2U}) m.positions[corner].z += 20;
+    const double cost = build_morton_test::morton_tree{exec::par, mesh_view{m}}.statistics().cost;
+    std::swap(m.faces[0], m.faces[1]);
+    CHECK(build_morton_test::morton_tree{exec::par, mesh_view{m}}.statistics().cost ==
+          doctest::Approx(cost).epsilon(0.03));
     CHECK(build_morton_test::missed_or_invented(m, 9) == 0);
 }

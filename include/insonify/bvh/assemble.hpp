@@ -2,10 +2,9 @@
 #define INSONIFY_BVH_ASSEMBLE_HPP
 
 #include <insonify/bvh/node.hpp>
+#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/for_each.hpp>
-#include <algorithm>
 #include <array>
-#include <numeric>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -41,7 +40,7 @@ class tree_assembler {
             add_node(policy, top, all, 1, &later);
         std::vector<piece> pieces(later.size());
         std::vector<std::size_t> order(later.size()); // the largest first, lest one be left over at the end
-        std::iota(order.begin(), order.end(), std::size_t{0});
+        for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
         std::sort(order.begin(), order.end(), [&later](std::size_t a, std::size_t b) {
             const std::size_t one = later[a].all.size(), other = later[b].all.size();
             return one != other ? one > other : a < b;

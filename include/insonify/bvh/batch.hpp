@@ -2,8 +2,9 @@
 #define INSONIFY_BVH_BATCH_HPP
 
 #include <insonify/bvh/traverse_packet.hpp>
+#include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
-#include <algorithm>
 #include <vector>
 
 /// Many rays at once. Neighbours that go together walk in packets, the others alone; several of either take turns, so
@@ -59,18 +60,24 @@ struct all_query {
     INSONIFY_LAZY void begin(std::size_t i) const { hits[i].clear(); }
     template <class Range, int Width>
     bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width>& walk, std::size_t i) const {
-        if (walk.step(tree, [&](const hit& found) { hits[i].push_back(found); })) return true;
-        std::sort(hits[i].begin(), hits[i].end(), nearer);
+        if (walk.step(tree, [&](const hit& found) { later<Range>(hits[i]).push_back(found); })) return true;
+        sort(later<Range>(hits[i]));
         return false;
     }
     template <class Range, int Width>
     bool step(const bvh_view<Range, Width>& tree, packet_walk<Range, Width>& walk, std::size_t i) const {
-        return walk.step_all(tree, [&](std::uint32_t k, const hit& found) { hits[i + k].push_back(found); });
+        return walk.step_all(tree,
+                             [&](std::uint32_t k, const hit& found) { later<Range>(hits[i + k]).push_back(found); });
     }
     template <class Range, int Width>
     void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k)
-            std::sort(hits[i + k].begin(), hits[i + k].end(), nearer);
+        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k) sort(later<Range>(hits[i + k]));
+    }
+
+  private:
+    template <class Hits>
+    static void sort(Hits& one) {
+        std::sort(one.begin(), one.end(), nearer);
     }
 };
 

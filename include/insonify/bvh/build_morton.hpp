@@ -3,7 +3,7 @@
 
 #include <insonify/bvh/assemble.hpp>
 #include <insonify/bvh/morton_order.hpp>
-#include <algorithm>
+#include <insonify/core/algorithm.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 

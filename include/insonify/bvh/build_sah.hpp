@@ -4,6 +4,7 @@
 #include <insonify/bvh/assemble.hpp>
 #include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/bvh/sah_bins.hpp>
+#include <insonify/core/later.hpp>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -83,7 +84,7 @@ class sah_splitter {
         build_box* const to = boxes_[1 - whole.source].data();
         std::uint32_t* const places = places_.data() + whole.begin;
         sah_bins bins{grid};
-        std::vector<sah_bins> partial; // of the blocks of a large group
+        later_t<Policy, std::vector<sah_bins>> partial; // of the blocks of a large group
         if (whole.size() <= block_size) {
             bins.add(grid, from, places, whole.size());
         } else {

@@ -3,8 +3,9 @@
 
 #include <insonify/bvh/batch.hpp>
 #include <insonify/bvh/storage.hpp>
+#include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/geometry/mesh.hpp>
-#include <algorithm>
 #include <span>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -52,8 +53,9 @@ class bvh {
     /// Every hit within the ray's limits, nearest first, each primitive once. Replaces what `hits` held.
     void all(const ray& r, std::vector<hit>& hits) const {
         hits.clear();
-        view_of().for_each_hit(r, [&](const hit& found) { hits.push_back(found); });
-        std::sort(hits.begin(), hits.end(), nearer);
+        auto& found = later<Range>(hits);
+        view_of().for_each_hit(r, [&](const hit& one) { found.push_back(one); });
+        std::sort(found.begin(), found.end(), nearer);
     }
 
     /// One nearest hit for each ray: the same as each gets alone.
@@ -85,8 +87,9 @@ class bvh {
     template <class Shape>
     void overlapping(const Shape& shape, std::vector<std::uint32_t>& primitives) const {
         primitives.clear();
-        view_of().for_each_overlap(shape, [&](std::uint32_t p) { primitives.push_back(p); });
-        std::sort(primitives.begin(), primitives.end());
+        auto& found = later<Range>(primitives);
+        view_of().for_each_overlap(shape, [&](std::uint32_t p) { found.push_back(p); });
+        std::sort(found.begin(), found.end());
     }
 
     /// Follows primitives that moved; the topology stays.

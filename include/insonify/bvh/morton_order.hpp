@@ -2,9 +2,10 @@
 #define INSONIFY_BVH_MORTON_ORDER_HPP
 
 #include <insonify/bvh/leaf_triangles.hpp>
+#include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/execution/simd_bits.hpp>
-#include <algorithm>
 #include <array>
 #include <utility>
 #include <vector>
@@ -56,7 +57,7 @@ class morton_order {
     // Cells are cubes, in a grid around the halved centres. @return where these lie
     template <class Policy, class Range>
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
-        std::vector<centre_range> partial(used_.size());
+        later_t<Policy, std::vector<centre_range>> partial(used_.size());
         const float widest = grid.widest();
         const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
         const lanes<4> scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
@@ -84,7 +85,7 @@ class morton_order {
     template <class Policy>
     void sort(const Policy& policy) {
         large_array<std::uint64_t> apart(count_);
-        std::vector<counts<10>> places(used_.size());
+        later_t<Policy, std::vector<counts<10>>> places(used_.size());
         const auto digit = [](std::uint64_t key) { return static_cast<std::uint32_t>(key >> 52U); };
         exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
             places[b] = {};

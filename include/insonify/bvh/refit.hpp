@@ -2,6 +2,7 @@
 #define INSONIFY_BVH_REFIT_HPP
 
 #include <insonify/bvh/leaf_triangles.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -26,8 +27,8 @@ struct tree_shape {
     /// So that `refit` allocates nothing.
     void make_room(const topology<Width>& tree) {
         leaves.reserve(tree.leaves());
-        boxes.reserve(tree.leaves());
-        areas.reserve(tree.parts.size());
+        later<Range>(boxes).reserve(tree.leaves());
+        later<Range>(areas).reserve(tree.parts.size());
     }
 };
 

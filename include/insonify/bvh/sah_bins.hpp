@@ -2,7 +2,7 @@
 #define INSONIFY_BVH_SAH_BINS_HPP
 
 #include <insonify/bvh/build_box.hpp>
-#include <algorithm>
+#include <insonify/core/algorithm.hpp>
 #include <cstddef>
 #include <cstdint>
 

@@ -5,8 +5,8 @@
 #include <insonify/bvh/build_sah.hpp>
 #include <insonify/bvh/refit.hpp>
 #include <insonify/bvh/traverse.hpp>
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
-#include <algorithm>
 #include <new>
 #include <utility>
 

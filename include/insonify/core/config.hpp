@@ -7,9 +7,10 @@
 /// INSONIFY_INLINE keeps helpers that take SIMD values inline, so that the values stay in registers.
 /// INSONIFY_VISITS stands before such a template that calls what the user brings, which may be for the host alone.
 /// INSONIFY_LAZY stands before a function that need not be a template, and makes it one: so it, and all of the standard
-/// library that it instantiates, is compiled only in files that call it, though every user's file includes it.
+/// library that it instantiates, is compiled only in files that call it, though every user's file includes it. What
+/// is constexpr there, it defers by `later<Later>(...)`: see later.hpp.
 #define INSONIFY_LAZY                                                                                                  \
-    template <class = void>                                                                                            \
+    template <class Later = void>                                                                                      \
     inline
 #if defined(__CUDACC__)
 #define INSONIFY_FN __host__ __device__

@@ -1,10 +1,9 @@
 #ifndef INSONIFY_EXECUTION_THREAD_POOL_HPP
 #define INSONIFY_EXECUTION_THREAD_POOL_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
-#include <algorithm>
 #include <atomic>
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -36,6 +35,7 @@ class thread_pool {
             const std::lock_guard lock{mutex_};
             stopping_ = true;
         }
+        ++work_came_;
         work_came_.notify_all();
         for (std::thread& worker : workers_) worker.join();
     }
@@ -71,20 +71,23 @@ class thread_pool {
         std::atomic<std::size_t> next{0};
         std::size_t failed_index = ~std::size_t{0};
         std::exception_ptr failure{};
-        std::condition_variable all_left{};
     };
 
     thread_pool() = default;
 
     INSONIFY_LAZY void offer(job& work) {
-        const std::lock_guard lock{mutex_};
-        try {
-            jobs_.push_back(&work);
-            while (workers_.size() < work.seats) workers_.emplace_back([this] { serve(); });
-        } catch (const std::exception&) {
-            // no more threads or memory to be had: the threads that run, and the caller, do the work
+        const std::uint32_t seats = work.seats; // helpers take them from here on
+        {
+            const std::lock_guard lock{mutex_};
+            try {
+                jobs_.push_back(&work);
+                while (workers_.size() < seats) workers_.emplace_back([this] { serve(); });
+            } catch (const std::exception&) {
+                // no more threads or memory to be had: the threads that run, and the caller, do the work
+            }
         }
-        for (std::uint32_t i = 0; i < work.seats; ++i) work_came_.notify_one();
+        ++work_came_;
+        for (std::uint32_t i = 0; i < seats; ++i) work_came_.notify_one();
     }
 
     INSONIFY_LAZY void withdraw(job& work) {
@@ -93,9 +96,8 @@ class thread_pool {
             jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
         }
         // Helpers are about to finish: to sleep until they have, and wake up, would take longer than they do.
-        for (int i = 0; i < 100 && work.inside.load(std::memory_order_acquire) > 0; ++i) std::this_thread::yield();
-        std::unique_lock lock{mutex_};
-        work.all_left.wait(lock, [&work] { return work.inside == 0; });
+        for (int i = 0; i < 100 && work.inside > 0; ++i) std::this_thread::yield();
+        for (std::uint32_t before = helpers_left_; work.inside > 0; before = helpers_left_) helpers_left_.wait(before);
     }
 
     INSONIFY_LAZY void take_part(job& work) {
@@ -120,22 +122,32 @@ class thread_pool {
     }
 
     INSONIFY_LAZY void serve() {
-        std::unique_lock lock{mutex_};
         for (;;) {
+            const std::uint32_t before = work_came_; // so that what comes from here on is noticed
             job* work = nullptr;
-            work_came_.wait(lock, [&] { return stopping_ || (work = open_job()) != nullptr; });
-            if (work == nullptr) return;
-            --work->seats;
-            ++work->inside;
-            lock.unlock();
+            {
+                const std::lock_guard lock{mutex_};
+                if (stopping_) return;
+                work = open_job();
+                if (work != nullptr) {
+                    --work->seats;
+                    ++work->inside;
+                }
+            }
+            if (work == nullptr) {
+                work_came_.wait(before);
+                continue;
+            }
             take_part(*work);
-            lock.lock();
-            if (--work->inside == 0) work->all_left.notify_one();
+            --work->inside; // which may end the job: it is not looked at again
+            ++helpers_left_;
+            helpers_left_.notify_all();
         }
     }
 
     std::mutex mutex_{};
-    std::condition_variable work_came_{};
+    std::atomic<std::uint32_t> work_came_{0};    // how often; waited for
+    std::atomic<std::uint32_t> helpers_left_{0}; // a job; how often
     std::vector<job*> jobs_;
     std::vector<std::thread> workers_;
     bool stopping_ = false;

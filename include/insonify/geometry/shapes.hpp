@@ -1,9 +1,10 @@
 #ifndef INSONIFY_GEOMETRY_SHAPES_HPP
 #define INSONIFY_GEOMETRY_SHAPES_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/geometry/mesh.hpp>
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -30,7 +31,7 @@ INSONIFY_LAZY mesh subdivide(const mesh& coarse) {
     const std::size_t faces = coarse.faces.size();
     if (faces > 0x0FFFFFFFU) throw geometry_error{"subdivide: this mesh has too many faces to be divided once more"};
 
-    std::vector<half_edge> edges(3 * faces);
+    later_t<Later, std::vector<half_edge>> edges(3 * faces);
     for (std::size_t i = 0; i < edges.size(); ++i) {
         const uvec3 f = coarse.faces[i / 3];
         const std::uint32_t ends[3] = {f.x, f.y, f.z};
@@ -42,10 +43,10 @@ INSONIFY_LAZY mesh subdivide(const mesh& coarse) {
     }
     std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
 
-    mesh fine;
+    later_t<Later, mesh> fine;
     fine.positions.reserve(coarse.positions.size() + edges.size() / 2);
     fine.positions = coarse.positions;
-    std::vector<std::uint32_t> middle(edges.size());
+    later_t<Later, std::vector<std::uint32_t>> middle(edges.size());
     for (std::size_t i = 0; i < edges.size(); ++i) {
         if (i == 0 || edges[i].ends != edges[i - 1].ends)
             fine.positions.push_back(0.5F * coarse.positions[edges[i].ends >> 32U] +
@@ -118,7 +119,7 @@ INSONIFY_LAZY mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions =
     shape_check::length("make_box", "extent from `lower` to `upper` along z", upper.z - lower.z);
     shape_check::subdivisions("make_box", subdivisions);
 
-    mesh box;
+    later_t<Later, mesh> box;
     for (unsigned i = 0; i < 8; ++i) // bits of i: upper in x, y, z
         box.positions.push_back(
             {(i & 1U) ? upper.x : lower.x, (i & 2U) ? upper.y : lower.y, (i & 4U) ? upper.z : lower.z});
@@ -137,7 +138,7 @@ INSONIFY_LAZY mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivis
     shape_check::subdivisions("make_sphere", subdivisions);
 
     const float p = (1 + std::sqrt(5.0F)) / 2; // the icosahedron's corners are (0, +-1, +-p) and its cyclic shifts
-    mesh sphere;
+    later_t<Later, mesh> sphere;
     sphere.positions = {{-1, p, 0},  {1, p, 0},  {-1, -p, 0}, {1, -p, 0}, {0, -1, p},  {0, 1, p},
                         {0, -1, -p}, {0, 1, -p}, {p, 0, -1},  {p, 0, 1},  {-p, 0, -1}, {-p, 0, 1}};
     sphere.faces = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
@@ -169,7 +170,7 @@ INSONIFY_LAZY mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t
     const vec3 u = unit_across(axis);
     const vec3 v = cross(axis, u);
 
-    mesh cylinder;
+    later_t<Later, mesh> cylinder;
     cylinder.positions = {from, to}; // then, for each segment, a vertex of the first ring and one of the second
     for (std::uint32_t i = 0; i < segments; ++i) {
         const double angle = 2 * 3.14159265358979323846 * i / segments;

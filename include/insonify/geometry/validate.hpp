@@ -1,12 +1,11 @@
 #ifndef INSONIFY_GEOMETRY_VALIDATE_HPP
 #define INSONIFY_GEOMETRY_VALIDATE_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/geometry/mesh.hpp>
-#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -126,7 +125,7 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
 
     // Faces that share an edge belong to one component, which its lowest face stands for.
     std::vector<std::uint32_t> parent(face_count);
-    std::iota(parent.begin(), parent.end(), 0U);
+    for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
     const auto component = [&](std::uint32_t face) {
         while (parent[face] != face) face = parent[face] = parent[parent[face]];
         return face;

@@ -2,6 +2,7 @@
 #define INSONIFY_IO_DEBUG_OBJ_HPP
 
 #include <insonify/core/error.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/acquisition.hpp>
@@ -43,19 +44,19 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
         throw usage_error{"write_debug_obj: the depth must be a number of metres, from 1 nm to 1000 km"};
 
     const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };
-    std::vector<vec3> face, end;
-    drawn_object lines{.name = "lines"};
+    later_t<Probe, std::vector<vec3>> outline, end;
+    later_t<Probe, drawn_object> lines{.name = "lines"};
     for (std::uint32_t i = 0; i <= probe.lines; ++i) {
         const float middle = static_cast<float>(i), border = middle - 0.5F;
-        face.push_back(point(border, 0));
+        outline.push_back(point(border, 0));
         end.push_back(point(border, depth));
         if (i < probe.lines) lines.polylines.push_back({point(middle, 0), point(middle, depth)});
     }
-    std::vector<vec3> outline = face;
     outline.insert(outline.end(), end.rbegin(), end.rend());
-    outline.push_back(face.front());
+    outline.push_back(vec3{outline.front()});
 
-    std::vector<drawn_object> drawing{{.name = "probe", .polylines = {std::move(outline)}}, std::move(lines)};
+    later_t<Probe, std::vector<drawn_object>> drawing{{.name = "probe", .polylines = {std::move(outline)}},
+                                                      std::move(lines)};
     for (const object& one : body.objects()) {
         drawing.push_back({.name = one.name, .surface = one.surface});
         for (vec3& p : drawing.back().surface.positions) p = one.at.point(p);

@@ -1,10 +1,10 @@
 #ifndef INSONIFY_PROBE_LINE_FAN_HPP
 #define INSONIFY_PROBE_LINE_FAN_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/simd_bits.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/transducer.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SCENE_FACE_GROUPS_HPP
 #define INSONIFY_SCENE_FACE_GROUPS_HPP
 
+#include <insonify/core/later.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <cstdint>
@@ -19,7 +20,7 @@ class face_groups {
 
     face_groups() = default;
     INSONIFY_LAZY explicit face_groups(const mesh_view& surface) : end_((surface.faces.size() + size - 1) / size) {
-        std::vector<std::uint32_t> last_group(surface.positions.size(), ~0U);
+        later_t<Later, std::vector<std::uint32_t>> last_group(surface.positions.size(), ~0U);
         vertices_.reserve(surface.faces.size());
         for (std::size_t i = 0; i < surface.faces.size(); ++i) {
             const auto group = static_cast<std::uint32_t>(i / size);
@@ -30,7 +31,7 @@ class face_groups {
                 }
             end_[group] = vertices_.size();
         }
-        vertices_.shrink_to_fit();
+        later<Later>(vertices_).shrink_to_fit();
     }
 
     INSONIFY_LAZY bool empty() const { return end_.empty(); }

@@ -2,9 +2,10 @@
 #define INSONIFY_SCENE_LINE_LAYERS_HPP
 
 #include <insonify/acoustics/layer.hpp>
+#include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/scene/media_stack.hpp>
 #include <insonify/scene/scene.hpp>
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -38,7 +39,8 @@ struct line_crossings {
     }
     /// Puts the crossings in order, nearest first.
     INSONIFY_LAZY void sort() {
-        if (!std::is_sorted(crossings.begin(), crossings.end())) std::sort(crossings.begin(), crossings.end());
+        auto& all = later<Later>(crossings);
+        if (!std::is_sorted(all.begin(), all.end())) std::sort(all.begin(), all.end());
     }
 };
 
@@ -65,7 +67,7 @@ INSONIFY_LAZY void add_crossings(const object& one, const ray& line, float depth
     local.max_distance = around ? FLT_MAX : depth;
     one.tree_view().for_each_hit(local, [&](const hit& at) {
         if (around) found.inside.toggle(one.rank);
-        if (at.distance <= depth) found.crossings.push_back({at.distance, one.rank, at.primitive});
+        if (at.distance <= depth) later<Later>(found.crossings).push_back({at.distance, one.rank, at.primitive});
     });
 }
 

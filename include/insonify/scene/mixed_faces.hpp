@@ -2,11 +2,11 @@
 #define INSONIFY_SCENE_MIXED_FACES_HPP
 
 #include <insonify/bvh/traverse.hpp>
+#include <insonify/core/algorithm.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/scene/face_groups.hpp>
 #include <insonify/scene/slice_frame.hpp>
 #include <insonify/scene/slice_region.hpp>
-#include <algorithm>
 #include <cstddef>
 
 /// Which faces go through slices: those whose corners differ in level (see `slice_frame`).

@@ -1,11 +1,11 @@
 #ifndef INSONIFY_SCENE_SCENE_HPP
 #define INSONIFY_SCENE_SCENE_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/point_bounds.hpp>
-#include <algorithm>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -53,7 +53,7 @@ class scene {
                 throw geometry_error{named + "vertex " + std::to_string(i) +
                                      " is not finite; repair the mesh (`validate` tells more)"};
         const object_id id{next_id_};
-        object& one = objects_.emplace_back();
+        object& one = later<Later>(objects_).emplace_back();
         one.id = id;
         one.name = std::move(settings.name);
         one.surface = std::move(surface);
@@ -67,7 +67,8 @@ class scene {
 
     /// Takes an object out. Call `build` before tracing. @throws usage_error  for an unknown id
     INSONIFY_LAZY void remove(object_id id) {
-        objects_.erase(objects_.begin() + (&object_of(id) - objects_.data()));
+        auto& objects = later<Later>(objects_);
+        objects.erase(objects.begin() + (&object_of(id) - objects.data()));
         built_ = false;
     }
 
@@ -100,11 +101,11 @@ class scene {
     /// Where it throws, as for lack of memory, the scene is what it was.
     template <exec::policy Policy>
     scene& build(const Policy& policy, trees upkeep = trees::follow) & {
-        std::vector<structures> made(objects_.size());
-        std::vector<medium> media = {background_};
-        std::vector<pose> places = {pose{}};
-        std::vector<std::uint32_t> medium_index, by_rank(objects_.size());
-        std::vector<float> volume;
+        later_t<Policy, std::vector<structures>> made(objects_.size());
+        later_t<Policy, std::vector<medium>> media = {background_};
+        later_t<Policy, std::vector<pose>> places = {pose{}};
+        later_t<Policy, std::vector<std::uint32_t>> medium_index, by_rank(objects_.size());
+        later_t<Policy, std::vector<float>> volume;
         for (std::size_t i = 0; i < objects_.size(); ++i) {
             const object& one = objects_[i];
             made[i] = structures_over(policy, one, upkeep);
@@ -114,7 +115,7 @@ class scene {
             medium_index.push_back(static_cast<std::uint32_t>(known - media.begin()));
             if (known == media.end()) media.push_back(one.inside);
         }
-        std::iota(by_rank.begin(), by_rank.end(), 0U);
+        for (std::uint32_t i = 0; i < by_rank.size(); ++i) by_rank[i] = i;
         std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
             const object &one = objects_[a], &other = objects_[b];
             if (one.priority != other.priority) return one.priority > other.priority;

@@ -1,11 +1,12 @@
 #ifndef INSONIFY_SCENE_SLICE_CUT_HPP
 #define INSONIFY_SCENE_SLICE_CUT_HPP
 
+#include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/scene/cut_faces.hpp>
 #include <insonify/scene/mixed_faces.hpp>
 #include <insonify/scene/scene.hpp>
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -99,15 +100,16 @@ class slice_cut {
                 continue;
             }
             for (std::uint32_t begin = 0; begin < vertices; begin += block)
-                vertex_parts_.push_back({&region, i, begin, std::min(begin + block, vertices), levels});
+                later<Later>(vertex_parts_).push_back({&region, i, begin, std::min(begin + block, vertices), levels});
             const auto groups = static_cast<std::uint32_t>(one.groups.count());
             for (std::uint32_t begin = 0; begin < groups; begin += groups_of_block)
-                face_parts_.push_back({&region, i, begin, std::min(begin + groups_of_block, groups), levels});
+                later<Later>(face_parts_)
+                    .push_back({&region, i, begin, std::min(begin + groups_of_block, groups), levels});
             levels += vertices;
             work_ += faces;
         }
-        levels_.resize(levels);
-        if (found_.size() < face_parts_.size()) found_.resize(face_parts_.size());
+        later<Later>(levels_).resize(levels);
+        if (found_.size() < face_parts_.size()) later<Later>(found_).resize(face_parts_.size());
     }
 
     // Divides the tree of an object, level by level, into parts of which several threads may each take some.
@@ -115,22 +117,22 @@ class slice_cut {
         const bvh_view<mesh_view> tree = one.tree_view();
         if (tree.nodes.empty()) return;
         const slice_region local = region.local(one.at);
-        subtrees_.assign(1, 0);
+        later<Later>(subtrees_).assign(1, 0);
         bool divisible = one.surface.faces.size() >= block;
         while (divisible && subtrees_.size() < most_subtrees / 2) {
             divisible = false;
             below_.clear();
             for (const std::uint32_t code : subtrees_) {
                 if ((code & leaf_bit) != 0) {
-                    below_.push_back(code);
+                    later<Later>(below_).push_back(code);
                     continue;
                 }
                 divisible = true;
-                for_each_child(tree, code, local, [&](std::uint32_t child) { below_.push_back(child); });
+                for_each_child(tree, code, local, [&](std::uint32_t child) { later<Later>(below_).push_back(child); });
             }
             subtrees_.swap(below_);
         }
-        for (const std::uint32_t code : subtrees_) face_parts_.push_back({&region, index, code});
+        for (const std::uint32_t code : subtrees_) later<Later>(face_parts_).push_back({&region, index, code});
     }
 
     INSONIFY_LAZY void cut_part(const scene& body, const line_fan& fan, const part& own,
@@ -149,10 +151,11 @@ class slice_cut {
                 for (; cut_ones != 0; cut_ones &= cut_ones - 1) {
                     const std::uint32_t i = lowest_bit(cut_ones);
                     const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
-                    fan.for_each_crossed(p, fan.gap(places_from, i), q, fan.gap(places_to, i),
-                                         [&](std::uint32_t first, std::uint32_t last) {
-                                             found.push_back({p, q, first, last, slice, own.object, slots[i]});
-                                         });
+                    fan.for_each_crossed(
+                        p, fan.gap(places_from, i), q, fan.gap(places_to, i),
+                        [&](std::uint32_t first, std::uint32_t last) {
+                            later<Later>(found).push_back({p, q, first, last, slice, own.object, slots[i]});
+                        });
                 }
             };
             cut_faces(region.frame, faces, keep);

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 #define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 
+#include <insonify/core/later.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/signal/taps.hpp>
 #include <cstddef>
@@ -33,8 +34,9 @@ class axial_kernel {
             const float middle = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
             const float from_middle = static_cast<float>(at) - middle;
             if (std::fabs(from_middle) > envelope.reach()) continue;
-            taps_.push_back({.weight = envelope(from_middle),
-                             .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
+            later<Later>(taps_).push_back(
+                {.weight = envelope(from_middle),
+                 .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
         }
     }
 

@@ -1,13 +1,13 @@
 #ifndef INSONIFY_SIGNAL_CONVOLVE_HPP
 #define INSONIFY_SIGNAL_CONVOLVE_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/axial_kernel.hpp>
 #include <insonify/signal/lateral_slab.hpp>
 #include <insonify/signal/pulse.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>

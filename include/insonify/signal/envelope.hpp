@@ -1,11 +1,11 @@
 #ifndef INSONIFY_SIGNAL_ENVELOPE_HPP
 #define INSONIFY_SIGNAL_ENVELOPE_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/hilbert.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 

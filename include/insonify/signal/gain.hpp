@@ -1,11 +1,11 @@
 #ifndef INSONIFY_SIGNAL_GAIN_HPP
 #define INSONIFY_SIGNAL_GAIN_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/execution/simd_math.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <algorithm>
 #include <array>
 #include <cfloat>
 #include <concepts>

@@ -1,8 +1,9 @@
 #ifndef INSONIFY_SIGNAL_LATERAL_SLAB_HPP
 #define INSONIFY_SIGNAL_LATERAL_SLAB_HPP
 
+#include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/signal/lateral_kernel.hpp>
-#include <algorithm>
 #include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -21,7 +22,7 @@ class lateral_slab {
     INSONIFY_LAZY lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
         : kernel_{kernel}, lines_{kernel.lines}, reach_{kernel.reach()} {
         const std::size_t rows = 2 * (reach_ + 1) + lines_ + 2 * reach_;
-        memory.resize(rows * samples);
+        later<Later>(memory).resize(rows * samples);
         weights_ = memory.data();
         tails_ = weights_ + (reach_ + 1) * samples;
         values_ = tails_ + (reach_ + 1) * samples;

@@ -2,11 +2,12 @@
 #define INSONIFY_TRACING_BEAM_TABLE_HPP
 
 #include <insonify/acoustics/layer.hpp>
+#include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/lateral_kernel.hpp>
 #include <insonify/tracing/elevation.hpp>
-#include <algorithm>
 #include <concepts>
 #include <optional>
 #include <vector>
@@ -32,7 +33,7 @@ class beam_table {
         const lateral_kernel kernel =
             make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
         border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
-        samples_.resize(std::size_t{border_ + 1} * depths);
+        later<Policy>(samples_).resize(std::size_t{border_ + 1} * depths);
         for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
         plane_weights_.resize(std::size_t{depths} * planes.count());
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);

@@ -3,9 +3,9 @@
 
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/acoustics/fresnel.hpp>
+#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/tracing/label.hpp>
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -1,13 +1,13 @@
 #ifndef INSONIFY_TRACING_LABEL_HPP
 #define INSONIFY_TRACING_LABEL_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/line_layers.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/check.hpp>
 #include <insonify/tracing/each_line.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 

@@ -2,9 +2,9 @@
 #define INSONIFY_TRACING_PATHS_HPP
 
 #include <insonify/acoustics/physical.hpp>
+#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/tracing/beams.hpp>
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -2,10 +2,10 @@
 #define INSONIFY_TRACING_PIXELS_HPP
 
 #include <insonify/acoustics/law2011.hpp>
+#include <insonify/core/algorithm.hpp>
 #include <insonify/fwd.hpp>
 #include <insonify/tracing/beams.hpp>
 #include <insonify/tracing/camera.hpp>
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -1,9 +1,10 @@
 #ifndef INSONIFY_TRACING_SLICE_LINES_HPP
 #define INSONIFY_TRACING_SLICE_LINES_HPP
 
+#include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/scene/line_layers.hpp>
 #include <insonify/scene/slice_cut.hpp>
-#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -81,7 +82,7 @@ class slice_lines {
         };
         each_block([&](std::size_t b, const cut_segment&) { ++block_end_[b + 1]; });
         for (std::size_t b = 0; b < blocks; ++b) block_end_[b + 1] += block_end_[b];
-        of_blocks_.resize(block_end_[blocks]);
+        later<Policy>(of_blocks_).resize(block_end_[blocks]);
         each_block([&](std::size_t b, const cut_segment& segment) {
             of_blocks_[block_end_[b]++] = {segment.from.y + segment.to.y, &segment};
         });

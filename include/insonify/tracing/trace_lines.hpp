@@ -2,13 +2,13 @@
 #define INSONIFY_TRACING_TRACE_LINES_HPP
 
 #include <insonify/acoustics/acoustic_model.hpp>
+#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/beam_table.hpp>
 #include <insonify/tracing/check.hpp>
 #include <insonify/tracing/each_line.hpp>
-#include <algorithm>
 #include <cstring>
 
 namespace insonify::inline INSONIFY_ABI {
