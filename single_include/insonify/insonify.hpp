@@ -3502,9 +3502,10 @@ struct refined : Probe {
 ///     INSONIFY_LAZY void grow() { later<Later>(values_).push_back(1); }
 namespace insonify::inline INSONIFY_ABI {
 
+/// What `later_t` asks.
 template <class Later, class T>
 struct later_type {
-    using type = T;
+    using type = T; ///< whatever Later is
 };
 /// T, as soon as Later is known.
 template <class Later, class T>
