@@ -96,7 +96,6 @@ TEST_CASE("one primitive far from all others spoils the tree as little where it 
     for (const std::uint32_t corner : {0U, 1U, 2U}) m.positions[corner].z += 20;
     const double cost = build_morton_test::morton_tree{exec::par, mesh_view{m}}.statistics().cost;
     std::swap(m.faces[0], m.faces[1]);
-    CHECK(build_morton_test::morton_tree{exec::par, mesh_view{m}}.statistics().cost ==
-          doctest::Approx(cost).epsilon(0.03));
+    CHECK(build_morton_test::morton_tree{exec::par, mesh_view{m}}.statistics().cost < 1.05 * cost);
     CHECK(build_morton_test::missed_or_invented(m, 9) == 0);
 }
