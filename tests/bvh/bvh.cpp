@@ -248,6 +248,45 @@ TEST_CASE("rays in the very planes and along the very lines of a grid of triangl
                 }
 }
 
+TEST_CASE("slivers are met where double precision says, by single rays and in packets") {
+    mesh slivers;
+    for (std::uint32_t i = 0; i < 300; ++i) { // 10^3 to 10^6 times as long as wide
+        const vec3 a = bvh_test::random_point(16, 3 * i), b = bvh_test::random_point(16, 3 * i + 1);
+        const vec3 between = a + hash_uniform(17, i) * (b - a);
+        slivers.positions.insert(
+            slivers.positions.end(),
+            {a, b,
+             between + std::pow(10.0F, -3.0F - static_cast<float>(i % 4)) * bvh_test::random_point(16, 3 * i + 2)});
+        slivers.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    const bvh tree{exec::par, slivers};
+    std::vector<ray> rays;
+    for (std::uint64_t i = 0; i < 3000; ++i) {
+        const triangle t = mesh_view{slivers}[i / 10];
+        const vec3 from = 3.0F * bvh_test::random_point(18, i / 10); // ten rays side by side go together
+        const float b = hash_uniform(19, 2 * i), c = (1 - b) * hash_uniform(19, 2 * i + 1);
+        rays.push_back({.origin = from, .direction = t.a + b * (t.b - t.a) + c * (t.c - t.a) - from});
+    }
+    std::vector<std::vector<hit>> hits(rays.size());
+    tree.all(exec::par_unseq, rays, hits);
+    std::size_t met = 0;
+    std::vector<hit> alone;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        tree.all(rays[i], alone);
+        REQUIRE(alone == hits[i]);
+        const sheared_ray sheared{rays[i]};
+        for (const hit& found : alone) {
+            const triangle t = mesh_view{slivers}[found.primitive];
+            const float reach =
+                greater(std::fabs(sheared(t.a).z), greater(std::fabs(sheared(t.b).z), std::fabs(sheared(t.c).z)));
+            CHECK(std::fabs(found.distance - intersect(sheared, t).distance) <=
+                  4e-6F * reach * std::fabs(sheared.shear.z));
+            ++met;
+        }
+    }
+    CHECK(met > 1000);
+}
+
 TEST_CASE("batches answer as single queries do, whatever the policy") {
     const mesh m = bvh_test::random_triangles(1, 400, 0.3F);
     const bvh tree{exec::par, m};

@@ -47,14 +47,16 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
     const floats v = difference_of_products(t.x[2], t.y[0], t.y[2], t.x[0]);
     const floats w = difference_of_products(t.x[0], t.y[1], t.y[0], t.x[1]);
     const floats lowest = lesser(lesser(u, v), w), highest = greater(greater(u, v), w);
-    floats doubt(1e-35F);     // below it an underflow may have taken the sign
+    const floats size = absolute(u + v + w);
+    floats doubt(1e-35F);              // below it an underflow may have taken the sign
+    auto told = size <= floats(1e37F); // beyond it has no precise inverse
     if constexpr (!has_fma) { // each product is at most |x| |y|: four roundings of half a unit each, doubled for safety
         const floats reach_x = greater(greater(absolute(t.x[0]), absolute(t.x[1])), absolute(t.x[2]));
         const floats reach_y = greater(greater(absolute(t.y[0]), absolute(t.y[1])), absolute(t.y[2]));
         doubt = reach_x * reach_y * floats(5e-7F) + doubt;
+        told = told && reach_x * reach_y <= floats(3.0F) * size; // of slivers signs are certain before shares are
     }
-    // Beyond 1e37 their sum has no precise inverse.
-    const auto told = (doubt < lowest || highest < -doubt) && absolute(u + v + w) <= floats(1e37F);
+    told = told && (doubt < lowest || highest < -doubt);
     return {u, v, w, !(lowest < -doubt && doubt < highest), told};
 }
 
