@@ -688,6 +688,7 @@ class thread_pool {
         std::atomic<std::size_t> next{0};
         std::size_t failed_index = ~std::size_t{0};
         std::exception_ptr failure{};
+        job* after = nullptr; // in the pool's list
     };
 
     thread_pool() = default;
@@ -696,11 +697,13 @@ class thread_pool {
         const std::uint32_t seats = work.seats; // helpers take them from here on
         {
             const std::lock_guard lock{mutex_};
+            job** place = &jobs_;
+            while (*place != nullptr) place = &(*place)->after;
+            *place = &work;
             try {
-                jobs_.push_back(&work);
                 while (workers_.size() < seats) workers_.emplace_back([this] { serve(); });
             } catch (const std::exception&) {
-                // no more threads or memory to be had: the threads that run, and the caller, do the work
+                // no more threads to be had: those that run, and the caller, do the work
             }
         }
         ++work_came_;
@@ -710,7 +713,9 @@ class thread_pool {
     INSONIFY_LAZY void withdraw(job& work) {
         {
             const std::lock_guard lock{mutex_};
-            jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
+            job** place = &jobs_;
+            while (*place != &work) place = &(*place)->after;
+            *place = work.after;
         }
         // Helpers are about to finish: to sleep until they have, and wake up, would take longer than they do.
         for (int i = 0; i < 100 && work.inside > 0; ++i) std::this_thread::yield();
@@ -733,7 +738,7 @@ class thread_pool {
     }
 
     INSONIFY_LAZY job* open_job() {
-        for (job* work : jobs_)
+        for (job* work = jobs_; work != nullptr; work = work->after)
             if (work->seats > 0 && work->next.load(std::memory_order_relaxed) < work->count) return work;
         return nullptr;
     }
@@ -765,7 +770,7 @@ class thread_pool {
     std::mutex mutex_{};
     std::atomic<std::uint32_t> work_came_{0};    // how often; waited for
     std::atomic<std::uint32_t> helpers_left_{0}; // a job; how often
-    std::vector<job*> jobs_;
+    job* jobs_ = nullptr;                        // in the order they came
     std::vector<std::thread> workers_;
     bool stopping_ = false;
 };
@@ -1200,6 +1205,12 @@ template <int N>
 INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
     __builtin_memcpy(to, &bits, sizeof bits);
 }
+template <int N>
+INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
+    bit_lanes<N> bits;
+    __builtin_memcpy(&bits, from, sizeof bits);
+    return bits;
+}
 
 #else
 
@@ -1257,6 +1268,10 @@ INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& x) {
 template <int N>
 INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
     for (int i = 0; i < N; ++i) to[i] = bits.lane[i];
+}
+template <int N>
+INSONIFY_FN bit_lanes<N> load_bits(const std::uint32_t* from) {
+    return bit_lanes<N>::each([from](int i) { return from[i]; });
 }
 
 #endif
@@ -4790,29 +4805,66 @@ class kept_beam_table {
 #define INSONIFY_BVH_LARGE_ARRAY_HPP
 
 #include <cstddef>
+#include <cstring>
 #include <new>
 #include <utility>
-#include <vector>
 #if defined(__linux__)
 #include <sys/mman.h>
 #endif
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Memory for arrays that are walked all over: in large pages where the system gives them on request, since a ray through
-/// a large tree otherwise waits for the address of nearly every node as well as for the node. New elements are left as
-/// they come: write them before they are read, each thread its own.
+/// An array that is walked all over: in large pages where the system gives them on request, since a ray through a large
+/// tree otherwise waits for the address of nearly every node as well as for the node. New elements are left as they
+/// come: write them before they are read, each thread its own.
+/// @tparam T  copied as bytes, and nothing to be done at its end
 template <class T>
-struct large_allocator {
-    using value_type = T;
+class large_array {
+  public:
+    large_array() = default;
+    explicit large_array(std::size_t count) { resize(count); }
+    large_array(const large_array& other) : large_array(other.size_) {
+        if (size_ > 0) std::memcpy(static_cast<void*>(first_), other.first_, size_ * sizeof(T));
+    }
+    large_array(large_array&& other) noexcept { swap(other); }
+    large_array& operator=(large_array other) noexcept {
+        swap(other);
+        return *this;
+    }
+    ~large_array() { drop(first_, room_); }
 
+    /// Makes room without more elements. @throws std::bad_alloc  and nothing has changed
+    void reserve(std::size_t count) {
+        if (count <= room_) return;
+        T* const larger = allocate(count);
+        if (size_ > 0) std::memcpy(static_cast<void*>(larger), first_, size_ * sizeof(T));
+        drop(std::exchange(first_, larger), std::exchange(room_, count));
+    }
+    /// As `reserve`.
+    void resize(std::size_t count) {
+        reserve(count);
+        size_ = count;
+    }
+
+    std::size_t size() const { return size_; }
+    bool empty() const { return size_ == 0; }
+    T* data() { return first_; }
+    const T* data() const { return first_; }
+    T* begin() { return first_; }
+    const T* begin() const { return first_; }
+    T* end() { return first_ + size_; }
+    const T* end() const { return first_ + size_; }
+    T& operator[](std::size_t i) { return first_[i]; }
+    const T& operator[](std::size_t i) const { return first_[i]; }
+
+  private:
     static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays get ordinary memory
 
-    large_allocator() = default;
-    template <class U>
-    large_allocator(const large_allocator<U>&) {}
-
-    T* allocate(std::size_t count) {
+    static std::align_val_t alignment(std::size_t bytes) {
+        return std::align_val_t{bytes >= page ? page : std::size_t{64}};
+    }
+    static T* allocate(std::size_t count) {
+        static_assert(__is_trivially_copyable(T) && __has_trivial_destructor(T) && alignof(T) <= 64);
         if (count > ~std::size_t{0} / 2 / sizeof(T)) throw std::bad_array_new_length{};
         const std::size_t bytes = count * sizeof(T);
         void* const memory = ::operator new(bytes, alignment(bytes));
@@ -4821,27 +4873,19 @@ struct large_allocator {
 #endif
         return static_cast<T*>(memory);
     }
-    void deallocate(T* memory, std::size_t count) noexcept { ::operator delete(memory, alignment(count * sizeof(T))); }
-
-    template <class U>
-    void construct(U* place) {
-        ::new (static_cast<void*>(place)) U;
+    static void drop(T* memory, std::size_t count) noexcept {
+        if (memory != nullptr) ::operator delete(memory, alignment(count * sizeof(T)));
     }
-    template <class U, class... Values>
-    void construct(U* place, Values&&... values) {
-        ::new (static_cast<void*>(place)) U(std::forward<Values>(values)...);
+    void swap(large_array& other) noexcept {
+        std::swap(first_, other.first_);
+        std::swap(size_, other.size_);
+        std::swap(room_, other.room_);
     }
 
-    friend bool operator==(const large_allocator&, const large_allocator&) { return true; }
-
-  private:
-    static std::align_val_t alignment(std::size_t bytes) {
-        return std::align_val_t{bytes >= page ? page : std::size_t{64}};
-    }
+    T* first_ = nullptr;
+    std::size_t size_ = 0;
+    std::size_t room_ = 0; ///< elements
 };
-
-template <class T>
-using large_array = std::vector<T, large_allocator<T>>;
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -4982,6 +5026,12 @@ struct alignas(64) tree_node : box_rows<Width> {
     std::uint32_t child[Width];
 };
 
+/// Sums of the halved surfaces of boxes, square metres.
+struct box_areas {
+    double all = 0;
+    double leaves = 0;
+};
+
 /// What a builder makes. Node 0 is the root; a child's index is above its parent's. No nodes: an empty tree.
 template <int Width>
 struct topology {
@@ -4991,6 +5041,7 @@ struct topology {
         std::uint32_t end = 0;
         std::uint32_t first_leaf = 0; ///< its leaves are consecutive as well
         std::uint32_t leaf_end = 0;
+        box_areas areas{}; ///< of its boxes, as they were fitted last
     };
     large_array<tree_node<Width>> nodes{};
     large_array<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
@@ -5643,21 +5694,22 @@ concept primitive_range = std::copyable<Range> && primitive<range_primitive_t<Ra
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What a tree keeps for a leaf beside the indices of its primitives: which can be hit. For the rest the range is asked.
+/// What a tree keeps of its primitives for a leaf: which of them can be hit. For the rest the range is asked.
 ///
 /// Triangles have their own: leaf_triangles.hpp.
 template <class Range, int Width>
 struct leaf {
-    std::uint32_t usable = 0; ///< a bit for each primitive that is there and has finite bounds
+    std::uint32_t primitive[Width]; ///< `no_primitive` where none is, or its bounds are not finite
 
     /// Takes over the primitives' present shape; returns the box around them.
     aabb fill(const Range& range, const std::uint32_t* slots) {
         aabb whole;
-        usable = 0;
-        for (int i = 0; i < Width && slots[i] != no_primitive; ++i) {
+        for (int i = 0; i < Width; ++i) {
+            primitive[i] = no_primitive;
+            if (slots[i] == no_primitive) continue;
             const aabb box = bounds(range[slots[i]]);
             if (!is_finite(box)) continue;
-            usable |= 1U << static_cast<unsigned>(i);
+            primitive[i] = slots[i];
             whole = merged(whole, box);
         }
         return whole;
@@ -5673,12 +5725,12 @@ struct leaf {
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range& range,
-                                   const std::uint32_t* slots, Visit&& visit) const {
-        for (std::uint32_t left = usable; left != 0; left &= left - 1) {
-            const std::uint32_t slot = slots[lowest_bit(left)];
-            hit found = intersect(r.source, range[slot]);
+                                   Visit&& visit) const {
+        for (const std::uint32_t one : primitive) {
+            if (one == no_primitive) continue;
+            hit found = intersect(r.source, range[one]);
             if (!(found.distance >= r.source.min_distance && found.distance <= max_distance && found)) continue;
-            found.primitive = slot;
+            found.primitive = one;
             visit(found);
         }
     }
@@ -5745,16 +5797,16 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
 template <triangle_range Range, int Width>
 struct alignas(64) leaf<Range, Width> {
-    float corner[3][3][Width]; ///< [corner][axis][triangle]; after the last one, the first again
-    std::uint32_t usable;      ///< a bit for each triangle that is there and finite
+    float corner[3][3][Width];      ///< [corner][axis][triangle]; after the last one, the first again
+    std::uint32_t primitive[Width]; ///< `no_primitive` where none is, or one that is not finite
+
+    /// A bit for each triangle that can be hit.
+    INSONIFY_FN INSONIFY_INLINE std::uint32_t usable() const {
+        return bits_of(lanes<Width>(0.0F) <= floats_of<Width>(load_bits<Width>(primitive)));
+    }
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        int held = 0;
-        for (int i = 0; i < Width; ++i) {
-            const bool there = slots[i] != no_primitive;
-            set(i, range[there ? slots[i] : slots[0]]);
-            held += there;
-        }
+        for (int i = 0; i < Width; ++i) set(i, range[slots[i] != no_primitive ? slots[i] : slots[0]]);
         using floats = lanes<Width>;
         floats low[3], high[3];
         bit_lanes<Width> wild{};
@@ -5766,7 +5818,7 @@ struct alignas(64) leaf<Range, Width> {
             wild = wild | not_finite<Width>(a) | not_finite<Width>(b) | not_finite<Width>(c);
         }
         const auto finite = floats(0.0F) <= floats_of<Width>(wild);
-        usable = bits_of(finite) & ((1U << static_cast<unsigned>(held)) - 1);
+        store_bits<Width>(load_bits<Width>(slots) | (bit_lanes<Width>{} - (wild >> 31)), primitive); // or all bits
         const auto lowest = [&](int axis) { return least(select(finite, low[axis], floats(FLT_MAX))); };
         const auto highest = [&](int axis) { return greatest(select(finite, high[axis], floats(-FLT_MAX))); };
         return {{lowest(0), lowest(1), lowest(2)}, {highest(0), highest(1), highest(2)}};
@@ -5787,7 +5839,7 @@ struct alignas(64) leaf<Range, Width> {
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range&,
-                                   const std::uint32_t* slots, Visit&& visit) const {
+                                   Visit&& visit) const {
         using floats = lanes<Width>;
         const sheared_ray& shear = r.sheared;
         const floats origin_x(shear.begin.x), origin_y(shear.begin.y), origin_z(shear.begin.z);
@@ -5799,7 +5851,7 @@ struct alignas(64) leaf<Range, Width> {
             t.y[c] = multiply_add(minus_shear_y, t.z[c], load<Width>(corner[c][shear.y]) - origin_y);
         }
         const triangle_hits<Width> met = meet(t);
-        const std::uint32_t possible = bits_of(met.possible) & usable;
+        const std::uint32_t possible = bits_of(met.possible) & usable();
         if (possible == 0) return;
         const std::uint32_t certain = bits_of(met.certain);
         float distance[Width];
@@ -5809,7 +5861,7 @@ struct alignas(64) leaf<Range, Width> {
             const bool told = (certain >> i & 1U) != 0 && is_finite(distance[i]);
             const float found = told ? distance[i] : intersect(shear, corners(i)).distance;
             if (found >= r.source.min_distance && found <= max_distance && found < FLT_MAX)
-                visit(hit{.distance = found, .primitive = slots[i]});
+                visit(hit{.distance = found, .primitive = primitive[i]});
         }
     }
 
@@ -5817,7 +5869,7 @@ struct alignas(64) leaf<Range, Width> {
     /// visit returns whether it has lowered limits. The same arithmetic as above, so that a ray gets the same answer alone
     /// and in a packet.
     template <class Visit>
-    void intersect_packet(ray_packet<Width>& p, const std::uint32_t* slots, const Visit& visit) const {
+    void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
         floats along_row[3], across_row[3]; // the corners in a frame turned along the row
@@ -5836,7 +5888,7 @@ struct alignas(64) leaf<Range, Width> {
                 lesser(lesser(beyond(0, wedge.fastest), beyond(1, wedge.fastest)), beyond(2, wedge.fastest));
             return bits_of(floats(wedge.low) <= most && low <= floats(wedge.high));
         };
-        const std::uint32_t across = usable & within(across_row, p.across);
+        const std::uint32_t across = usable() & within(across_row, p.across);
         if (across == 0) return;
         const auto forth = [&](int c) { return floats(p.forward) * load<Width>(corner[c][z]); };
         const floats nearest = lesser(lesser(forth(0), forth(1)), forth(2));
@@ -5848,7 +5900,7 @@ struct alignas(64) leaf<Range, Width> {
                 const std::uint32_t i = lowest_bit(inside);
                 floats distance;
                 if (meet_group(p, g, i, distance))
-                    lowered = visit(group, static_cast<std::uint32_t>(g * Width), slots[i], distance) || lowered;
+                    lowered = visit(group, static_cast<std::uint32_t>(g * Width), primitive[i], distance) || lowered;
             }
             if (lowered) p.shorten(group);
         }
@@ -5914,10 +5966,14 @@ template <primitive_range Range, int Width = simd_width>
 struct bvh_view {
     view<const tree_node<Width>> nodes{};
     view<const leaf<Range, Width>> leaves{};
-    view<const std::uint32_t> slots{};
     Range range{};
     float reach = 0;     ///< no coordinate of a box is further from 0
     float leaf_size = 0; ///< metres: the mean of leaves, as squares
+
+    /// Bytes of a node or a leaf.
+    static constexpr std::size_t most_size = sizeof(tree_node<Width>) > sizeof(leaf<Range, Width>)
+                                                 ? sizeof(tree_node<Width>)
+                                                 : sizeof(leaf<Range, Width>);
 
     /// Each node pops one entry and pushes at most Width.
     static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
@@ -5925,19 +5981,11 @@ struct bvh_view {
     /// Asks for what a child's code stands for, long before it is looked at.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
         const bool is_leaf = (child & leaf_bit) != 0;
-        const void* const what = is_leaf ? static_cast<const void*>(leaves.first + (child ^ leaf_bit))
-                                         : static_cast<const void*>(nodes.first + child);
-        const char* const line = static_cast<const char*>(what);
-        insonify::prefetch(line);
-        insonify::prefetch(line + 64);
-        insonify::prefetch(line + 128);
-        insonify::prefetch(line + 192);
-        insonify::prefetch(line + 256);
-    }
-
-    /// The same for the indices of its primitives, where it is a leaf.
-    INSONIFY_FN INSONIFY_INLINE void prefetch_slots(std::uint32_t child) const {
-        if ((child & leaf_bit) != 0) insonify::prefetch(slots.first + std::size_t{child ^ leaf_bit} * Width);
+        const void* const first = is_leaf ? static_cast<const void*>(leaves.first) : nodes.first;
+        const std::size_t size = is_leaf ? sizeof(leaf<Range, Width>) : sizeof(tree_node<Width>);
+        const char* const what = static_cast<const char*>(first) + (child & ~leaf_bit) * size;
+        for (std::size_t line = 0; line < most_size; line += 64) // of cache
+            insonify::prefetch(what + (line < size ? line : 0));
     }
 
     /// What waits: its distance in the upper half, so that keys order as distances do (but among negative ones, where
@@ -5989,11 +6037,8 @@ struct bvh_view {
                     stack[waiting++] = child;
                     continue;
                 }
-                const std::uint32_t* slot = slots.first + std::size_t{child ^ leaf_bit} * Width;
-                for (int k = 0; k < Width && slot[k] != no_primitive; ++k) {
-                    const aabb box = bounds(range[slot[k]]);
-                    if (is_finite(box) && overlaps(shape, box)) visit(slot[k]);
-                }
+                for (const std::uint32_t primitive : leaves[child ^ leaf_bit].primitive)
+                    if (primitive != no_primitive && overlaps(shape, bounds(range[primitive]))) visit(primitive);
             }
         }
     }
@@ -6050,7 +6095,7 @@ struct tree_walk {
             }
         } else if (next != no_child) {
             const std::size_t index = next ^ leaf_bit;
-            tree.leaves[index].intersect_all(r, limit, tree.range, tree.slots.first + index * Width, visit);
+            tree.leaves[index].intersect_all(r, limit, tree.range, visit);
         }
         do {
             if (waiting == 0) return false;
@@ -6127,7 +6172,7 @@ struct packet_walk {
             }
         } else if (next != no_child) {
             const std::size_t index = next ^ leaf_bit;
-            tree.leaves[index].intersect_packet(rays, tree.slots.first + index * Width, visit);
+            tree.leaves[index].intersect_packet(rays, visit);
         }
         do {
             if (waiting == 0) return false;
@@ -6515,7 +6560,7 @@ class morton_order {
         : block_size_{std::max<std::size_t>(16384, range.size() / 32 + 1)},
           used_((range.size() + block_size_ - 1) / block_size_), keys_(range.size()) {
         find_keys(policy, range);
-        for (const std::size_t one : used_) count_ += one;
+        for (const std::uint32_t one : used_) count_ += one;
         if (range.size() < 1024)
             std::sort(keys_.data(), keys_.data() + count_);
         else
@@ -6564,7 +6609,7 @@ class morton_order {
                 *next++ = std::uint64_t{cell_at((place - start) * scale)} << 32U | i;
             }
             partial[begin / block_size_].add(first, last);
-            used_[begin / block_size_] = static_cast<std::size_t>(next - (keys_.data() + begin));
+            used_[begin / block_size_] = static_cast<std::uint32_t>(next - (keys_.data() + begin));
         });
         centre_range all;
         for (const centre_range& one : partial) all.add(load<4>(one.begin), load<4>(one.end));
@@ -6627,7 +6672,7 @@ class morton_order {
     }
 
     std::size_t block_size_;
-    std::vector<std::size_t> used_; // of the keys in each block: primitives left out leave a gap after them
+    std::vector<std::uint32_t> used_; // of the keys in each block: primitives left out leave a gap after them
     large_array<std::uint64_t> keys_;
     std::size_t count_ = 0;
 };
@@ -7010,28 +7055,20 @@ topology<Width> build_sah::operator()(const Policy& policy, const Range& range) 
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Sums of the halved surfaces of boxes, square metres.
-struct box_areas {
-    double all = 0;
-    double leaves = 0;
-};
-
 /// What follows the primitives when they move, beside the boxes in the nodes.
 template <primitive_range Range, int Width>
 struct tree_shape {
     large_array<leaf<Range, Width>> leaves{};
-    large_array<aabb> boxes{};      ///< of each leaf
-    std::vector<box_areas> areas{}; ///< of each part of the tree
-    aabb box{};                     ///< around all
-    float reach = 0;                ///< no coordinate of a box is further from 0
-    float leaf_size = 0;            ///< metres: the mean of leaves, as squares
+    large_array<aabb> boxes{}; ///< of each leaf
+    aabb box{};                ///< around all
+    float reach = 0;           ///< no coordinate of a box is further from 0
+    float leaf_size = 0;       ///< metres: the mean of leaves, as squares
     double cost = 0; ///< expected nodes and leaves that a random ray visits: areas of all boxes over that of the whole
 
     /// So that `refit` allocates nothing.
     void make_room(const topology<Width>& tree) {
         leaves.reserve(tree.leaves());
-        later<Range>(boxes).reserve(tree.leaves());
-        later<Range>(areas).reserve(tree.parts.size());
+        boxes.reserve(tree.leaves());
     }
 };
 
@@ -7087,20 +7124,19 @@ template <exec::policy Policy, primitive_range Range, int Width>
 void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree_shape<Range, Width>& shape) {
     shape.leaves.resize(tree.leaves());
     shape.boxes.resize(tree.leaves());
-    shape.areas.resize(tree.parts.size());
     shape.box = {};
     shape.reach = shape.leaf_size = 0;
     shape.cost = 0;
     if (tree.nodes.empty()) return;
     for_each_index(policy, tree.parts.size(),
-                   [&](std::size_t i) { shape.areas[i] = refit_part(tree, tree.parts[i], range, shape); });
+                   [&](std::size_t i) { tree.parts[i].areas = refit_part(tree, tree.parts[i], range, shape); });
     const auto& first = tree.parts.front();
     box_areas area = refit_part(tree, {0, first.begin, 0, first.first_leaf}, range, shape);
-    for (const box_areas& one : shape.areas) {
-        area.all += one.all;
-        area.leaves += one.leaves;
+    for (const auto& part : tree.parts) {
+        area.all += part.areas.all;
+        area.leaves += part.areas.leaves;
     }
-    shape.box = tree.nodes.front().all();
+    shape.box = tree.nodes[0].all();
     const auto root_area = static_cast<double>(shape.box.half_area());
     shape.cost = root_area > 0 ? area.all / root_area : 0;
     shape.leaf_size = static_cast<float>(std::sqrt(area.leaves / static_cast<double>(tree.leaves())));
@@ -7184,7 +7220,7 @@ class bvh_storage {
 
     /// What queries are asked of; good until the next build, refit or update.
     bvh_view<Range, Width> view_of(const Range& range) const {
-        return {tree_.nodes, shape_.leaves, tree_.slots, range, shape_.reach, shape_.leaf_size};
+        return {tree_.nodes, shape_.leaves, range, shape_.reach, shape_.leaf_size};
     }
 
     /// The box around all primitives; empty for none.
@@ -7500,7 +7536,7 @@ class face_groups {
     }
 
   private:
-    std::vector<std::size_t> end_;
+    large_array<std::size_t> end_; // of each group, in the next
     std::vector<std::uint32_t> vertices_;
 };
 
@@ -7926,7 +7962,6 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
 #ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
 #define INSONIFY_SCENE_MEDIA_STACK_HPP
 
-#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -7941,26 +7976,25 @@ class media_stack {
 
     /// In none of so many objects.
     INSONIFY_LAZY void clear(std::size_t objects) {
-        words_.resize((objects + 63) / 64); // by a loop: `assign` is a call, for every line
+        words_.resize((objects + 31) / 32); // by a loop: `assign` is a call, for every line
         for (std::size_t i = 0; i < words_.size(); ++i) words_[i] = 0;
     }
 
     /// The point crosses the surface of this object.
-    INSONIFY_LAZY void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
+    INSONIFY_LAZY void toggle(std::uint32_t rank) { words_[rank / 32] ^= 1U << (rank % 32); }
 
     /// Whether the point is in this object.
-    INSONIFY_LAZY bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
+    INSONIFY_LAZY bool contains(std::uint32_t rank) const { return (words_[rank / 32] >> (rank % 32) & 1U) != 0; }
 
     /// Rank of the object whose medium counts; `none` outside all.
     INSONIFY_LAZY std::uint32_t top() const {
         for (std::size_t i = 0; i < words_.size(); ++i)
-            if (words_[i] != 0)
-                return static_cast<std::uint32_t>(i * 64) + static_cast<std::uint32_t>(std::countr_zero(words_[i]));
+            if (words_[i] != 0) return static_cast<std::uint32_t>(i * 32) + lowest_bit(words_[i]);
         return none;
     }
 
   private:
-    std::vector<std::uint64_t> words_;
+    std::vector<std::uint32_t> words_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -8224,7 +8258,7 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
     for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
         const floats here(frame.height[slice]);
         const auto a = here < corner[0].height, b = here < corner[1].height, c = here < corner[2].height;
-        std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable;
+        std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable();
         if (mixed == 0) continue;
         if (!placed) {
             for (int k = 0; k < 3; ++k) {
@@ -8651,7 +8685,7 @@ INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uin
     }
 }
 
-/// The leaves below `code` that may reach into the slices: visit(leaf, slots).
+/// The leaves below `code` that may reach into the slices: visit(leaf).
 template <class Range, int Width, class Visit>
 void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
     // So many are asked for before they are looked at, unless many wait: then, one branch after the other, each level adds
@@ -8664,12 +8698,11 @@ void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const
         for (; waiting > 0 && asked - taken < (waiting < many ? ahead : 1); ++asked) {
             const std::uint32_t child = coming[asked % ahead] = stack[--waiting];
             tree.prefetch(child);
-            tree.prefetch_slots(child);
         }
         if (asked == taken) return;
         const std::uint32_t next = coming[taken++ % ahead];
         if ((next & leaf_bit) != 0)
-            visit(tree.leaves[next ^ leaf_bit], tree.slots.first + std::size_t{next ^ leaf_bit} * Width);
+            visit(tree.leaves[next ^ leaf_bit]);
         else
             for_each_child(tree, next, region, [&](std::uint32_t child) { stack[waiting++] = child; });
     }
@@ -8810,7 +8843,7 @@ class slice_cut {
         const object& one = body.objects()[own.object];
         const slice_region region = own.region->local(one.at);
         found.clear();
-        const auto cut = [&](const auto& faces, const std::uint32_t* slots) {
+        const auto cut = [&](const auto& faces) {
             using corner = seen_corner<simd_width>;
             const auto keep = [&](std::uint32_t slice, std::uint32_t cut_ones, const corner& from, const corner& to) {
                 float ends[4][simd_width];
@@ -8824,7 +8857,7 @@ class slice_cut {
                     fan.for_each_crossed(
                         p, fan.gap(places_from, i), q, fan.gap(places_to, i),
                         [&](std::uint32_t first, std::uint32_t last) {
-                            later<Later>(found).push_back({p, q, first, last, slice, own.object, slots[i]});
+                            later<Later>(found).push_back({p, q, first, last, slice, own.object, faces.primitive[i]});
                         });
                 }
             };
@@ -8839,7 +8872,7 @@ class slice_cut {
             const auto cut_held = [&] {
                 std::fill(slots + held, slots + simd_width, no_primitive);
                 faces.fill(surface, slots);
-                cut(faces, slots);
+                cut(faces);
                 held = 0;
             };
             for_each_mixed(surface.faces, one.groups, own.begin, own.end, levels_.data() + own.levels,
@@ -9026,7 +9059,7 @@ class slice_lines {
     std::vector<std::uint8_t> chosen_; // of each object, whether it is cut
     std::vector<std::uint32_t> left_;  // the others
     slice_cut cut_;
-    std::vector<std::size_t> block_end_;
+    std::vector<std::uint32_t> block_end_; // of each block, in the next
     std::vector<waiting> of_blocks_;
 };
 

@@ -2,6 +2,7 @@
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <algorithm>
 #include <doctest/doctest.h>
 #include <limits>
 #include <utility>
@@ -58,13 +59,15 @@ TEST_CASE("a tree along the curve finds what brute force finds") {
 TEST_CASE("a tree along the curve holds every primitive once, whatever the policy") {
     const mesh m = make_sphere({0, 0, 0}, 1, 6); // 81,920: several parts
     const build_morton_test::morton_tree one{exec::seq, mesh_view{m}}, many{exec::par.threads(3), mesh_view{m}};
-    const auto slots = one.view_of().slots, same = many.view_of().slots;
-    REQUIRE(slots.size() == same.size());
-    CHECK(std::equal(slots.begin(), slots.end(), same.begin()));
+    const auto leaves = one.view_of().leaves, same = many.view_of().leaves;
+    REQUIRE(leaves.size() == same.size());
+    CHECK(std::equal(leaves.begin(), leaves.end(), same.begin(),
+                     [](const auto& a, const auto& b) { return std::ranges::equal(a.primitive, b.primitive); }));
     CHECK(one.statistics().cost == many.statistics().cost);
     std::vector<int> times(m.faces.size());
-    for (const std::uint32_t slot : slots)
-        if (slot != no_primitive) ++times[slot];
+    for (const auto& leaf : leaves)
+        for (const std::uint32_t primitive : leaf.primitive)
+            if (primitive != no_primitive) ++times[primitive];
     CHECK(std::all_of(times.begin(), times.end(), [](int n) { return n == 1; }));
 }
 

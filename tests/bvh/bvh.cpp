@@ -2,6 +2,7 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <algorithm>
 #include <doctest/doctest.h>
 #include <limits>
 
@@ -158,8 +159,10 @@ TEST_CASE("identical, flat and point-like primitives make trees within the trave
 TEST_CASE("a tree cut from any policy is the same tree") {
     const mesh m = make_sphere({0, 0, 0}, 1, 6);
     const bvh one{exec::seq, m}, many{exec::par.threads(3), m};
-    REQUIRE(one.view_of().slots.size() == many.view_of().slots.size());
-    CHECK(std::equal(one.view_of().slots.begin(), one.view_of().slots.end(), many.view_of().slots.begin()));
+    const auto leaves = one.view_of().leaves, same = many.view_of().leaves;
+    REQUIRE(leaves.size() == same.size());
+    CHECK(std::equal(leaves.begin(), leaves.end(), same.begin(),
+                     [](const auto& a, const auto& b) { return std::ranges::equal(a.primitive, b.primitive); }));
     CHECK(one.statistics().cost == many.statistics().cost);
 }
 

@@ -2,6 +2,7 @@
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <algorithm>
 #include <doctest/doctest.h>
 
 using namespace insonify;
@@ -74,12 +75,13 @@ TEST_CASE("the tree and its costs are bit for bit the same for any number of thr
     three.build(exec::par.threads(3), mesh_view{moving});
     const auto same = [&] {
         const auto a = one.view_of(mesh_view{moving}), b = three.view_of(mesh_view{moving});
-        if (a.nodes.size() != b.nodes.size() || a.slots.size() != b.slots.size()) return false;
+        if (a.nodes.size() != b.nodes.size() || a.leaves.size() != b.leaves.size()) return false;
         for (std::size_t i = 0; i < a.nodes.size(); ++i)
             if (!std::equal(a.nodes[i].child, a.nodes[i].child + simd_width, b.nodes[i].child) ||
                 !std::equal(a.nodes[i].sides, a.nodes[i].sides + 6 * simd_width, b.nodes[i].sides))
                 return false;
-        return std::equal(a.slots.begin(), a.slots.end(), b.slots.begin()) &&
+        return std::equal(a.leaves.begin(), a.leaves.end(), b.leaves.begin(),
+                          [](const auto& x, const auto& y) { return std::ranges::equal(x.primitive, y.primitive); }) &&
                one.statistics().cost == three.statistics().cost;
     };
     CHECK(same());

@@ -40,7 +40,7 @@ void cut_all(const slice_frame& frame, const mesh_view& surface, const Visit& vi
                     store(of.along, along);
                     return vec2{across[i], along[i]};
                 };
-                visit(slice, slots[i], end(from), end(to));
+                visit(slice, faces.primitive[i], end(from), end(to));
             }
         });
     }
@@ -133,9 +133,9 @@ TEST_CASE("faces whose corners differ in level are those that are cut, asked by 
         const bvh tree{exec::seq, ball};
         slice_region everywhere;
         everywhere.frame = frame;
-        for_each_leaf(tree.view_of(), 0, everywhere, [&](const auto& leaf, const std::uint32_t* slots) {
+        for_each_leaf(tree.view_of(), 0, everywhere, [&](const auto& leaf) {
             cut_faces(frame, leaf, [&](std::uint32_t, std::uint32_t cut, const auto&, const auto&) {
-                for (; cut != 0; cut &= cut - 1) by_leaves.push_back(slots[lowest_bit(cut)]);
+                for (; cut != 0; cut &= cut - 1) by_leaves.push_back(leaf.primitive[lowest_bit(cut)]);
             });
         });
         std::sort(by_leaves.begin(), by_leaves.end());
@@ -162,7 +162,7 @@ TEST_CASE("a slice through faces that shrink and shrink towards some corners fin
     everywhere.frame = slice_frame{pose{}, {&offset, 1}};
     const auto find_all = [&](const auto& tree) {
         std::size_t found = 0;
-        for_each_leaf(tree.view_of(), 0, everywhere, [&](const auto& leaf, const std::uint32_t*) {
+        for_each_leaf(tree.view_of(), 0, everywhere, [&](const auto& leaf) {
             cut_faces(everywhere.frame, leaf, [&](std::uint32_t, std::uint32_t cut, const auto&, const auto&) {
                 found += static_cast<std::size_t>(std::popcount(cut));
             });

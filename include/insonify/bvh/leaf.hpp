@@ -7,21 +7,22 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What a tree keeps for a leaf beside the indices of its primitives: which can be hit. For the rest the range is asked.
+/// What a tree keeps of its primitives for a leaf: which of them can be hit. For the rest the range is asked.
 ///
 /// Triangles have their own: leaf_triangles.hpp.
 template <class Range, int Width>
 struct leaf {
-    std::uint32_t usable = 0; ///< a bit for each primitive that is there and has finite bounds
+    std::uint32_t primitive[Width]; ///< `no_primitive` where none is, or its bounds are not finite
 
     /// Takes over the primitives' present shape; returns the box around them.
     aabb fill(const Range& range, const std::uint32_t* slots) {
         aabb whole;
-        usable = 0;
-        for (int i = 0; i < Width && slots[i] != no_primitive; ++i) {
+        for (int i = 0; i < Width; ++i) {
+            primitive[i] = no_primitive;
+            if (slots[i] == no_primitive) continue;
             const aabb box = bounds(range[slots[i]]);
             if (!is_finite(box)) continue;
-            usable |= 1U << static_cast<unsigned>(i);
+            primitive[i] = slots[i];
             whole = merged(whole, box);
         }
         return whole;
@@ -37,12 +38,12 @@ struct leaf {
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range& range,
-                                   const std::uint32_t* slots, Visit&& visit) const {
-        for (std::uint32_t left = usable; left != 0; left &= left - 1) {
-            const std::uint32_t slot = slots[lowest_bit(left)];
-            hit found = intersect(r.source, range[slot]);
+                                   Visit&& visit) const {
+        for (const std::uint32_t one : primitive) {
+            if (one == no_primitive) continue;
+            hit found = intersect(r.source, range[one]);
             if (!(found.distance >= r.source.min_distance && found.distance <= max_distance && found)) continue;
-            found.primitive = slot;
+            found.primitive = one;
             visit(found);
         }
     }

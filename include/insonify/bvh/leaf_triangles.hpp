@@ -63,16 +63,16 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
 template <triangle_range Range, int Width>
 struct alignas(64) leaf<Range, Width> {
-    float corner[3][3][Width]; ///< [corner][axis][triangle]; after the last one, the first again
-    std::uint32_t usable;      ///< a bit for each triangle that is there and finite
+    float corner[3][3][Width];      ///< [corner][axis][triangle]; after the last one, the first again
+    std::uint32_t primitive[Width]; ///< `no_primitive` where none is, or one that is not finite
+
+    /// A bit for each triangle that can be hit.
+    INSONIFY_FN INSONIFY_INLINE std::uint32_t usable() const {
+        return bits_of(lanes<Width>(0.0F) <= floats_of<Width>(load_bits<Width>(primitive)));
+    }
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        int held = 0;
-        for (int i = 0; i < Width; ++i) {
-            const bool there = slots[i] != no_primitive;
-            set(i, range[there ? slots[i] : slots[0]]);
-            held += there;
-        }
+        for (int i = 0; i < Width; ++i) set(i, range[slots[i] != no_primitive ? slots[i] : slots[0]]);
         using floats = lanes<Width>;
         floats low[3], high[3];
         bit_lanes<Width> wild{};
@@ -84,7 +84,7 @@ struct alignas(64) leaf<Range, Width> {
             wild = wild | not_finite<Width>(a) | not_finite<Width>(b) | not_finite<Width>(c);
         }
         const auto finite = floats(0.0F) <= floats_of<Width>(wild);
-        usable = bits_of(finite) & ((1U << static_cast<unsigned>(held)) - 1);
+        store_bits<Width>(load_bits<Width>(slots) | (bit_lanes<Width>{} - (wild >> 31)), primitive); // or all bits
         const auto lowest = [&](int axis) { return least(select(finite, low[axis], floats(FLT_MAX))); };
         const auto highest = [&](int axis) { return greatest(select(finite, high[axis], floats(-FLT_MAX))); };
         return {{lowest(0), lowest(1), lowest(2)}, {highest(0), highest(1), highest(2)}};
@@ -105,7 +105,7 @@ struct alignas(64) leaf<Range, Width> {
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range&,
-                                   const std::uint32_t* slots, Visit&& visit) const {
+                                   Visit&& visit) const {
         using floats = lanes<Width>;
         const sheared_ray& shear = r.sheared;
         const floats origin_x(shear.begin.x), origin_y(shear.begin.y), origin_z(shear.begin.z);
@@ -117,7 +117,7 @@ struct alignas(64) leaf<Range, Width> {
             t.y[c] = multiply_add(minus_shear_y, t.z[c], load<Width>(corner[c][shear.y]) - origin_y);
         }
         const triangle_hits<Width> met = meet(t);
-        const std::uint32_t possible = bits_of(met.possible) & usable;
+        const std::uint32_t possible = bits_of(met.possible) & usable();
         if (possible == 0) return;
         const std::uint32_t certain = bits_of(met.certain);
         float distance[Width];
@@ -127,7 +127,7 @@ struct alignas(64) leaf<Range, Width> {
             const bool told = (certain >> i & 1U) != 0 && is_finite(distance[i]);
             const float found = told ? distance[i] : intersect(shear, corners(i)).distance;
             if (found >= r.source.min_distance && found <= max_distance && found < FLT_MAX)
-                visit(hit{.distance = found, .primitive = slots[i]});
+                visit(hit{.distance = found, .primitive = primitive[i]});
         }
     }
 
@@ -135,7 +135,7 @@ struct alignas(64) leaf<Range, Width> {
     /// visit returns whether it has lowered limits. The same arithmetic as above, so that a ray gets the same answer alone
     /// and in a packet.
     template <class Visit>
-    void intersect_packet(ray_packet<Width>& p, const std::uint32_t* slots, const Visit& visit) const {
+    void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
         floats along_row[3], across_row[3]; // the corners in a frame turned along the row
@@ -154,7 +154,7 @@ struct alignas(64) leaf<Range, Width> {
                 lesser(lesser(beyond(0, wedge.fastest), beyond(1, wedge.fastest)), beyond(2, wedge.fastest));
             return bits_of(floats(wedge.low) <= most && low <= floats(wedge.high));
         };
-        const std::uint32_t across = usable & within(across_row, p.across);
+        const std::uint32_t across = usable() & within(across_row, p.across);
         if (across == 0) return;
         const auto forth = [&](int c) { return floats(p.forward) * load<Width>(corner[c][z]); };
         const floats nearest = lesser(lesser(forth(0), forth(1)), forth(2));
@@ -166,7 +166,7 @@ struct alignas(64) leaf<Range, Width> {
                 const std::uint32_t i = lowest_bit(inside);
                 floats distance;
                 if (meet_group(p, g, i, distance))
-                    lowered = visit(group, static_cast<std::uint32_t>(g * Width), slots[i], distance) || lowered;
+                    lowered = visit(group, static_cast<std::uint32_t>(g * Width), primitive[i], distance) || lowered;
             }
             if (lowered) p.shorten(group);
         }

@@ -24,7 +24,7 @@ class morton_order {
         : block_size_{std::max<std::size_t>(16384, range.size() / 32 + 1)},
           used_((range.size() + block_size_ - 1) / block_size_), keys_(range.size()) {
         find_keys(policy, range);
-        for (const std::size_t one : used_) count_ += one;
+        for (const std::uint32_t one : used_) count_ += one;
         if (range.size() < 1024)
             std::sort(keys_.data(), keys_.data() + count_);
         else
@@ -73,7 +73,7 @@ class morton_order {
                 *next++ = std::uint64_t{cell_at((place - start) * scale)} << 32U | i;
             }
             partial[begin / block_size_].add(first, last);
-            used_[begin / block_size_] = static_cast<std::size_t>(next - (keys_.data() + begin));
+            used_[begin / block_size_] = static_cast<std::uint32_t>(next - (keys_.data() + begin));
         });
         centre_range all;
         for (const centre_range& one : partial) all.add(load<4>(one.begin), load<4>(one.end));
@@ -136,7 +136,7 @@ class morton_order {
     }
 
     std::size_t block_size_;
-    std::vector<std::size_t> used_; // of the keys in each block: primitives left out leave a gap after them
+    std::vector<std::uint32_t> used_; // of the keys in each block: primitives left out leave a gap after them
     large_array<std::uint64_t> keys_;
     std::size_t count_ = 0;
 };

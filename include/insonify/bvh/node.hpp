@@ -76,6 +76,12 @@ struct alignas(64) tree_node : box_rows<Width> {
     std::uint32_t child[Width];
 };
 
+/// Sums of the halved surfaces of boxes, square metres.
+struct box_areas {
+    double all = 0;
+    double leaves = 0;
+};
+
 /// What a builder makes. Node 0 is the root; a child's index is above its parent's. No nodes: an empty tree.
 template <int Width>
 struct topology {
@@ -85,6 +91,7 @@ struct topology {
         std::uint32_t end = 0;
         std::uint32_t first_leaf = 0; ///< its leaves are consecutive as well
         std::uint32_t leaf_end = 0;
+        box_areas areas{}; ///< of its boxes, as they were fitted last
     };
     large_array<tree_node<Width>> nodes{};
     large_array<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them

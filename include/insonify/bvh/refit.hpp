@@ -2,33 +2,24 @@
 #define INSONIFY_BVH_REFIT_HPP
 
 #include <insonify/bvh/leaf_triangles.hpp>
-#include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
-
-/// Sums of the halved surfaces of boxes, square metres.
-struct box_areas {
-    double all = 0;
-    double leaves = 0;
-};
 
 /// What follows the primitives when they move, beside the boxes in the nodes.
 template <primitive_range Range, int Width>
 struct tree_shape {
     large_array<leaf<Range, Width>> leaves{};
-    large_array<aabb> boxes{};      ///< of each leaf
-    std::vector<box_areas> areas{}; ///< of each part of the tree
-    aabb box{};                     ///< around all
-    float reach = 0;                ///< no coordinate of a box is further from 0
-    float leaf_size = 0;            ///< metres: the mean of leaves, as squares
+    large_array<aabb> boxes{}; ///< of each leaf
+    aabb box{};                ///< around all
+    float reach = 0;           ///< no coordinate of a box is further from 0
+    float leaf_size = 0;       ///< metres: the mean of leaves, as squares
     double cost = 0; ///< expected nodes and leaves that a random ray visits: areas of all boxes over that of the whole
 
     /// So that `refit` allocates nothing.
     void make_room(const topology<Width>& tree) {
         leaves.reserve(tree.leaves());
-        later<Range>(boxes).reserve(tree.leaves());
-        later<Range>(areas).reserve(tree.parts.size());
+        boxes.reserve(tree.leaves());
     }
 };
 
@@ -84,20 +75,19 @@ template <exec::policy Policy, primitive_range Range, int Width>
 void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree_shape<Range, Width>& shape) {
     shape.leaves.resize(tree.leaves());
     shape.boxes.resize(tree.leaves());
-    shape.areas.resize(tree.parts.size());
     shape.box = {};
     shape.reach = shape.leaf_size = 0;
     shape.cost = 0;
     if (tree.nodes.empty()) return;
     for_each_index(policy, tree.parts.size(),
-                   [&](std::size_t i) { shape.areas[i] = refit_part(tree, tree.parts[i], range, shape); });
+                   [&](std::size_t i) { tree.parts[i].areas = refit_part(tree, tree.parts[i], range, shape); });
     const auto& first = tree.parts.front();
     box_areas area = refit_part(tree, {0, first.begin, 0, first.first_leaf}, range, shape);
-    for (const box_areas& one : shape.areas) {
-        area.all += one.all;
-        area.leaves += one.leaves;
+    for (const auto& part : tree.parts) {
+        area.all += part.areas.all;
+        area.leaves += part.areas.leaves;
     }
-    shape.box = tree.nodes.front().all();
+    shape.box = tree.nodes[0].all();
     const auto root_area = static_cast<double>(shape.box.half_area());
     shape.cost = root_area > 0 ? area.all / root_area : 0;
     shape.leaf_size = static_cast<float>(std::sqrt(area.leaves / static_cast<double>(tree.leaves())));

@@ -80,7 +80,7 @@ class bvh_storage {
 
     /// What queries are asked of; good until the next build, refit or update.
     bvh_view<Range, Width> view_of(const Range& range) const {
-        return {tree_.nodes, shape_.leaves, tree_.slots, range, shape_.reach, shape_.leaf_size};
+        return {tree_.nodes, shape_.leaves, range, shape_.reach, shape_.leaf_size};
     }
 
     /// The box around all primitives; empty for none.

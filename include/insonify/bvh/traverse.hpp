@@ -14,10 +14,14 @@ template <primitive_range Range, int Width = simd_width>
 struct bvh_view {
     view<const tree_node<Width>> nodes{};
     view<const leaf<Range, Width>> leaves{};
-    view<const std::uint32_t> slots{};
     Range range{};
     float reach = 0;     ///< no coordinate of a box is further from 0
     float leaf_size = 0; ///< metres: the mean of leaves, as squares
+
+    /// Bytes of a node or a leaf.
+    static constexpr std::size_t most_size = sizeof(tree_node<Width>) > sizeof(leaf<Range, Width>)
+                                                 ? sizeof(tree_node<Width>)
+                                                 : sizeof(leaf<Range, Width>);
 
     /// Each node pops one entry and pushes at most Width.
     static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
@@ -25,19 +29,11 @@ struct bvh_view {
     /// Asks for what a child's code stands for, long before it is looked at.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
         const bool is_leaf = (child & leaf_bit) != 0;
-        const void* const what = is_leaf ? static_cast<const void*>(leaves.first + (child ^ leaf_bit))
-                                         : static_cast<const void*>(nodes.first + child);
-        const char* const line = static_cast<const char*>(what);
-        insonify::prefetch(line);
-        insonify::prefetch(line + 64);
-        insonify::prefetch(line + 128);
-        insonify::prefetch(line + 192);
-        insonify::prefetch(line + 256);
-    }
-
-    /// The same for the indices of its primitives, where it is a leaf.
-    INSONIFY_FN INSONIFY_INLINE void prefetch_slots(std::uint32_t child) const {
-        if ((child & leaf_bit) != 0) insonify::prefetch(slots.first + std::size_t{child ^ leaf_bit} * Width);
+        const void* const first = is_leaf ? static_cast<const void*>(leaves.first) : nodes.first;
+        const std::size_t size = is_leaf ? sizeof(leaf<Range, Width>) : sizeof(tree_node<Width>);
+        const char* const what = static_cast<const char*>(first) + (child & ~leaf_bit) * size;
+        for (std::size_t line = 0; line < most_size; line += 64) // of cache
+            insonify::prefetch(what + (line < size ? line : 0));
     }
 
     /// What waits: its distance in the upper half, so that keys order as distances do (but among negative ones, where
@@ -89,11 +85,8 @@ struct bvh_view {
                     stack[waiting++] = child;
                     continue;
                 }
-                const std::uint32_t* slot = slots.first + std::size_t{child ^ leaf_bit} * Width;
-                for (int k = 0; k < Width && slot[k] != no_primitive; ++k) {
-                    const aabb box = bounds(range[slot[k]]);
-                    if (is_finite(box) && overlaps(shape, box)) visit(slot[k]);
-                }
+                for (const std::uint32_t primitive : leaves[child ^ leaf_bit].primitive)
+                    if (primitive != no_primitive && overlaps(shape, bounds(range[primitive]))) visit(primitive);
             }
         }
     }
@@ -150,7 +143,7 @@ struct tree_walk {
             }
         } else if (next != no_child) {
             const std::size_t index = next ^ leaf_bit;
-            tree.leaves[index].intersect_all(r, limit, tree.range, tree.slots.first + index * Width, visit);
+            tree.leaves[index].intersect_all(r, limit, tree.range, visit);
         }
         do {
             if (waiting == 0) return false;

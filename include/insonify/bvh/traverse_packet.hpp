@@ -58,7 +58,7 @@ struct packet_walk {
             }
         } else if (next != no_child) {
             const std::size_t index = next ^ leaf_bit;
-            tree.leaves[index].intersect_packet(rays, tree.slots.first + index * Width, visit);
+            tree.leaves[index].intersect_packet(rays, visit);
         }
         do {
             if (waiting == 0) return false;

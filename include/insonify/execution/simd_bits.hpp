@@ -36,6 +36,12 @@ template <int N>
 INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
     __builtin_memcpy(to, &bits, sizeof bits);
 }
+template <int N>
+INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
+    bit_lanes<N> bits;
+    __builtin_memcpy(&bits, from, sizeof bits);
+    return bits;
+}
 
 #else
 
@@ -93,6 +99,10 @@ INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& x) {
 template <int N>
 INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
     for (int i = 0; i < N; ++i) to[i] = bits.lane[i];
+}
+template <int N>
+INSONIFY_FN bit_lanes<N> load_bits(const std::uint32_t* from) {
+    return bit_lanes<N>::each([from](int i) { return from[i]; });
 }
 
 #endif

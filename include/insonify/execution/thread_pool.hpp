@@ -71,6 +71,7 @@ class thread_pool {
         std::atomic<std::size_t> next{0};
         std::size_t failed_index = ~std::size_t{0};
         std::exception_ptr failure{};
+        job* after = nullptr; // in the pool's list
     };
 
     thread_pool() = default;
@@ -79,11 +80,13 @@ class thread_pool {
         const std::uint32_t seats = work.seats; // helpers take them from here on
         {
             const std::lock_guard lock{mutex_};
+            job** place = &jobs_;
+            while (*place != nullptr) place = &(*place)->after;
+            *place = &work;
             try {
-                jobs_.push_back(&work);
                 while (workers_.size() < seats) workers_.emplace_back([this] { serve(); });
             } catch (const std::exception&) {
-                // no more threads or memory to be had: the threads that run, and the caller, do the work
+                // no more threads to be had: those that run, and the caller, do the work
             }
         }
         ++work_came_;
@@ -93,7 +96,9 @@ class thread_pool {
     INSONIFY_LAZY void withdraw(job& work) {
         {
             const std::lock_guard lock{mutex_};
-            jobs_.erase(std::remove(jobs_.begin(), jobs_.end(), &work), jobs_.end());
+            job** place = &jobs_;
+            while (*place != &work) place = &(*place)->after;
+            *place = work.after;
         }
         // Helpers are about to finish: to sleep until they have, and wake up, would take longer than they do.
         for (int i = 0; i < 100 && work.inside > 0; ++i) std::this_thread::yield();
@@ -116,7 +121,7 @@ class thread_pool {
     }
 
     INSONIFY_LAZY job* open_job() {
-        for (job* work : jobs_)
+        for (job* work = jobs_; work != nullptr; work = work->after)
             if (work->seats > 0 && work->next.load(std::memory_order_relaxed) < work->count) return work;
         return nullptr;
     }
@@ -148,7 +153,7 @@ class thread_pool {
     std::mutex mutex_{};
     std::atomic<std::uint32_t> work_came_{0};    // how often; waited for
     std::atomic<std::uint32_t> helpers_left_{0}; // a job; how often
-    std::vector<job*> jobs_;
+    job* jobs_ = nullptr;                        // in the order they came
     std::vector<std::thread> workers_;
     bool stopping_ = false;
 };

@@ -43,7 +43,7 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
     for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
         const floats here(frame.height[slice]);
         const auto a = here < corner[0].height, b = here < corner[1].height, c = here < corner[2].height;
-        std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable;
+        std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable();
         if (mixed == 0) continue;
         if (!placed) {
             for (int k = 0; k < 3; ++k) {

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SCENE_FACE_GROUPS_HPP
 #define INSONIFY_SCENE_FACE_GROUPS_HPP
 
+#include <insonify/bvh/large_array.hpp>
 #include <insonify/core/later.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/mesh.hpp>
@@ -46,7 +47,7 @@ class face_groups {
     }
 
   private:
-    std::vector<std::size_t> end_;
+    large_array<std::size_t> end_; // of each group, in the next
     std::vector<std::uint32_t> vertices_;
 };
 

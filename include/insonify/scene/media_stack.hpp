@@ -1,8 +1,8 @@
 #ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
 #define INSONIFY_SCENE_MEDIA_STACK_HPP
 
+#include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>
-#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -17,26 +17,25 @@ class media_stack {
 
     /// In none of so many objects.
     INSONIFY_LAZY void clear(std::size_t objects) {
-        words_.resize((objects + 63) / 64); // by a loop: `assign` is a call, for every line
+        words_.resize((objects + 31) / 32); // by a loop: `assign` is a call, for every line
         for (std::size_t i = 0; i < words_.size(); ++i) words_[i] = 0;
     }
 
     /// The point crosses the surface of this object.
-    INSONIFY_LAZY void toggle(std::uint32_t rank) { words_[rank / 64] ^= std::uint64_t{1} << (rank % 64); }
+    INSONIFY_LAZY void toggle(std::uint32_t rank) { words_[rank / 32] ^= 1U << (rank % 32); }
 
     /// Whether the point is in this object.
-    INSONIFY_LAZY bool contains(std::uint32_t rank) const { return (words_[rank / 64] >> (rank % 64) & 1U) != 0; }
+    INSONIFY_LAZY bool contains(std::uint32_t rank) const { return (words_[rank / 32] >> (rank % 32) & 1U) != 0; }
 
     /// Rank of the object whose medium counts; `none` outside all.
     INSONIFY_LAZY std::uint32_t top() const {
         for (std::size_t i = 0; i < words_.size(); ++i)
-            if (words_[i] != 0)
-                return static_cast<std::uint32_t>(i * 64) + static_cast<std::uint32_t>(std::countr_zero(words_[i]));
+            if (words_[i] != 0) return static_cast<std::uint32_t>(i * 32) + lowest_bit(words_[i]);
         return none;
     }
 
   private:
-    std::vector<std::uint64_t> words_;
+    std::vector<std::uint32_t> words_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

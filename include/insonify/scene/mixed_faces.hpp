@@ -64,7 +64,7 @@ INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uin
     }
 }
 
-/// The leaves below `code` that may reach into the slices: visit(leaf, slots).
+/// The leaves below `code` that may reach into the slices: visit(leaf).
 template <class Range, int Width, class Visit>
 void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
     // So many are asked for before they are looked at, unless many wait: then, one branch after the other, each level adds
@@ -77,12 +77,11 @@ void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const
         for (; waiting > 0 && asked - taken < (waiting < many ? ahead : 1); ++asked) {
             const std::uint32_t child = coming[asked % ahead] = stack[--waiting];
             tree.prefetch(child);
-            tree.prefetch_slots(child);
         }
         if (asked == taken) return;
         const std::uint32_t next = coming[taken++ % ahead];
         if ((next & leaf_bit) != 0)
-            visit(tree.leaves[next ^ leaf_bit], tree.slots.first + std::size_t{next ^ leaf_bit} * Width);
+            visit(tree.leaves[next ^ leaf_bit]);
         else
             for_each_child(tree, next, region, [&](std::uint32_t child) { stack[waiting++] = child; });
     }

@@ -140,7 +140,7 @@ class slice_cut {
         const object& one = body.objects()[own.object];
         const slice_region region = own.region->local(one.at);
         found.clear();
-        const auto cut = [&](const auto& faces, const std::uint32_t* slots) {
+        const auto cut = [&](const auto& faces) {
             using corner = seen_corner<simd_width>;
             const auto keep = [&](std::uint32_t slice, std::uint32_t cut_ones, const corner& from, const corner& to) {
                 float ends[4][simd_width];
@@ -154,7 +154,7 @@ class slice_cut {
                     fan.for_each_crossed(
                         p, fan.gap(places_from, i), q, fan.gap(places_to, i),
                         [&](std::uint32_t first, std::uint32_t last) {
-                            later<Later>(found).push_back({p, q, first, last, slice, own.object, slots[i]});
+                            later<Later>(found).push_back({p, q, first, last, slice, own.object, faces.primitive[i]});
                         });
                 }
             };
@@ -169,7 +169,7 @@ class slice_cut {
             const auto cut_held = [&] {
                 std::fill(slots + held, slots + simd_width, no_primitive);
                 faces.fill(surface, slots);
-                cut(faces, slots);
+                cut(faces);
                 held = 0;
             };
             for_each_mixed(surface.faces, one.groups, own.begin, own.end, levels_.data() + own.levels,

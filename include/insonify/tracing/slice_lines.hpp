@@ -170,7 +170,7 @@ class slice_lines {
     std::vector<std::uint8_t> chosen_; // of each object, whether it is cut
     std::vector<std::uint32_t> left_;  // the others
     slice_cut cut_;
-    std::vector<std::size_t> block_end_;
+    std::vector<std::uint32_t> block_end_; // of each block, in the next
     std::vector<waiting> of_blocks_;
 };
 
