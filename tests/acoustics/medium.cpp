@@ -48,6 +48,7 @@ TEST_CASE("medium: it is valid where density and speed are above 0 and nothing i
     }
     CHECK_FALSE(is_valid(medium{.density = 0}));
     CHECK_FALSE(is_valid(medium{.sound_speed = 0}));
+    CHECK_FALSE(is_valid(medium{.density = 1e24F, .sound_speed = 1e24F})); // an impedance that no float holds
 }
 
 } // namespace medium_test
