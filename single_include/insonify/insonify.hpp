@@ -759,6 +759,8 @@ class thread_pool {
                 }
             }
             if (work == nullptr) {
+                // One call mostly follows another soon: to sleep and be woken up takes longer than to look out for it.
+                for (int i = 0; i < 100 && work_came_ == before; ++i) std::this_thread::yield();
                 work_came_.wait(before);
                 continue;
             }
