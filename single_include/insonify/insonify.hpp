@@ -275,12 +275,13 @@ struct medium {
 /// Metres of displayed depth a metre of the medium: c0 / c, but at most 1e6, for media where sound all but stands still.
 INSONIFY_FN inline float displayed_stretch(const medium& m) { return lesser(display_speed / m.sound_speed, 1e6F); }
 
-/// True where every value is finite and in its range: density and speed above 0, the others not below; and the impedance
-/// below 1e18 rayl, so that laws may multiply two of them.
+/// True where every value is finite and in its range: density, speed and impedance above 1e-18 and below 1e18, so that
+/// laws may add, multiply and divide any two of them; the others not below 0.
 INSONIFY_FN inline bool is_valid(const medium& m) {
+    const auto usual = [](float value) { return 1e-18F < value && value < 1e18F; };
     return is_finite(m.density) && is_finite(m.sound_speed) && is_finite(m.attenuation) &&
            is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) &&
-           is_finite(m.scatterer_density) && m.density > 0 && m.sound_speed > 0 && m.impedance() < 1e18F &&
+           is_finite(m.scatterer_density) && usual(m.density) && usual(m.sound_speed) && usual(m.impedance()) &&
            m.attenuation >= 0 && m.attenuation_power >= 0 && m.backscatter >= 0 && m.roughness >= 0 &&
            m.scatterer_density >= 0;
 }
@@ -634,7 +635,7 @@ namespace insonify::inline INSONIFY_ABI::exec {
 
 /// The threads behind `par`: one pool a program, started by the first parallel call, grown on demand, joined at exit.
 ///
-/// The caller of `run` works too, so nested and concurrent calls always progress. Idle threads sleep. Jobs live on the
+/// The caller of `run` works too, so nested and concurrent calls always progress. Threads without work look out for more for a moment, then sleep. Jobs live on the
 /// caller's stack. Not usable after fork, nor from destructors of statics.
 class thread_pool {
   public:
@@ -705,7 +706,7 @@ class thread_pool {
             try {
                 while (workers_.size() < seats) workers_.emplace_back([this] { serve(); });
             } catch (const std::exception&) {
-                // no more threads to be had: those that run, and the caller, do the work
+                // no more threads or memory to be had: the threads that run, and the caller, do the work
             }
         }
         ++work_came_;
@@ -746,7 +747,7 @@ class thread_pool {
     }
 
     INSONIFY_LAZY void serve() {
-        for (;;) {
+        for (bool worked = false;;) {
             const std::uint32_t before = work_came_; // so that what comes from here on is noticed
             job* work = nullptr;
             {
@@ -760,11 +761,13 @@ class thread_pool {
             }
             if (work == nullptr) {
                 // One call mostly follows another soon: to sleep and be woken up takes longer than to look out for it.
-                for (int i = 0; i < 100 && work_came_ == before; ++i) std::this_thread::yield();
+                for (int i = 0; worked && i < 100 && work_came_ == before; ++i) std::this_thread::yield();
+                worked = false;
                 work_came_.wait(before);
                 continue;
             }
             take_part(*work);
+            worked = true;
             --work->inside; // which may end the job: it is not looked at again
             ++helpers_left_;
             helpers_left_.notify_all();
@@ -4868,7 +4871,7 @@ class large_array {
         return std::align_val_t{bytes >= page ? page : std::size_t{64}};
     }
     static T* allocate(std::size_t count) {
-        static_assert(__is_trivially_copyable(T) && __has_trivial_destructor(T) && alignof(T) <= 64);
+        static_assert(__is_trivially_copyable(T) && alignof(T) <= 64);
         if (count > ~std::size_t{0} / 2 / sizeof(T)) throw std::bad_array_new_length{};
         const std::size_t bytes = count * sizeof(T);
         void* const memory = ::operator new(bytes, alignment(bytes));
@@ -4963,7 +4966,8 @@ INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
 #include <vector>
 
 /// A tree in three arrays: the nodes (whose children are whose, made by a builder, and the boxes around them, which
-/// follow moving primitives), the indices of the primitives, and what the leaves hold of them (see leaf.hpp).
+/// follow moving primitives), the slots, which say whose primitives are whose, and the leaves, which hold what rays ask
+/// for, the indices of usable primitives among it (see leaf.hpp).
 ///
 ///     node 0:  [ node 1 | leaf 0 | node 2 | leaf 1 | - | - | - | - ]        Width = 8 children
 ///     slots:   leaf 0: 0 5 7 - - - - -   leaf 1: 3 4 - ...                  Width primitives to a leaf
@@ -5045,7 +5049,7 @@ struct topology {
         std::uint32_t end = 0;
         std::uint32_t first_leaf = 0; ///< its leaves are consecutive as well
         std::uint32_t leaf_end = 0;
-        box_areas areas{}; ///< of its boxes, as they were fitted last
+        box_areas areas{}; ///< of its boxes, written by `refit`; here so that it allocates nothing
     };
     large_array<tree_node<Width>> nodes{};
     large_array<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
@@ -5742,7 +5746,6 @@ struct leaf {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#include <bit>
 #include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -5974,10 +5977,10 @@ struct bvh_view {
     float reach = 0;     ///< no coordinate of a box is further from 0
     float leaf_size = 0; ///< metres: the mean of leaves, as squares
 
-    /// Bytes of a node or a leaf.
-    static constexpr std::size_t most_size = sizeof(tree_node<Width>) > sizeof(leaf<Range, Width>)
-                                                 ? sizeof(tree_node<Width>)
-                                                 : sizeof(leaf<Range, Width>);
+    /// Bytes of a node or of a leaf, whichever has more.
+    static constexpr std::size_t larger_size = sizeof(tree_node<Width>) > sizeof(leaf<Range, Width>)
+                                                   ? sizeof(tree_node<Width>)
+                                                   : sizeof(leaf<Range, Width>);
 
     /// Each node pops one entry and pushes at most Width.
     static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
@@ -5988,7 +5991,8 @@ struct bvh_view {
         const void* const first = is_leaf ? static_cast<const void*>(leaves.first) : nodes.first;
         const std::size_t size = is_leaf ? sizeof(leaf<Range, Width>) : sizeof(tree_node<Width>);
         const char* const what = static_cast<const char*>(first) + (child & ~leaf_bit) * size;
-        for (std::size_t line = 0; line < most_size; line += 64) // of cache
+        for (std::size_t line = 0; line < larger_size;
+             line += 64) // of cache: as many of either, lest there be a branch
             insonify::prefetch(what + (line < size ? line : 0));
     }
 
@@ -7540,7 +7544,7 @@ class face_groups {
     }
 
   private:
-    large_array<std::size_t> end_; // of each group, in the next
+    large_array<std::size_t> end_; // where each group's end, in `vertices_`
     std::vector<std::uint32_t> vertices_;
 };
 
@@ -7672,7 +7676,9 @@ class scene {
   public:
     /// @throws usage_error  for a background that is none: see `is_valid`
     INSONIFY_LAZY explicit scene(const medium& background = medium{}) : background_{background} {
-        if (!is_valid(background)) throw usage_error{"scene: the background needs a density and a sound speed above 0"};
+        if (!is_valid(background))
+            throw usage_error{
+                "scene: the background needs a density and a sound speed above 0, and no value out of bounds"};
     }
 
     /// Takes over a closed surface. Call `build` before tracing.
@@ -7680,7 +7686,9 @@ class scene {
     /// @throws usage_error     for a medium that is none
     INSONIFY_LAZY object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
         const std::string named = "object '" + settings.name + "': ";
-        if (!is_valid(inside)) throw usage_error{named + "its medium needs a density and a sound speed above 0"};
+        if (!is_valid(inside))
+            throw usage_error{named +
+                              "its medium needs a density and a sound speed above 0, and no value out of bounds"};
         if (!is_rigid(settings.at)) throw geometry_error{named + "its pose is no rigid motion; scale the mesh instead"};
         check_faces(surface, named);
         for (std::size_t i = 0; i < surface.positions.size(); ++i)
@@ -8967,7 +8975,8 @@ class slice_lines {
         reach_ = reach;
         cut_.cut(policy, body, view<const std::uint8_t>{chosen_}, fan_, at, offsets, reach);
         const std::size_t blocks = (fan_.size() + block - 1) / block;
-        block_end_.assign(blocks + 1, 0);
+        block_end_.resize(blocks + 1);
+        std::fill(block_end_.begin(), block_end_.end(), 0);
         const auto each_block = [&](const auto& visit) {
             cut_.for_each_segment([&](const cut_segment& segment) {
                 for (std::size_t b = segment.first / block; b * block < segment.last; ++b) visit(b, segment);
@@ -9063,7 +9072,7 @@ class slice_lines {
     std::vector<std::uint8_t> chosen_; // of each object, whether it is cut
     std::vector<std::uint32_t> left_;  // the others
     slice_cut cut_;
-    std::vector<std::uint32_t> block_end_; // of each block, in the next
+    large_array<std::size_t> block_end_; // where the segments of each block end, in `of_blocks_`
     std::vector<waiting> of_blocks_;
 };
 

@@ -48,7 +48,12 @@ TEST_CASE("medium: it is valid where density and speed are above 0 and nothing i
     }
     CHECK_FALSE(is_valid(medium{.density = 0}));
     CHECK_FALSE(is_valid(medium{.sound_speed = 0}));
-    CHECK_FALSE(is_valid(medium{.density = 1e24F, .sound_speed = 1e24F})); // an impedance that no float holds
+    CHECK(is_valid(medium{.density = 1e9F, .sound_speed = 0.9e9F}));
+    CHECK_FALSE(is_valid(medium{.density = 1e9F, .sound_speed = 1.1e9F})); // its impedance
+    CHECK(is_valid(medium{.density = 1e-9F, .sound_speed = 1.1e-9F}));
+    CHECK_FALSE(is_valid(medium{.density = 1e-9F, .sound_speed = 0.9e-9F}));
+    CHECK_FALSE(is_valid(medium{.density = 1e19F, .sound_speed = 1e-9F}));
+    CHECK_FALSE(is_valid(medium{.density = 1e9F, .sound_speed = 1e-19F}));
 }
 
 } // namespace medium_test

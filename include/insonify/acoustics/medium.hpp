@@ -39,12 +39,13 @@ struct medium {
 /// Metres of displayed depth a metre of the medium: c0 / c, but at most 1e6, for media where sound all but stands still.
 INSONIFY_FN inline float displayed_stretch(const medium& m) { return lesser(display_speed / m.sound_speed, 1e6F); }
 
-/// True where every value is finite and in its range: density and speed above 0, the others not below; and the impedance
-/// below 1e18 rayl, so that laws may multiply two of them.
+/// True where every value is finite and in its range: density, speed and impedance above 1e-18 and below 1e18, so that
+/// laws may add, multiply and divide any two of them; the others not below 0.
 INSONIFY_FN inline bool is_valid(const medium& m) {
+    const auto usual = [](float value) { return 1e-18F < value && value < 1e18F; };
     return is_finite(m.density) && is_finite(m.sound_speed) && is_finite(m.attenuation) &&
            is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) &&
-           is_finite(m.scatterer_density) && m.density > 0 && m.sound_speed > 0 && m.impedance() < 1e18F &&
+           is_finite(m.scatterer_density) && usual(m.density) && usual(m.sound_speed) && usual(m.impedance()) &&
            m.attenuation >= 0 && m.attenuation_power >= 0 && m.backscatter >= 0 && m.roughness >= 0 &&
            m.scatterer_density >= 0;
 }

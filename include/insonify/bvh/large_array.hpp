@@ -62,7 +62,7 @@ class large_array {
         return std::align_val_t{bytes >= page ? page : std::size_t{64}};
     }
     static T* allocate(std::size_t count) {
-        static_assert(__is_trivially_copyable(T) && __has_trivial_destructor(T) && alignof(T) <= 64);
+        static_assert(__is_trivially_copyable(T) && alignof(T) <= 64);
         if (count > ~std::size_t{0} / 2 / sizeof(T)) throw std::bad_array_new_length{};
         const std::size_t bytes = count * sizeof(T);
         void* const memory = ::operator new(bytes, alignment(bytes));

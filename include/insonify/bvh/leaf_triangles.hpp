@@ -4,7 +4,6 @@
 #include <insonify/bvh/leaf.hpp>
 #include <insonify/bvh/ray_packet.hpp>
 #include <insonify/execution/simd_bits.hpp>
-#include <bit>
 #include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -9,7 +9,8 @@
 #include <vector>
 
 /// A tree in three arrays: the nodes (whose children are whose, made by a builder, and the boxes around them, which
-/// follow moving primitives), the indices of the primitives, and what the leaves hold of them (see leaf.hpp).
+/// follow moving primitives), the slots, which say whose primitives are whose, and the leaves, which hold what rays ask
+/// for, the indices of usable primitives among it (see leaf.hpp).
 ///
 ///     node 0:  [ node 1 | leaf 0 | node 2 | leaf 1 | - | - | - | - ]        Width = 8 children
 ///     slots:   leaf 0: 0 5 7 - - - - -   leaf 1: 3 4 - ...                  Width primitives to a leaf
@@ -91,7 +92,7 @@ struct topology {
         std::uint32_t end = 0;
         std::uint32_t first_leaf = 0; ///< its leaves are consecutive as well
         std::uint32_t leaf_end = 0;
-        box_areas areas{}; ///< of its boxes, as they were fitted last
+        box_areas areas{}; ///< of its boxes, written by `refit`; here so that it allocates nothing
     };
     large_array<tree_node<Width>> nodes{};
     large_array<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them

@@ -18,10 +18,10 @@ struct bvh_view {
     float reach = 0;     ///< no coordinate of a box is further from 0
     float leaf_size = 0; ///< metres: the mean of leaves, as squares
 
-    /// Bytes of a node or a leaf.
-    static constexpr std::size_t most_size = sizeof(tree_node<Width>) > sizeof(leaf<Range, Width>)
-                                                 ? sizeof(tree_node<Width>)
-                                                 : sizeof(leaf<Range, Width>);
+    /// Bytes of a node or of a leaf, whichever has more.
+    static constexpr std::size_t larger_size = sizeof(tree_node<Width>) > sizeof(leaf<Range, Width>)
+                                                   ? sizeof(tree_node<Width>)
+                                                   : sizeof(leaf<Range, Width>);
 
     /// Each node pops one entry and pushes at most Width.
     static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
@@ -32,7 +32,8 @@ struct bvh_view {
         const void* const first = is_leaf ? static_cast<const void*>(leaves.first) : nodes.first;
         const std::size_t size = is_leaf ? sizeof(leaf<Range, Width>) : sizeof(tree_node<Width>);
         const char* const what = static_cast<const char*>(first) + (child & ~leaf_bit) * size;
-        for (std::size_t line = 0; line < most_size; line += 64) // of cache
+        for (std::size_t line = 0; line < larger_size;
+             line += 64) // of cache: as many of either, lest there be a branch
             insonify::prefetch(what + (line < size ? line : 0));
     }
 

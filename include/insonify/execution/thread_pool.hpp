@@ -15,7 +15,7 @@ namespace insonify::inline INSONIFY_ABI::exec {
 
 /// The threads behind `par`: one pool a program, started by the first parallel call, grown on demand, joined at exit.
 ///
-/// The caller of `run` works too, so nested and concurrent calls always progress. Idle threads sleep. Jobs live on the
+/// The caller of `run` works too, so nested and concurrent calls always progress. Threads without work look out for more for a moment, then sleep. Jobs live on the
 /// caller's stack. Not usable after fork, nor from destructors of statics.
 class thread_pool {
   public:
@@ -86,7 +86,7 @@ class thread_pool {
             try {
                 while (workers_.size() < seats) workers_.emplace_back([this] { serve(); });
             } catch (const std::exception&) {
-                // no more threads to be had: those that run, and the caller, do the work
+                // no more threads or memory to be had: the threads that run, and the caller, do the work
             }
         }
         ++work_came_;
@@ -127,7 +127,7 @@ class thread_pool {
     }
 
     INSONIFY_LAZY void serve() {
-        for (;;) {
+        for (bool worked = false;;) {
             const std::uint32_t before = work_came_; // so that what comes from here on is noticed
             job* work = nullptr;
             {
@@ -141,11 +141,13 @@ class thread_pool {
             }
             if (work == nullptr) {
                 // One call mostly follows another soon: to sleep and be woken up takes longer than to look out for it.
-                for (int i = 0; i < 100 && work_came_ == before; ++i) std::this_thread::yield();
+                for (int i = 0; worked && i < 100 && work_came_ == before; ++i) std::this_thread::yield();
+                worked = false;
                 work_came_.wait(before);
                 continue;
             }
             take_part(*work);
+            worked = true;
             --work->inside; // which may end the job: it is not looked at again
             ++helpers_left_;
             helpers_left_.notify_all();

@@ -47,7 +47,7 @@ class face_groups {
     }
 
   private:
-    large_array<std::size_t> end_; // of each group, in the next
+    large_array<std::size_t> end_; // where each group's end, in `vertices_`
     std::vector<std::uint32_t> vertices_;
 };
 

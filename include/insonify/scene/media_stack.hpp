@@ -2,7 +2,6 @@
 #define INSONIFY_SCENE_MEDIA_STACK_HPP
 
 #include <insonify/core/math.hpp>
-#include <insonify/core/view.hpp>
 #include <cstdint>
 #include <vector>
 

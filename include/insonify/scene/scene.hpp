@@ -37,7 +37,9 @@ class scene {
   public:
     /// @throws usage_error  for a background that is none: see `is_valid`
     INSONIFY_LAZY explicit scene(const medium& background = medium{}) : background_{background} {
-        if (!is_valid(background)) throw usage_error{"scene: the background needs a density and a sound speed above 0"};
+        if (!is_valid(background))
+            throw usage_error{
+                "scene: the background needs a density and a sound speed above 0, and no value out of bounds"};
     }
 
     /// Takes over a closed surface. Call `build` before tracing.
@@ -45,7 +47,9 @@ class scene {
     /// @throws usage_error     for a medium that is none
     INSONIFY_LAZY object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
         const std::string named = "object '" + settings.name + "': ";
-        if (!is_valid(inside)) throw usage_error{named + "its medium needs a density and a sound speed above 0"};
+        if (!is_valid(inside))
+            throw usage_error{named +
+                              "its medium needs a density and a sound speed above 0, and no value out of bounds"};
         if (!is_rigid(settings.at)) throw geometry_error{named + "its pose is no rigid motion; scale the mesh instead"};
         check_faces(surface, named);
         for (std::size_t i = 0; i < surface.positions.size(); ++i)

@@ -74,7 +74,8 @@ class slice_lines {
         reach_ = reach;
         cut_.cut(policy, body, view<const std::uint8_t>{chosen_}, fan_, at, offsets, reach);
         const std::size_t blocks = (fan_.size() + block - 1) / block;
-        block_end_.assign(blocks + 1, 0);
+        block_end_.resize(blocks + 1);
+        std::fill(block_end_.begin(), block_end_.end(), 0);
         const auto each_block = [&](const auto& visit) {
             cut_.for_each_segment([&](const cut_segment& segment) {
                 for (std::size_t b = segment.first / block; b * block < segment.last; ++b) visit(b, segment);
@@ -170,7 +171,7 @@ class slice_lines {
     std::vector<std::uint8_t> chosen_; // of each object, whether it is cut
     std::vector<std::uint32_t> left_;  // the others
     slice_cut cut_;
-    std::vector<std::uint32_t> block_end_; // of each block, in the next
+    large_array<std::size_t> block_end_; // where the segments of each block end, in `of_blocks_`
     std::vector<waiting> of_blocks_;
 };
 

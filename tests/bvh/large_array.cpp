@@ -1,0 +1,72 @@
+#include <insonify/bvh/large_array.hpp>
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <utility>
+
+using namespace insonify;
+
+namespace large_array_test {
+namespace {
+
+large_array<std::uint32_t> counted(std::size_t size) {
+    large_array<std::uint32_t> a(size);
+    for (std::size_t i = 0; i < size; ++i) a[i] = static_cast<std::uint32_t>(7 * i);
+    return a;
+}
+
+bool counts(const large_array<std::uint32_t>& a, std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i)
+        if (a[i] != 7 * i) return false;
+    return true;
+}
+
+} // namespace
+} // namespace large_array_test
+
+TEST_CASE("an array keeps what it holds when it grows, into large pages too, and when it shrinks") {
+    constexpr std::size_t many = std::size_t{1} << 20U; // 4 MiB
+    auto a = large_array_test::counted(1000);
+    a.resize(many);
+    REQUIRE(a.size() == many);
+    CHECK(large_array_test::counts(a, 1000));
+    CHECK(reinterpret_cast<std::uintptr_t>(a.data()) % 64 == 0);
+    const volatile std::size_t few = 10; // or g++ warns of a growth that never happens
+    a.resize(few);
+    const std::uint32_t* const before = a.data();
+    a.reserve(100);
+    a.resize(many); // has been made room for
+    CHECK(a.data() == before);
+    CHECK(large_array_test::counts(a, 1000));
+    CHECK(a.end() - a.begin() == static_cast<std::ptrdiff_t>(many));
+}
+
+TEST_CASE("room alone adds no elements") {
+    large_array<double> a;
+    a.reserve(100);
+    CHECK(a.empty());
+    CHECK(a.begin() == a.end());
+}
+
+TEST_CASE("a copy is deep, what was moved from is empty, and either may be given to itself") {
+    auto a = large_array_test::counted(100);
+    large_array<std::uint32_t> copy = a;
+    copy[3] = 1;
+    CHECK(large_array_test::counts(a, 100));
+    large_array<std::uint32_t> taken = std::move(a);
+    CHECK(large_array_test::counts(taken, 100));
+    CHECK(a.empty()); // NOLINT: what is left is told
+    const auto& same = taken;
+    taken = same;
+    CHECK(large_array_test::counts(taken, 100));
+    const large_array<std::uint32_t> nothing, copied = nothing;
+    CHECK(copied.empty());
+    taken = copied;
+    CHECK(taken.empty());
+}
+
+TEST_CASE("more than memory holds is refused, and nothing has changed") {
+    auto a = large_array_test::counted(100);
+    CHECK_THROWS_AS(a.resize(~std::size_t{0} / 4), std::bad_alloc);
+    CHECK(a.size() == 100);
+    CHECK(large_array_test::counts(a, 100));
+}
