@@ -635,8 +635,8 @@ namespace insonify::inline INSONIFY_ABI::exec {
 
 /// The threads behind `par`: one pool a program, started by the first parallel call, grown on demand, joined at exit.
 ///
-/// The caller of `run` works too, so nested and concurrent calls always progress. Threads without work look out for more for a moment, then sleep. Jobs live on the
-/// caller's stack. Not usable after fork, nor from destructors of statics.
+/// The caller of `run` works too, so nested and concurrent calls always progress. Threads without work look out for more
+/// for a moment, then sleep. Jobs live on the caller's stack. Not usable after fork, nor from destructors of statics.
 class thread_pool {
   public:
     static constexpr std::uint32_t most_participants = 1024; ///< of one call, the caller included
@@ -1162,6 +1162,23 @@ INSONIFY_FN std::uint32_t bits_of(const lane_mask<N>& mask) {
 }
 
 #endif
+
+/// 1 / a, rounded as scalars are.
+template <class Lanes>
+INSONIFY_FN INSONIFY_INLINE Lanes inverse(const Lanes& a) {
+#if defined(__FAST_MATH__) && !defined(__CUDACC__)
+    constexpr int n = static_cast<int>(Lanes::size());
+    float each[n];
+    store(a, each);
+    for (float& one : each) {
+        one = 1 / one;
+        asm("" : "+m"(one)); // or the compiler divides several at once, which is less precise here
+    }
+    return load<n>(each);
+#else
+    return Lanes(1.0F) / a;
+#endif
+}
 
 /// a * b - c * d with a sign that is certain, whatever the order of the factors, where the result is not tiny: the
 /// rounding of one product is found by a fused multiply-add and taken off. Without such an instruction: the difference
@@ -4812,6 +4829,7 @@ class kept_beam_table {
 #define INSONIFY_BVH_LARGE_ARRAY_HPP
 
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <new>
 #include <utility>
@@ -4831,21 +4849,22 @@ class large_array {
     large_array() = default;
     explicit large_array(std::size_t count) { resize(count); }
     large_array(const large_array& other) : large_array(other.size_) {
-        if (size_ > 0) std::memcpy(static_cast<void*>(first_), other.first_, size_ * sizeof(T));
+        if (size_ > 0) std::memcpy(static_cast<void*>(data()), other.data(), size_ * sizeof(T));
     }
     large_array(large_array&& other) noexcept { swap(other); }
     large_array& operator=(large_array other) noexcept {
         swap(other);
         return *this;
     }
-    ~large_array() { drop(first_, room_); }
+    ~large_array() { ::operator delete(held_.memory); }
 
     /// Makes room without more elements. @throws std::bad_alloc  and nothing has changed
     void reserve(std::size_t count) {
         if (count <= room_) return;
-        T* const larger = allocate(count);
-        if (size_ > 0) std::memcpy(static_cast<void*>(larger), first_, size_ * sizeof(T));
-        drop(std::exchange(first_, larger), std::exchange(room_, count));
+        const block larger{count};
+        if (size_ > 0) std::memcpy(static_cast<void*>(larger.first), data(), size_ * sizeof(T));
+        ::operator delete(std::exchange(held_, larger).memory);
+        room_ = count;
     }
     /// As `reserve`.
     void resize(std::size_t count) {
@@ -4855,41 +4874,46 @@ class large_array {
 
     std::size_t size() const { return size_; }
     bool empty() const { return size_ == 0; }
-    T* data() { return first_; }
-    const T* data() const { return first_; }
-    T* begin() { return first_; }
-    const T* begin() const { return first_; }
-    T* end() { return first_ + size_; }
-    const T* end() const { return first_ + size_; }
-    T& operator[](std::size_t i) { return first_[i]; }
-    const T& operator[](std::size_t i) const { return first_[i]; }
+    T* data() { return held_.first; }
+    const T* data() const { return held_.first; }
+    T* begin() { return data(); }
+    const T* begin() const { return data(); }
+    T* end() { return data() + size_; }
+    const T* end() const { return data() + size_; }
+    T& operator[](std::size_t i) { return data()[i]; }
+    const T& operator[](std::size_t i) const { return data()[i]; }
 
   private:
     static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays get ordinary memory
+    static constexpr std::size_t line = 64;                    ///< of cache
 
-    static std::align_val_t alignment(std::size_t bytes) {
-        return std::align_val_t{bytes >= page ? page : std::size_t{64}};
-    }
-    static T* allocate(std::size_t count) {
-        static_assert(__is_trivially_copyable(T) && alignof(T) <= 64);
-        if (count > ~std::size_t{0} / 2 / sizeof(T)) throw std::bad_array_new_length{};
-        const std::size_t bytes = count * sizeof(T);
-        void* const memory = ::operator new(bytes, alignment(bytes));
+    /// Memory as `operator new` gives it, and where elements start in it. Aligned here, for an allocator that is asked to
+    /// align seldom finds room in what was freed: each new tree would get pages that the system has to clear first.
+    struct block {
+        void* memory = nullptr;
+        T* first = nullptr;
+
+        block() = default;
+        explicit block(std::size_t count) {
+            static_assert(__is_trivially_copyable(T) && alignof(T) <= line);
+            if (count > ~std::size_t{0} / 2 / sizeof(T)) throw std::bad_array_new_length{};
+            const std::size_t bytes = count * sizeof(T), alignment = bytes >= page ? page : line;
+            memory = ::operator new(bytes + alignment);
+            const std::size_t past = reinterpret_cast<std::uintptr_t>(memory) % alignment;
+            void* const aligned = static_cast<char*>(memory) + (alignment - past);
 #if defined(MADV_HUGEPAGE)
-        if (bytes >= page) madvise(memory, bytes, MADV_HUGEPAGE); // a wish: what it returns changes nothing
+            if (bytes >= page) madvise(aligned, bytes, MADV_HUGEPAGE); // a wish: what it returns changes nothing
 #endif
-        return static_cast<T*>(memory);
-    }
-    static void drop(T* memory, std::size_t count) noexcept {
-        if (memory != nullptr) ::operator delete(memory, alignment(count * sizeof(T)));
-    }
+            first = static_cast<T*>(aligned);
+        }
+    };
     void swap(large_array& other) noexcept {
-        std::swap(first_, other.first_);
+        std::swap(held_, other.held_);
         std::swap(size_, other.size_);
         std::swap(room_, other.room_);
     }
 
-    T* first_ = nullptr;
+    block held_{};
     std::size_t size_ = 0;
     std::size_t room_ = 0; ///< elements
 };
@@ -5217,52 +5241,43 @@ INSONIFY_FN INSONIFY_INLINE bool is_legal(const ray& r) {
 /// So there the inverse is huge.
 template <int Width>
 struct prepared_ray {
-    /// What a box is asked along one axis.
-    struct slab {
-        float inverse = 0; ///< 1 / direction, finite
-        float entry = -FLT_MAX;
-        float exit = FLT_MAX;
-        std::uint32_t entry_row = 0; ///< of a node's bounds: the side that the ray meets first ...
-        std::uint32_t exit_row = 0;  ///< ... and last
-    };
     ray source{};
-    slab slabs[3]{};
+    float inverse[4] = {}; ///< 1 / direction, finite; the fourth of these is not used
+    float entry[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
+    float exit[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
+    std::uint32_t entry_row[3] = {}; ///< of a node's bounds: the side that the ray meets first ...
+    std::uint32_t exit_row[3] = {};  ///< ... and last
     sheared_ray sheared{};
     bool legal = false; ///< a ray that is not meets nothing
 
     /// @param reach  no coordinate of a box is further from 0
     INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
+        using axes = lanes<4>;
         source = r;
         legal = is_legal(r);
         if (!legal) return;
         source.direction = settled(r.direction);
-        const vec3 along = source.direction;
-        const vec3 from = absolute(r.origin), size = absolute(along);
-        const float extent = from.x + from.y + from.z + reach, longest = greater(size.x, greater(size.y, size.z));
-        slabs[0] = slab_of(0, r.origin.x, along.x, reach, extent, longest);
-        slabs[1] = slab_of(1, r.origin.y, along.y, reach, extent, longest);
-        slabs[2] = slab_of(2, r.origin.z, along.z, reach, extent, longest);
+        const axes along = each_lane<4>([&](int axis) { return axis < 3 ? source.direction[axis] : 0.0F; });
+        const axes origin = each_lane<4>([&](int axis) { return axis < 3 ? r.origin[axis] : 0.0F; });
+        const axes one(1.0F), none(0.0F), from = absolute(origin), size = absolute(along);
+        const auto moves = none < size;
+        const axes swift = select(moves, insonify::inverse(select(moves, along, one)), axes(1e30F));
+        const axes begin = -origin * swift;
+        const axes room = absolute(swift) * (axes(5e-7F) * (from + axes(reach)) + axes(1e-20F));
+        // Not where it is so far away that an axis tells nothing, nor where the huge inverse is not huge enough: further
+        // than `extent / longest` is no hit.
+        const axes extent(sum(from) + reach), longest(greatest(size));
+        const auto tells = absolute(begin) + room < axes(1e36F) && (moves || extent <= room * longest);
+        store(select(tells, swift, none), inverse);
+        store(select(tells, begin - room, axes(-FLT_MAX)), entry);
+        store(select(tells, begin + room, axes(FLT_MAX)), exit);
+        const std::uint32_t backwards = bits_of(along < none);
+        for (std::uint32_t axis = 0; axis < 3; ++axis) {
+            const std::uint32_t upper_first = backwards >> axis & 1U;
+            entry_row[axis] = tree_node<Width>::row(upper_first, axis);
+            exit_row[axis] = tree_node<Width>::row(1 - upper_first, axis);
+        }
         sheared = sheared_ray{source};
-    }
-
-  private:
-    // `extent / longest` is further than any hit.
-    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float along, float reach,
-                                                    float extent, float longest) {
-        const bool moves = along != 0;
-        slab s;
-        const std::uint32_t backwards = along < 0 ? 1 : 0;
-        s.entry_row = tree_node<Width>::row(backwards, axis);
-        s.exit_row = tree_node<Width>::row(1 - backwards, axis);
-        const float inverse = moves ? 1 / along : 1e30F;
-        const float begin = -origin * inverse;
-        const float room = std::fabs(inverse) * (5e-7F * (std::fabs(origin) + reach) + 1e-20F);
-        if (!(std::fabs(begin) + room < 1e36F)) return s;    // so far away that this axis tells nothing
-        if (!moves && !(room * longest >= extent)) return s; // nor here, where the huge inverse is not huge enough
-        s.inverse = inverse;
-        s.entry = begin - room;
-        s.exit = begin + room;
-        return s;
     }
 };
 
@@ -5280,10 +5295,9 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
     using floats = lanes<Width>;
     floats in(r.source.min_distance), out(max_distance);
     for (int axis = 0; axis < 3; ++axis) {
-        const auto& slab = r.slabs[axis];
-        const floats inverse(slab.inverse), entry(slab.entry), exit(slab.exit);
-        in = greater(multiply_add(load<Width>(node.sides + slab.entry_row), inverse, entry), in);
-        out = lesser(multiply_add(load<Width>(node.sides + slab.exit_row), inverse, exit), out);
+        const floats inverse(r.inverse[axis]), entry(r.entry[axis]), exit(r.exit[axis]);
+        in = greater(multiply_add(load<Width>(node.sides + r.entry_row[axis]), inverse, entry), in);
+        out = lesser(multiply_add(load<Width>(node.sides + r.exit_row[axis]), inverse, exit), out);
     }
     return {in, bits_of(in <= out)};
 }
@@ -5358,7 +5372,7 @@ struct ray_packet {
     /// Takes rays from the first of `count` on, as many as go together. @return how many: whole groups, 0 for none
     ///
     /// They do where they are legal, have the same longest axis, go the same way, begin at 0 or later, and where they
-    /// leave the tree make a row no longer than 16 of its leaves (8 where there are more than two groups) and no wider
+    /// leave the tree make a row no longer than 16 of its leaves and no wider
     /// than 2. In longer or wider ones, rays that meet nothing together wait for one another.
     /// @param reach      no coordinate of a box is further from 0
     /// @param leaf_size  how wide a leaf is
@@ -5422,8 +5436,7 @@ struct ray_packet {
                               floats(0.0F) <= floats_of<N>(wild);
         constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
         if (bits_of(together) != all) return false;
-        // Divided one by one: -ffast-math divides several less precisely.
-        const floats scale = each_lane<N>([&](int i) { return 1 / first[i].direction[axes[2]]; });
+        const floats scale = inverse(z);
         for (int k = 0; k < 3; ++k) {
             store(from[axes[k]], rays.origin[k]);
             const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), along[axes[k]]);
@@ -5452,7 +5465,7 @@ struct ray_packet {
             way[k] = at(of[groups - 1], N - 1) - at(of[0], 0);
         }
         const float spread = std::sqrt(way[0] * way[0] + way[1] * way[1]);
-        const float longest = (groups > 2 ? 8 : 16) * leaf_size, widest = 2 * leaf_size;
+        const float longest = 16 * leaf_size, widest = 2 * leaf_size;
         if (!(spread < longest)) return false;
         row[0] = spread > 0 ? way[0] / spread : 1;
         row[1] = spread > 0 ? way[1] / spread : 0;
@@ -6361,7 +6374,7 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
         }
         while (next < end) alone[singles++] = next++;
         std::size_t started = 0;
-        take_turns<tree_walk<Range, Width>, 8>(
+        take_turns<tree_walk<Range, Width>, 12>(
             [&](tree_walk<Range, Width>& walk, std::size_t& i) {
                 while (started < singles) {
                     i = alone[started++];
@@ -6551,6 +6564,8 @@ class tree_assembler {
 #define INSONIFY_BVH_MORTON_ORDER_HPP
 
 #include <array>
+#include <bit>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -6565,7 +6580,7 @@ class morton_order {
   public:
     template <class Policy, class Range>
     morton_order(const Policy& policy, const Range& range)
-        : block_size_{std::max<std::size_t>(16384, range.size() / 32 + 1)},
+        : block_size_{std::max<std::size_t>(8192, range.size() / 32 + 1)},
           used_((range.size() + block_size_ - 1) / block_size_), keys_(range.size()) {
         find_keys(policy, range);
         for (const std::uint32_t one : used_) count_ += one;
@@ -6573,6 +6588,8 @@ class morton_order {
             std::sort(keys_.data(), keys_.data() + count_);
         else
             sort(policy);
+        steps_.resize(count_);
+        find_steps(policy);
     }
 
     std::size_t size() const { return count_; }
@@ -6581,16 +6598,26 @@ class morton_order {
     }
     INSONIFY_LAZY std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
+    /// The highest bit in which cells of places from `begin` to before `end` differ, counted from 1; 0 where none does.
+    std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
+        return static_cast<std::uint32_t>(std::bit_width(cell(begin) ^ cell(end - 1)));
+    }
+    /// The place where it changes: cells being in order, there is one.
+    INSONIFY_LAZY std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
+        const void* const found = std::memchr(steps_.data() + begin + 1, static_cast<int>(step), end - begin - 1);
+        return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - steps_.data());
+    }
+
   private:
     static constexpr float last_cell = 1023; // along each axis
     template <unsigned Bits>
     using counts = std::array<std::uint32_t, 1U << Bits>; // of each digit; then where the next one goes
 
-    // Some thousand primitives show where all lie, or nearly; seldom it takes another pass, with where they do lie.
+    // A thousand primitives show where all lie, or nearly; seldom it takes another pass, with where they do lie.
     template <class Policy, class Range>
     void find_keys(const Policy& policy, const Range& range) {
         centre_range some;
-        for (std::size_t i = 0; i < range.size(); i += range.size() / 8192 + 1)
+        for (std::size_t i = 0; i < range.size(); i += range.size() / 1024 + 1)
             if (const build_box box = leaf<Range, simd_width>::box(range, i); !box.empty())
                 some.add(box.half_centre(), box.half_centre());
         const centre_range around = some.widened(1.0F / 64);
@@ -6609,6 +6636,8 @@ class morton_order {
             std::uint64_t* next = keys_.data() + begin;
             lanes<4> first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
+                if constexpr (requires { range.prefetch_corners(0); })
+                    if (i + 16 < end) range.prefetch_corners(i + 16);
                 const build_box box = leaf<Range, simd_width>::box(range, i);
                 if (box.empty()) continue;
                 const lanes<4> place = box.half_centre();
@@ -6645,28 +6674,41 @@ class morton_order {
         });
         const auto& ends = places.back();
         exec::for_each_index(policy, ends.size(), [&](std::size_t d) {
-            const std::uint32_t begin = d > 0 ? ends[d - 1] : 0;
-            sort_few(apart.data() + begin, keys_.data() + begin, ends[d] - begin);
+            const std::uint32_t begin = d > 0 ? ends[d - 1] : 0, count = ends[d] - begin;
+            std::uint64_t* const some = apart.data() + begin;
+            if (count < 64)
+                std::sort(some, some + count);
+            else if (count < 512)
+                sort_by_digits<7>(some, keys_.data() + begin, count);
+            else
+                sort_by_digits<10>(some, keys_.data() + begin, count);
         });
+        keys_ = std::move(apart);
     }
 
-    // By the other 20 bits of the cell, from one array into the other.
-    INSONIFY_LAZY static void sort_few(std::uint64_t* from, std::uint64_t* to, std::uint32_t count) {
-        if (count < 64) {
-            std::sort(from, from + count);
-            std::copy(from, from + count, to);
-            return;
-        }
-        counts<7> places[3] = {};
-        const auto digit = [](std::uint64_t key, unsigned k) { return key >> (32 + 7 * k) & 127U; };
+    // By the other 20 bits of the cell, through another array and back.
+    template <unsigned Bits>
+    static void sort_by_digits(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
+        constexpr unsigned digits = (20 + Bits - 1) / Bits;
+        counts<Bits> places[digits] = {};
+        const auto digit = [](std::uint64_t key, unsigned k) { return key >> (32 + Bits * k) & ((1U << Bits) - 1); };
         for (std::uint32_t i = 0; i < count; ++i)
-            for (unsigned k = 0; k < 3; ++k) ++places[k][digit(from[i], k)];
-        for (unsigned k = 0; k < 3; ++k) {
+            for (unsigned k = 0; k < digits; ++k) ++places[k][digit(keys[i], k)];
+        for (unsigned k = 0; k < digits; ++k) {
             std::uint32_t next = 0;
             for (std::uint32_t& place : places[k]) next += std::exchange(place, next);
-            for (std::uint32_t i = 0; i < count; ++i) to[places[k][digit(from[i], k)]++] = from[i];
-            std::swap(from, to);
+            for (std::uint32_t i = 0; i < count; ++i) other[places[k][digit(keys[i], k)]++] = keys[i];
+            std::swap(keys, other);
         }
+        if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
+    }
+
+    template <class Policy>
+    void find_steps(const Policy& policy) {
+        exec::for_each_block(policy, count_, block_size_, 2, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = std::max<std::size_t>(begin, 1); i < end; ++i)
+                steps_[i] = static_cast<std::uint8_t>(std::bit_width(cell(i - 1) ^ cell(i)));
+        });
     }
 
     // The bits of x, y and z by turns; two zeros come between each coordinate's own.
@@ -6682,6 +6724,7 @@ class morton_order {
     std::size_t block_size_;
     std::vector<std::uint32_t> used_; // of the keys in each block: primitives left out leave a gap after them
     large_array<std::uint64_t> keys_;
+    large_array<std::uint8_t> steps_; // the highest bit in which a cell differs from the one before, counted from 1
     std::size_t count_ = 0;
 };
 
@@ -6738,22 +6781,12 @@ class morton_splitter {
     // The highest bit in which cells of the group differ, counted from 1; 0 where it is to be halved by number.
     std::uint32_t cell_bits(const group& g, std::uint32_t level) const {
         if (level >= free_levels) return 0;
-        return static_cast<std::uint32_t>(std::bit_width(order_.cell(g.begin) ^ order_.cell(g.end - 1)));
+        return order_.highest_step(g.begin, g.end);
     }
 
     std::size_t middle_of(const group& g, std::uint32_t level) const {
-        std::size_t middle = g.begin + g.size() / 2;
-        if (const std::uint32_t bits = cell_bits(g, level);
-            bits != 0) { // the first place of the upper half of the cell
-            const std::uint32_t upper = order_.cell(g.end - 1) >> (bits - 1) << (bits - 1);
-            std::size_t left = g.size() - 1;
-            middle = g.begin + 1;
-            while (left > 0) { // without branches: half of them would be foretold wrongly
-                const std::size_t half = (left + 1) / 2;
-                middle += order_.cell(middle + half - 1) < upper ? half : 0;
-                left -= half;
-            }
-        }
+        const std::uint32_t bits = cell_bits(g, level);
+        const std::size_t middle = bits != 0 ? order_.place_of_step(g.begin, g.end, bits) : g.begin + g.size() / 2;
         if (g.size() > 3 * Width) return middle;
         const std::size_t full = (middle - g.begin + Width / 2) / Width * Width;
         return g.begin + std::clamp<std::size_t>(full, Width, (g.size() - 1) / Width * Width);
@@ -7338,12 +7371,13 @@ struct mesh_view {
 /// @param named  what the sentence begins with: whose mesh it is
 /// @throws geometry_error  where a face names a vertex that is not there
 INSONIFY_LAZY void check_faces(const mesh_view& m, const std::string& named) {
+    uvec3 last{0, 0, 0}; // compared at the end: a branch a corner would take longer than the rest
     for (const uvec3& face : m.faces)
-        for (int corner = 0; corner < 3; ++corner)
-            if (face[corner] >= m.positions.size())
-                throw geometry_error{named + "a face names vertex " + std::to_string(face[corner]) +
-                                     ", but the mesh has " + std::to_string(m.positions.size()) +
-                                     "; indices start at 0"};
+        last = {std::max(last.x, face.x), std::max(last.y, face.y), std::max(last.z, face.z)};
+    const std::uint32_t vertex = std::max(last.x, std::max(last.y, last.z));
+    if (!m.faces.empty() && vertex >= m.positions.size())
+        throw geometry_error{named + "a face names vertex " + std::to_string(vertex) + ", but the mesh has " +
+                             std::to_string(m.positions.size()) + "; indices start at 0"};
 }
 
 /// What a closed mesh encloses, m^3; negative where its faces look inwards. By the divergence theorem, in double,

@@ -71,6 +71,34 @@ TEST_CASE("a tree along the curve holds every primitive once, whatever the polic
     CHECK(std::all_of(times.begin(), times.end(), [](int n) { return n == 1; }));
 }
 
+TEST_CASE("primitives are in the order of their cells, then in their own, and the place where a cell's highest bit "
+          "changes is found") {
+    // Few, and few, some and many that share the highest digit of their cells: each is sorted another way.
+    for (const std::uint32_t count : {10U, 900U, 20'000U, 300'000U}) {
+        mesh m = build_morton_test::random_triangles(count, count, 0.01F);
+        for (std::size_t i = 0; i < m.positions.size() / 2; ++i) m.positions[i] *= 0.1F; // half of them in a corner
+        const morton_order order{exec::par, mesh_view{m}};
+        REQUIRE(order.size() == count);
+        std::size_t wrong = 0;
+        for (std::size_t i = 1; i < count; ++i)
+            wrong += order.cell(i) < order.cell(i - 1) ||
+                     (order.cell(i) == order.cell(i - 1) && order.primitive(i) <= order.primitive(i - 1));
+        CHECK(wrong == 0);
+        for (std::uint64_t k = 0; k < 300; ++k) {
+            const auto at = [&](std::uint64_t seed) {
+                return static_cast<std::size_t>(hash_uniform(seed, k) * static_cast<float>(count - 1));
+            };
+            const std::size_t begin = std::min(at(1), at(2)), end = std::max(at(1), at(2)) + 1;
+            const std::uint32_t step = order.highest_step(begin, end);
+            if (step == 0) continue;
+            std::size_t place = begin; // the first cell that has the bit, the lower ones lacking it
+            while ((order.cell(place) >> (step - 1) & 1U) == 0) ++place;
+            wrong += order.place_of_step(begin, end, step) != place;
+        }
+        CHECK(wrong == 0);
+    }
+}
+
 TEST_CASE("a tree along the curve is at most a quarter dearer than one by area") {
     const mesh m = make_sphere({0, 0, 0}, 1, 6);
     const build_morton_test::morton_tree quick{exec::par, mesh_view{m}};

@@ -19,6 +19,7 @@ TEST_CASE("lanes do what floats do, one by one") {
     each(x - y, [](float p, float q) { return p - q; });
     each(x * y, [](float p, float q) { return p * q; });
     each(x / y, [](float p, float q) { return p / q; });
+    each(inverse(x), [](float p, float) { return 1 / p; });
     each(-x, [](float p, float) { return -p; });
     each(lesser(x, y), [](float p, float q) { return std::fmin(p, q); });
     each(greater(x, y), [](float p, float q) { return std::fmax(p, q); });

@@ -2,6 +2,7 @@
 #include <insonify/execution/simd_bits.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <initializer_list>
 #include <limits>
 
 using namespace insonify;

@@ -126,7 +126,7 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
         }
         while (next < end) alone[singles++] = next++;
         std::size_t started = 0;
-        take_turns<tree_walk<Range, Width>, 8>(
+        take_turns<tree_walk<Range, Width>, 12>(
             [&](tree_walk<Range, Width>& walk, std::size_t& i) {
                 while (started < singles) {
                     i = alone[started++];

@@ -55,22 +55,12 @@ class morton_splitter {
     // The highest bit in which cells of the group differ, counted from 1; 0 where it is to be halved by number.
     std::uint32_t cell_bits(const group& g, std::uint32_t level) const {
         if (level >= free_levels) return 0;
-        return static_cast<std::uint32_t>(std::bit_width(order_.cell(g.begin) ^ order_.cell(g.end - 1)));
+        return order_.highest_step(g.begin, g.end);
     }
 
     std::size_t middle_of(const group& g, std::uint32_t level) const {
-        std::size_t middle = g.begin + g.size() / 2;
-        if (const std::uint32_t bits = cell_bits(g, level);
-            bits != 0) { // the first place of the upper half of the cell
-            const std::uint32_t upper = order_.cell(g.end - 1) >> (bits - 1) << (bits - 1);
-            std::size_t left = g.size() - 1;
-            middle = g.begin + 1;
-            while (left > 0) { // without branches: half of them would be foretold wrongly
-                const std::size_t half = (left + 1) / 2;
-                middle += order_.cell(middle + half - 1) < upper ? half : 0;
-                left -= half;
-            }
-        }
+        const std::uint32_t bits = cell_bits(g, level);
+        const std::size_t middle = bits != 0 ? order_.place_of_step(g.begin, g.end, bits) : g.begin + g.size() / 2;
         if (g.size() > 3 * Width) return middle;
         const std::size_t full = (middle - g.begin + Width / 2) / Width * Width;
         return g.begin + std::clamp<std::size_t>(full, Width, (g.size() - 1) / Width * Width);

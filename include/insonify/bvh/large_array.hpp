@@ -3,6 +3,7 @@
 
 #include <insonify/core/config.hpp>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <new>
 #include <utility>
@@ -22,21 +23,22 @@ class large_array {
     large_array() = default;
     explicit large_array(std::size_t count) { resize(count); }
     large_array(const large_array& other) : large_array(other.size_) {
-        if (size_ > 0) std::memcpy(static_cast<void*>(first_), other.first_, size_ * sizeof(T));
+        if (size_ > 0) std::memcpy(static_cast<void*>(data()), other.data(), size_ * sizeof(T));
     }
     large_array(large_array&& other) noexcept { swap(other); }
     large_array& operator=(large_array other) noexcept {
         swap(other);
         return *this;
     }
-    ~large_array() { drop(first_, room_); }
+    ~large_array() { ::operator delete(held_.memory); }
 
     /// Makes room without more elements. @throws std::bad_alloc  and nothing has changed
     void reserve(std::size_t count) {
         if (count <= room_) return;
-        T* const larger = allocate(count);
-        if (size_ > 0) std::memcpy(static_cast<void*>(larger), first_, size_ * sizeof(T));
-        drop(std::exchange(first_, larger), std::exchange(room_, count));
+        const block larger{count};
+        if (size_ > 0) std::memcpy(static_cast<void*>(larger.first), data(), size_ * sizeof(T));
+        ::operator delete(std::exchange(held_, larger).memory);
+        room_ = count;
     }
     /// As `reserve`.
     void resize(std::size_t count) {
@@ -46,41 +48,46 @@ class large_array {
 
     std::size_t size() const { return size_; }
     bool empty() const { return size_ == 0; }
-    T* data() { return first_; }
-    const T* data() const { return first_; }
-    T* begin() { return first_; }
-    const T* begin() const { return first_; }
-    T* end() { return first_ + size_; }
-    const T* end() const { return first_ + size_; }
-    T& operator[](std::size_t i) { return first_[i]; }
-    const T& operator[](std::size_t i) const { return first_[i]; }
+    T* data() { return held_.first; }
+    const T* data() const { return held_.first; }
+    T* begin() { return data(); }
+    const T* begin() const { return data(); }
+    T* end() { return data() + size_; }
+    const T* end() const { return data() + size_; }
+    T& operator[](std::size_t i) { return data()[i]; }
+    const T& operator[](std::size_t i) const { return data()[i]; }
 
   private:
     static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays get ordinary memory
+    static constexpr std::size_t line = 64;                    ///< of cache
 
-    static std::align_val_t alignment(std::size_t bytes) {
-        return std::align_val_t{bytes >= page ? page : std::size_t{64}};
-    }
-    static T* allocate(std::size_t count) {
-        static_assert(__is_trivially_copyable(T) && alignof(T) <= 64);
-        if (count > ~std::size_t{0} / 2 / sizeof(T)) throw std::bad_array_new_length{};
-        const std::size_t bytes = count * sizeof(T);
-        void* const memory = ::operator new(bytes, alignment(bytes));
+    /// Memory as `operator new` gives it, and where elements start in it. Aligned here, for an allocator that is asked to
+    /// align seldom finds room in what was freed: each new tree would get pages that the system has to clear first.
+    struct block {
+        void* memory = nullptr;
+        T* first = nullptr;
+
+        block() = default;
+        explicit block(std::size_t count) {
+            static_assert(__is_trivially_copyable(T) && alignof(T) <= line);
+            if (count > ~std::size_t{0} / 2 / sizeof(T)) throw std::bad_array_new_length{};
+            const std::size_t bytes = count * sizeof(T), alignment = bytes >= page ? page : line;
+            memory = ::operator new(bytes + alignment);
+            const std::size_t past = reinterpret_cast<std::uintptr_t>(memory) % alignment;
+            void* const aligned = static_cast<char*>(memory) + (alignment - past);
 #if defined(MADV_HUGEPAGE)
-        if (bytes >= page) madvise(memory, bytes, MADV_HUGEPAGE); // a wish: what it returns changes nothing
+            if (bytes >= page) madvise(aligned, bytes, MADV_HUGEPAGE); // a wish: what it returns changes nothing
 #endif
-        return static_cast<T*>(memory);
-    }
-    static void drop(T* memory, std::size_t count) noexcept {
-        if (memory != nullptr) ::operator delete(memory, alignment(count * sizeof(T)));
-    }
+            first = static_cast<T*>(aligned);
+        }
+    };
     void swap(large_array& other) noexcept {
-        std::swap(first_, other.first_);
+        std::swap(held_, other.held_);
         std::swap(size_, other.size_);
         std::swap(room_, other.room_);
     }
 
-    T* first_ = nullptr;
+    block held_{};
     std::size_t size_ = 0;
     std::size_t room_ = 0; ///< elements
 };

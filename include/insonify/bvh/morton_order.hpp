@@ -7,6 +7,8 @@
 #include <insonify/execution/for_each.hpp>
 #include <insonify/execution/simd_bits.hpp>
 #include <array>
+#include <bit>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -21,7 +23,7 @@ class morton_order {
   public:
     template <class Policy, class Range>
     morton_order(const Policy& policy, const Range& range)
-        : block_size_{std::max<std::size_t>(16384, range.size() / 32 + 1)},
+        : block_size_{std::max<std::size_t>(8192, range.size() / 32 + 1)},
           used_((range.size() + block_size_ - 1) / block_size_), keys_(range.size()) {
         find_keys(policy, range);
         for (const std::uint32_t one : used_) count_ += one;
@@ -29,6 +31,8 @@ class morton_order {
             std::sort(keys_.data(), keys_.data() + count_);
         else
             sort(policy);
+        steps_.resize(count_);
+        find_steps(policy);
     }
 
     std::size_t size() const { return count_; }
@@ -37,16 +41,26 @@ class morton_order {
     }
     INSONIFY_LAZY std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
+    /// The highest bit in which cells of places from `begin` to before `end` differ, counted from 1; 0 where none does.
+    std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
+        return static_cast<std::uint32_t>(std::bit_width(cell(begin) ^ cell(end - 1)));
+    }
+    /// The place where it changes: cells being in order, there is one.
+    INSONIFY_LAZY std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
+        const void* const found = std::memchr(steps_.data() + begin + 1, static_cast<int>(step), end - begin - 1);
+        return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - steps_.data());
+    }
+
   private:
     static constexpr float last_cell = 1023; // along each axis
     template <unsigned Bits>
     using counts = std::array<std::uint32_t, 1U << Bits>; // of each digit; then where the next one goes
 
-    // Some thousand primitives show where all lie, or nearly; seldom it takes another pass, with where they do lie.
+    // A thousand primitives show where all lie, or nearly; seldom it takes another pass, with where they do lie.
     template <class Policy, class Range>
     void find_keys(const Policy& policy, const Range& range) {
         centre_range some;
-        for (std::size_t i = 0; i < range.size(); i += range.size() / 8192 + 1)
+        for (std::size_t i = 0; i < range.size(); i += range.size() / 1024 + 1)
             if (const build_box box = leaf<Range, simd_width>::box(range, i); !box.empty())
                 some.add(box.half_centre(), box.half_centre());
         const centre_range around = some.widened(1.0F / 64);
@@ -65,6 +79,8 @@ class morton_order {
             std::uint64_t* next = keys_.data() + begin;
             lanes<4> first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
+                if constexpr (requires { range.prefetch_corners(0); })
+                    if (i + 16 < end) range.prefetch_corners(i + 16);
                 const build_box box = leaf<Range, simd_width>::box(range, i);
                 if (box.empty()) continue;
                 const lanes<4> place = box.half_centre();
@@ -101,28 +117,41 @@ class morton_order {
         });
         const auto& ends = places.back();
         exec::for_each_index(policy, ends.size(), [&](std::size_t d) {
-            const std::uint32_t begin = d > 0 ? ends[d - 1] : 0;
-            sort_few(apart.data() + begin, keys_.data() + begin, ends[d] - begin);
+            const std::uint32_t begin = d > 0 ? ends[d - 1] : 0, count = ends[d] - begin;
+            std::uint64_t* const some = apart.data() + begin;
+            if (count < 64)
+                std::sort(some, some + count);
+            else if (count < 512)
+                sort_by_digits<7>(some, keys_.data() + begin, count);
+            else
+                sort_by_digits<10>(some, keys_.data() + begin, count);
         });
+        keys_ = std::move(apart);
     }
 
-    // By the other 20 bits of the cell, from one array into the other.
-    INSONIFY_LAZY static void sort_few(std::uint64_t* from, std::uint64_t* to, std::uint32_t count) {
-        if (count < 64) {
-            std::sort(from, from + count);
-            std::copy(from, from + count, to);
-            return;
-        }
-        counts<7> places[3] = {};
-        const auto digit = [](std::uint64_t key, unsigned k) { return key >> (32 + 7 * k) & 127U; };
+    // By the other 20 bits of the cell, through another array and back.
+    template <unsigned Bits>
+    static void sort_by_digits(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
+        constexpr unsigned digits = (20 + Bits - 1) / Bits;
+        counts<Bits> places[digits] = {};
+        const auto digit = [](std::uint64_t key, unsigned k) { return key >> (32 + Bits * k) & ((1U << Bits) - 1); };
         for (std::uint32_t i = 0; i < count; ++i)
-            for (unsigned k = 0; k < 3; ++k) ++places[k][digit(from[i], k)];
-        for (unsigned k = 0; k < 3; ++k) {
+            for (unsigned k = 0; k < digits; ++k) ++places[k][digit(keys[i], k)];
+        for (unsigned k = 0; k < digits; ++k) {
             std::uint32_t next = 0;
             for (std::uint32_t& place : places[k]) next += std::exchange(place, next);
-            for (std::uint32_t i = 0; i < count; ++i) to[places[k][digit(from[i], k)]++] = from[i];
-            std::swap(from, to);
+            for (std::uint32_t i = 0; i < count; ++i) other[places[k][digit(keys[i], k)]++] = keys[i];
+            std::swap(keys, other);
         }
+        if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
+    }
+
+    template <class Policy>
+    void find_steps(const Policy& policy) {
+        exec::for_each_block(policy, count_, block_size_, 2, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = std::max<std::size_t>(begin, 1); i < end; ++i)
+                steps_[i] = static_cast<std::uint8_t>(std::bit_width(cell(i - 1) ^ cell(i)));
+        });
     }
 
     // The bits of x, y and z by turns; two zeros come between each coordinate's own.
@@ -138,6 +167,7 @@ class morton_order {
     std::size_t block_size_;
     std::vector<std::uint32_t> used_; // of the keys in each block: primitives left out leave a gap after them
     large_array<std::uint64_t> keys_;
+    large_array<std::uint8_t> steps_; // the highest bit in which a cell differs from the one before, counted from 1
     std::size_t count_ = 0;
 };
 

@@ -33,52 +33,43 @@ INSONIFY_FN INSONIFY_INLINE bool is_legal(const ray& r) {
 /// So there the inverse is huge.
 template <int Width>
 struct prepared_ray {
-    /// What a box is asked along one axis.
-    struct slab {
-        float inverse = 0; ///< 1 / direction, finite
-        float entry = -FLT_MAX;
-        float exit = FLT_MAX;
-        std::uint32_t entry_row = 0; ///< of a node's bounds: the side that the ray meets first ...
-        std::uint32_t exit_row = 0;  ///< ... and last
-    };
     ray source{};
-    slab slabs[3]{};
+    float inverse[4] = {}; ///< 1 / direction, finite; the fourth of these is not used
+    float entry[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
+    float exit[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
+    std::uint32_t entry_row[3] = {}; ///< of a node's bounds: the side that the ray meets first ...
+    std::uint32_t exit_row[3] = {};  ///< ... and last
     sheared_ray sheared{};
     bool legal = false; ///< a ray that is not meets nothing
 
     /// @param reach  no coordinate of a box is further from 0
     INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
+        using axes = lanes<4>;
         source = r;
         legal = is_legal(r);
         if (!legal) return;
         source.direction = settled(r.direction);
-        const vec3 along = source.direction;
-        const vec3 from = absolute(r.origin), size = absolute(along);
-        const float extent = from.x + from.y + from.z + reach, longest = greater(size.x, greater(size.y, size.z));
-        slabs[0] = slab_of(0, r.origin.x, along.x, reach, extent, longest);
-        slabs[1] = slab_of(1, r.origin.y, along.y, reach, extent, longest);
-        slabs[2] = slab_of(2, r.origin.z, along.z, reach, extent, longest);
+        const axes along = each_lane<4>([&](int axis) { return axis < 3 ? source.direction[axis] : 0.0F; });
+        const axes origin = each_lane<4>([&](int axis) { return axis < 3 ? r.origin[axis] : 0.0F; });
+        const axes one(1.0F), none(0.0F), from = absolute(origin), size = absolute(along);
+        const auto moves = none < size;
+        const axes swift = select(moves, insonify::inverse(select(moves, along, one)), axes(1e30F));
+        const axes begin = -origin * swift;
+        const axes room = absolute(swift) * (axes(5e-7F) * (from + axes(reach)) + axes(1e-20F));
+        // Not where it is so far away that an axis tells nothing, nor where the huge inverse is not huge enough: further
+        // than `extent / longest` is no hit.
+        const axes extent(sum(from) + reach), longest(greatest(size));
+        const auto tells = absolute(begin) + room < axes(1e36F) && (moves || extent <= room * longest);
+        store(select(tells, swift, none), inverse);
+        store(select(tells, begin - room, axes(-FLT_MAX)), entry);
+        store(select(tells, begin + room, axes(FLT_MAX)), exit);
+        const std::uint32_t backwards = bits_of(along < none);
+        for (std::uint32_t axis = 0; axis < 3; ++axis) {
+            const std::uint32_t upper_first = backwards >> axis & 1U;
+            entry_row[axis] = tree_node<Width>::row(upper_first, axis);
+            exit_row[axis] = tree_node<Width>::row(1 - upper_first, axis);
+        }
         sheared = sheared_ray{source};
-    }
-
-  private:
-    // `extent / longest` is further than any hit.
-    INSONIFY_FN INSONIFY_INLINE static slab slab_of(std::uint32_t axis, float origin, float along, float reach,
-                                                    float extent, float longest) {
-        const bool moves = along != 0;
-        slab s;
-        const std::uint32_t backwards = along < 0 ? 1 : 0;
-        s.entry_row = tree_node<Width>::row(backwards, axis);
-        s.exit_row = tree_node<Width>::row(1 - backwards, axis);
-        const float inverse = moves ? 1 / along : 1e30F;
-        const float begin = -origin * inverse;
-        const float room = std::fabs(inverse) * (5e-7F * (std::fabs(origin) + reach) + 1e-20F);
-        if (!(std::fabs(begin) + room < 1e36F)) return s;    // so far away that this axis tells nothing
-        if (!moves && !(room * longest >= extent)) return s; // nor here, where the huge inverse is not huge enough
-        s.inverse = inverse;
-        s.entry = begin - room;
-        s.exit = begin + room;
-        return s;
     }
 };
 
@@ -96,10 +87,9 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
     using floats = lanes<Width>;
     floats in(r.source.min_distance), out(max_distance);
     for (int axis = 0; axis < 3; ++axis) {
-        const auto& slab = r.slabs[axis];
-        const floats inverse(slab.inverse), entry(slab.entry), exit(slab.exit);
-        in = greater(multiply_add(load<Width>(node.sides + slab.entry_row), inverse, entry), in);
-        out = lesser(multiply_add(load<Width>(node.sides + slab.exit_row), inverse, exit), out);
+        const floats inverse(r.inverse[axis]), entry(r.entry[axis]), exit(r.exit[axis]);
+        in = greater(multiply_add(load<Width>(node.sides + r.entry_row[axis]), inverse, entry), in);
+        out = lesser(multiply_add(load<Width>(node.sides + r.exit_row[axis]), inverse, exit), out);
     }
     return {in, bits_of(in <= out)};
 }

@@ -71,7 +71,7 @@ struct ray_packet {
     /// Takes rays from the first of `count` on, as many as go together. @return how many: whole groups, 0 for none
     ///
     /// They do where they are legal, have the same longest axis, go the same way, begin at 0 or later, and where they
-    /// leave the tree make a row no longer than 16 of its leaves (8 where there are more than two groups) and no wider
+    /// leave the tree make a row no longer than 16 of its leaves and no wider
     /// than 2. In longer or wider ones, rays that meet nothing together wait for one another.
     /// @param reach      no coordinate of a box is further from 0
     /// @param leaf_size  how wide a leaf is
@@ -135,8 +135,7 @@ struct ray_packet {
                               floats(0.0F) <= floats_of<N>(wild);
         constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
         if (bits_of(together) != all) return false;
-        // Divided one by one: -ffast-math divides several less precisely.
-        const floats scale = each_lane<N>([&](int i) { return 1 / first[i].direction[axes[2]]; });
+        const floats scale = inverse(z);
         for (int k = 0; k < 3; ++k) {
             store(from[axes[k]], rays.origin[k]);
             const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), along[axes[k]]);
@@ -165,7 +164,7 @@ struct ray_packet {
             way[k] = at(of[groups - 1], N - 1) - at(of[0], 0);
         }
         const float spread = std::sqrt(way[0] * way[0] + way[1] * way[1]);
-        const float longest = (groups > 2 ? 8 : 16) * leaf_size, widest = 2 * leaf_size;
+        const float longest = 16 * leaf_size, widest = 2 * leaf_size;
         if (!(spread < longest)) return false;
         row[0] = spread > 0 ? way[0] / spread : 1;
         row[1] = spread > 0 ? way[1] / spread : 0;

@@ -238,6 +238,23 @@ INSONIFY_FN std::uint32_t bits_of(const lane_mask<N>& mask) {
 
 #endif
 
+/// 1 / a, rounded as scalars are.
+template <class Lanes>
+INSONIFY_FN INSONIFY_INLINE Lanes inverse(const Lanes& a) {
+#if defined(__FAST_MATH__) && !defined(__CUDACC__)
+    constexpr int n = static_cast<int>(Lanes::size());
+    float each[n];
+    store(a, each);
+    for (float& one : each) {
+        one = 1 / one;
+        asm("" : "+m"(one)); // or the compiler divides several at once, which is less precise here
+    }
+    return load<n>(each);
+#else
+    return Lanes(1.0F) / a;
+#endif
+}
+
 /// a * b - c * d with a sign that is certain, whatever the order of the factors, where the result is not tiny: the
 /// rounding of one product is found by a fused multiply-add and taken off. Without such an instruction: the difference
 /// of two rounded products.

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_GEOMETRY_MESH_HPP
 #define INSONIFY_GEOMETRY_MESH_HPP
 
+#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/triangle.hpp>
@@ -51,12 +52,13 @@ struct mesh_view {
 /// @param named  what the sentence begins with: whose mesh it is
 /// @throws geometry_error  where a face names a vertex that is not there
 INSONIFY_LAZY void check_faces(const mesh_view& m, const std::string& named) {
+    uvec3 last{0, 0, 0}; // compared at the end: a branch a corner would take longer than the rest
     for (const uvec3& face : m.faces)
-        for (int corner = 0; corner < 3; ++corner)
-            if (face[corner] >= m.positions.size())
-                throw geometry_error{named + "a face names vertex " + std::to_string(face[corner]) +
-                                     ", but the mesh has " + std::to_string(m.positions.size()) +
-                                     "; indices start at 0"};
+        last = {std::max(last.x, face.x), std::max(last.y, face.y), std::max(last.z, face.z)};
+    const std::uint32_t vertex = std::max(last.x, std::max(last.y, last.z));
+    if (!m.faces.empty() && vertex >= m.positions.size())
+        throw geometry_error{named + "a face names vertex " + std::to_string(vertex) + ", but the mesh has " +
+                             std::to_string(m.positions.size()) + "; indices start at 0"};
 }
 
 /// What a closed mesh encloses, m^3; negative where its faces look inwards. By the divergence theorem, in double,
