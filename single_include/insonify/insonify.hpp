@@ -1165,8 +1165,9 @@ INSONIFY_FN std::uint32_t bits_of(const lane_mask<N>& mask) {
 
 /// 1 / a, rounded as scalars are.
 template <class Lanes>
+    requires requires { Lanes::size(); }
 INSONIFY_FN INSONIFY_INLINE Lanes inverse(const Lanes& a) {
-#if defined(__FAST_MATH__) && !defined(__CUDACC__)
+#if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // -ffast-math, or a part of it
     constexpr int n = static_cast<int>(Lanes::size());
     float each[n];
     store(a, each);
@@ -4554,6 +4555,117 @@ inline constexpr bool is_unsequenced_v<any_policy<true>> = true;
 #ifndef INSONIFY_TRACING_BEAM_TABLE_HPP
 #define INSONIFY_TRACING_BEAM_TABLE_HPP
 
+#ifndef INSONIFY_BVH_LARGE_ARRAY_HPP
+#define INSONIFY_BVH_LARGE_ARRAY_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <new>
+#include <utility>
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+#if defined(__SANITIZE_ADDRESS__)
+#define INSONIFY_ADDRESS_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define INSONIFY_ADDRESS_SANITIZER
+#endif
+#endif
+#if defined(INSONIFY_ADDRESS_SANITIZER)
+#include <sanitizer/asan_interface.h>
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// An array that is walked all over: in large pages where the system gives them on request, since a ray through a large
+/// tree otherwise waits for the address of nearly every node as well as for the node. New elements are left as they
+/// come: write them before they are read, each thread its own.
+/// @tparam T  copied as bytes, and nothing to be done at its end
+template <class T>
+class large_array {
+  public:
+    large_array() = default;
+    explicit large_array(std::size_t count) { resize(count); }
+    large_array(const large_array& other) : large_array(other.size_) {
+        if (size_ > 0) std::memcpy(static_cast<void*>(data()), other.data(), size_ * sizeof(T));
+    }
+    large_array(large_array&& other) noexcept { swap(other); }
+    large_array& operator=(large_array other) noexcept {
+        swap(other);
+        return *this;
+    }
+    ~large_array() { ::operator delete(held_.memory); }
+
+    /// Makes room without more elements. @throws std::bad_alloc  and nothing has changed
+    void reserve(std::size_t count) {
+        if (count <= room_) return;
+        const block larger{count};
+        if (size_ > 0) std::memcpy(static_cast<void*>(larger.first), data(), size_ * sizeof(T));
+        ::operator delete(std::exchange(held_, larger).memory);
+        room_ = count;
+    }
+    /// As `reserve`.
+    void resize(std::size_t count) {
+        reserve(count);
+        size_ = count;
+    }
+
+    std::size_t size() const { return size_; }
+    bool empty() const { return size_ == 0; }
+    T* data() { return held_.first; }
+    const T* data() const { return held_.first; }
+    T* begin() { return data(); }
+    const T* begin() const { return data(); }
+    T* end() { return data() + size_; }
+    const T* end() const { return data() + size_; }
+    T& operator[](std::size_t i) { return data()[i]; }
+    const T& operator[](std::size_t i) const { return data()[i]; }
+
+  private:
+    static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays get ordinary memory
+    static constexpr std::size_t line = 64;                    ///< of cache
+
+    /// Memory as `operator new` gives it, and where elements start in it. Aligned here, for an allocator that is asked to
+    /// align seldom finds room in what was freed: each new tree would get pages that the system has to clear first. (It
+    /// does so from some 30 MiB on even so, by glibc's way.)
+    struct block {
+        void* memory = nullptr;
+        T* first = nullptr;
+
+        block() = default;
+        explicit block(std::size_t count) {
+            static_assert(__is_trivially_copyable(T) && alignof(T) <= line);
+            if (count > ~std::size_t{0} / 2 / sizeof(T)) throw std::bad_array_new_length{};
+            const std::size_t bytes = count * sizeof(T), alignment = bytes >= page ? page : line;
+            memory = ::operator new(bytes + alignment);
+            const std::size_t past = reinterpret_cast<std::uintptr_t>(memory) % alignment;
+            void* const aligned = static_cast<char*>(memory) + (alignment - past);
+#if defined(MADV_HUGEPAGE)
+            if (bytes >= page) madvise(aligned, bytes, MADV_HUGEPAGE); // a wish: what it returns changes nothing
+#endif
+            first = static_cast<T*>(aligned);
+#if defined(INSONIFY_ADDRESS_SANITIZER) // what lies before and after is nobody's
+            __asan_poison_memory_region(memory, alignment - past);
+            __asan_poison_memory_region(first + count, past);
+#endif
+        }
+    };
+    void swap(large_array& other) noexcept {
+        std::swap(held_, other.held_);
+        std::swap(size_, other.size_);
+        std::swap(room_, other.room_);
+    }
+
+    block held_{};
+    std::size_t size_ = 0;
+    std::size_t room_ = 0; ///< elements
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#undef INSONIFY_ADDRESS_SANITIZER
+#endif
 #ifndef INSONIFY_TRACING_ELEVATION_HPP
 #define INSONIFY_TRACING_ELEVATION_HPP
 
@@ -4653,7 +4765,7 @@ class beam_table {
         const lateral_kernel kernel =
             make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
         border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
-        later<Policy>(samples_).resize(std::size_t{border_ + 1} * depths);
+        samples_.resize(std::size_t{border_ + 1} * depths);
         for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
         plane_weights_.resize(std::size_t{depths} * planes.count());
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
@@ -4741,7 +4853,7 @@ class beam_table {
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 0;
-    std::vector<beam_sample> samples_;
+    large_array<beam_sample> samples_;
     std::vector<float> plane_offsets_;
     std::vector<float> plane_weights_;
 };
@@ -4825,101 +4937,6 @@ class kept_beam_table {
 #ifndef INSONIFY_BVH_NODE_HPP
 #define INSONIFY_BVH_NODE_HPP
 
-#ifndef INSONIFY_BVH_LARGE_ARRAY_HPP
-#define INSONIFY_BVH_LARGE_ARRAY_HPP
-
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <new>
-#include <utility>
-#if defined(__linux__)
-#include <sys/mman.h>
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// An array that is walked all over: in large pages where the system gives them on request, since a ray through a large
-/// tree otherwise waits for the address of nearly every node as well as for the node. New elements are left as they
-/// come: write them before they are read, each thread its own.
-/// @tparam T  copied as bytes, and nothing to be done at its end
-template <class T>
-class large_array {
-  public:
-    large_array() = default;
-    explicit large_array(std::size_t count) { resize(count); }
-    large_array(const large_array& other) : large_array(other.size_) {
-        if (size_ > 0) std::memcpy(static_cast<void*>(data()), other.data(), size_ * sizeof(T));
-    }
-    large_array(large_array&& other) noexcept { swap(other); }
-    large_array& operator=(large_array other) noexcept {
-        swap(other);
-        return *this;
-    }
-    ~large_array() { ::operator delete(held_.memory); }
-
-    /// Makes room without more elements. @throws std::bad_alloc  and nothing has changed
-    void reserve(std::size_t count) {
-        if (count <= room_) return;
-        const block larger{count};
-        if (size_ > 0) std::memcpy(static_cast<void*>(larger.first), data(), size_ * sizeof(T));
-        ::operator delete(std::exchange(held_, larger).memory);
-        room_ = count;
-    }
-    /// As `reserve`.
-    void resize(std::size_t count) {
-        reserve(count);
-        size_ = count;
-    }
-
-    std::size_t size() const { return size_; }
-    bool empty() const { return size_ == 0; }
-    T* data() { return held_.first; }
-    const T* data() const { return held_.first; }
-    T* begin() { return data(); }
-    const T* begin() const { return data(); }
-    T* end() { return data() + size_; }
-    const T* end() const { return data() + size_; }
-    T& operator[](std::size_t i) { return data()[i]; }
-    const T& operator[](std::size_t i) const { return data()[i]; }
-
-  private:
-    static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays get ordinary memory
-    static constexpr std::size_t line = 64;                    ///< of cache
-
-    /// Memory as `operator new` gives it, and where elements start in it. Aligned here, for an allocator that is asked to
-    /// align seldom finds room in what was freed: each new tree would get pages that the system has to clear first.
-    struct block {
-        void* memory = nullptr;
-        T* first = nullptr;
-
-        block() = default;
-        explicit block(std::size_t count) {
-            static_assert(__is_trivially_copyable(T) && alignof(T) <= line);
-            if (count > ~std::size_t{0} / 2 / sizeof(T)) throw std::bad_array_new_length{};
-            const std::size_t bytes = count * sizeof(T), alignment = bytes >= page ? page : line;
-            memory = ::operator new(bytes + alignment);
-            const std::size_t past = reinterpret_cast<std::uintptr_t>(memory) % alignment;
-            void* const aligned = static_cast<char*>(memory) + (alignment - past);
-#if defined(MADV_HUGEPAGE)
-            if (bytes >= page) madvise(aligned, bytes, MADV_HUGEPAGE); // a wish: what it returns changes nothing
-#endif
-            first = static_cast<T*>(aligned);
-        }
-    };
-    void swap(large_array& other) noexcept {
-        std::swap(held_, other.held_);
-        std::swap(size_, other.size_);
-        std::swap(room_, other.room_);
-    }
-
-    block held_{};
-    std::size_t size_ = 0;
-    std::size_t room_ = 0; ///< elements
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #ifndef INSONIFY_GEOMETRY_AABB_HPP
 #define INSONIFY_GEOMETRY_AABB_HPP
 
@@ -5077,7 +5094,7 @@ struct topology {
     };
     large_array<tree_node<Width>> nodes{};
     large_array<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
-    std::vector<part> parts{};          ///< the nodes before the first one are above them all
+    large_array<part> parts{};          ///< the nodes before the first one are above them all
     std::uint32_t levels = 0;           ///< of nodes on the longest way down, at most `most_levels`
 
     std::size_t leaves() const { return slots.size() / Width; }
@@ -5268,9 +5285,10 @@ struct prepared_ray {
         // than `extent / longest` is no hit.
         const axes extent(sum(from) + reach), longest(greatest(size));
         const auto tells = absolute(begin) + room < axes(1e36F) && (moves || extent <= room * longest);
+        const axes middle = select(tells, begin, none), apart = select(tells, room, axes(FLT_MAX)); // finite, both
         store(select(tells, swift, none), inverse);
-        store(select(tells, begin - room, axes(-FLT_MAX)), entry);
-        store(select(tells, begin + room, axes(FLT_MAX)), exit);
+        store(middle - apart, entry);
+        store(middle + apart, exit);
         const std::uint32_t backwards = bits_of(along < none);
         for (std::uint32_t axis = 0; axis < 3; ++axis) {
             const std::uint32_t upper_first = backwards >> axis & 1U;
@@ -5372,8 +5390,8 @@ struct ray_packet {
     /// Takes rays from the first of `count` on, as many as go together. @return how many: whole groups, 0 for none
     ///
     /// They do where they are legal, have the same longest axis, go the same way, begin at 0 or later, and where they
-    /// leave the tree make a row no longer than 16 of its leaves and no wider
-    /// than 2. In longer or wider ones, rays that meet nothing together wait for one another.
+    /// leave the tree make a row no longer than 16 of its leaves and no wider than 2. In longer or wider ones, rays that
+    /// meet nothing together wait for one another.
     /// @param reach      no coordinate of a box is further from 0
     /// @param leaf_size  how wide a leaf is
     std::size_t prepare(const ray* first, std::size_t count, float reach, float leaf_size) {
@@ -5785,8 +5803,8 @@ struct triangle_hits {
         // First, lest large numbers overflow, or small ones vanish. The others divide by 1: their sum may be 0.
         const lanes<N> one(1.0F), share = one / select(certain, u + v + w, one);
         lanes<N> shares[3] = {u * share, v * share, w * share};
-#if defined(__FAST_MATH__) && !defined(__CUDACC__)
-        asm("" : "+m"(shares)); // or the compiler changes the order back
+#if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // -ffast-math, or a part of it
+        asm("" : "+m"(shares));                      // or the compiler changes the order back
 #endif
         return multiply_add(shares[0], t.z[0], multiply_add(shares[1], t.z[1], shares[2] * t.z[2])) * scale;
     }
@@ -6529,13 +6547,14 @@ class tree_assembler {
         tree.levels = top.levels;
         auto nodes = static_cast<std::uint32_t>(top.nodes.size());
         auto leaves = static_cast<std::uint32_t>(top.slots.size() / Width);
+        tree.parts.resize(pieces.size());
         for (std::size_t i = 0; i < pieces.size(); ++i) {
             if (!top.nodes.empty()) top.nodes[where[i].parent][where[i].place] = nodes;
-            tree.parts.push_back({nodes, nodes + static_cast<std::uint32_t>(pieces[i].nodes.size()), leaves,
-                                  leaves + static_cast<std::uint32_t>(pieces[i].slots.size() / Width)});
+            tree.parts[i] = {nodes, nodes + static_cast<std::uint32_t>(pieces[i].nodes.size()), leaves,
+                             leaves + static_cast<std::uint32_t>(pieces[i].slots.size() / Width)};
             tree.levels = std::max(tree.levels, pieces[i].levels);
-            nodes = tree.parts.back().end;
-            leaves = tree.parts.back().leaf_end;
+            nodes = tree.parts[i].end;
+            leaves = tree.parts[i].leaf_end;
         }
         tree.nodes.resize(nodes);
         tree.slots.resize(std::size_t{leaves} * Width);
@@ -6599,10 +6618,10 @@ class morton_order {
     INSONIFY_LAZY std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
     /// The highest bit in which cells of places from `begin` to before `end` differ, counted from 1; 0 where none does.
-    std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
+    INSONIFY_LAZY std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
         return static_cast<std::uint32_t>(std::bit_width(cell(begin) ^ cell(end - 1)));
     }
-    /// The place where it changes: cells being in order, there is one.
+    /// The place where it changes: cells being in order, there is one. @param step  above 0
     INSONIFY_LAZY std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
         const void* const found = std::memchr(steps_.data() + begin + 1, static_cast<int>(step), end - begin - 1);
         return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - steps_.data());
@@ -7171,7 +7190,7 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
     if (tree.nodes.empty()) return;
     for_each_index(policy, tree.parts.size(),
                    [&](std::size_t i) { tree.parts[i].areas = refit_part(tree, tree.parts[i], range, shape); });
-    const auto& first = tree.parts.front();
+    const auto& first = tree.parts[0];
     box_areas area = refit_part(tree, {0, first.begin, 0, first.first_leaf}, range, shape);
     for (const auto& part : tree.parts) {
         area.all += part.areas.all;
@@ -7369,9 +7388,9 @@ struct mesh_view {
 };
 
 /// @param named  what the sentence begins with: whose mesh it is
-/// @throws geometry_error  where a face names a vertex that is not there
+/// @throws geometry_error  where a face names a vertex that is not there; it tells of the highest
 INSONIFY_LAZY void check_faces(const mesh_view& m, const std::string& named) {
-    uvec3 last{0, 0, 0}; // compared at the end: a branch a corner would take longer than the rest
+    uvec3 last{0, 0, 0}; // compared once, at the end, so that SIMD can find it
     for (const uvec3& face : m.faces)
         last = {std::max(last.x, face.x), std::max(last.y, face.y), std::max(last.z, face.z)};
     const std::uint32_t vertex = std::max(last.x, std::max(last.y, last.z));
@@ -7779,19 +7798,24 @@ class scene {
     template <exec::policy Policy>
     scene& build(const Policy& policy, trees upkeep = trees::follow) & {
         later_t<Policy, std::vector<structures>> made(objects_.size());
-        later_t<Policy, std::vector<medium>> media = {background_};
-        later_t<Policy, std::vector<pose>> places = {pose{}};
+        large_array<medium> media(1 + objects_.size());
+        large_array<pose> places(1 + objects_.size());
+        media[0] = background_;
+        places[0] = {};
+        std::size_t different = 1; // media
         later_t<Policy, std::vector<std::uint32_t>> medium_index, by_rank(objects_.size());
         later_t<Policy, std::vector<float>> volume;
         for (std::size_t i = 0; i < objects_.size(); ++i) {
             const object& one = objects_[i];
             made[i] = structures_over(policy, one, upkeep);
             volume.push_back(static_cast<float>(std::fabs(enclosed_volume(one.surface))));
-            places.push_back(one.at);
-            const auto known = std::find(media.begin(), media.end(), one.inside);
-            medium_index.push_back(static_cast<std::uint32_t>(known - media.begin()));
-            if (known == media.end()) media.push_back(one.inside);
+            places[1 + i] = one.at;
+            const auto known = static_cast<std::size_t>(
+                std::find(media.begin(), media.begin() + different, one.inside) - media.begin());
+            medium_index.push_back(static_cast<std::uint32_t>(known));
+            if (known == different) media[different++] = one.inside;
         }
+        media.resize(different);
         for (std::uint32_t i = 0; i < by_rank.size(); ++i) by_rank[i] = i;
         std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
             const object &one = objects_[a], &other = objects_[b];
@@ -7952,8 +7976,8 @@ class scene {
 
     medium background_;
     std::vector<object> objects_;
-    std::vector<medium> media_;
-    std::vector<pose> places_;
+    large_array<medium> media_;
+    large_array<pose> places_;
     std::vector<std::uint32_t> by_rank_;
     std::uint32_t next_id_ = 0;
     bool built_ = false;
@@ -9018,7 +9042,7 @@ class slice_lines {
         };
         each_block([&](std::size_t b, const cut_segment&) { ++block_end_[b + 1]; });
         for (std::size_t b = 0; b < blocks; ++b) block_end_[b + 1] += block_end_[b];
-        later<Policy>(of_blocks_).resize(block_end_[blocks]);
+        of_blocks_.resize(block_end_[blocks]);
         each_block([&](std::size_t b, const cut_segment& segment) {
             of_blocks_[block_end_[b]++] = {segment.from.y + segment.to.y, &segment};
         });
@@ -9027,8 +9051,8 @@ class slice_lines {
     /// Finds where lines `begin` to `begin + block` cross their segments.
     INSONIFY_LAZY void start(std::size_t begin, block_crossings& own) {
         const std::size_t b = begin / block;
-        const auto at = [&](std::size_t i) { return of_blocks_.begin() + static_cast<std::ptrdiff_t>(i); };
-        const auto first = at(b == 0 ? 0 : block_end_[b - 1]), last = at(block_end_[b]);
+        waiting* const first = of_blocks_.data() + (b == 0 ? 0 : block_end_[b - 1]);
+        waiting* const last = of_blocks_.data() + block_end_[b];
         // By depth, once for the block: so that its lines get theirs nearly sorted.
         std::sort(first, last, [](const waiting& one, const waiting& other) { return one.depth < other.depth; });
 
@@ -9107,7 +9131,7 @@ class slice_lines {
     std::vector<std::uint32_t> left_;  // the others
     slice_cut cut_;
     large_array<std::size_t> block_end_; // where the segments of each block end, in `of_blocks_`
-    std::vector<waiting> of_blocks_;
+    large_array<waiting> of_blocks_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -73,10 +73,10 @@ TEST_CASE("a tree along the curve holds every primitive once, whatever the polic
 
 TEST_CASE("primitives are in the order of their cells, then in their own, and the place where a cell's highest bit "
           "changes is found") {
-    // Few, and few, some and many that share the highest digit of their cells: each is sorted another way.
+    // Less than 1024 are sorted at once; of more, those with one highest digit, each way: less than 64, than 512, and more.
     for (const std::uint32_t count : {10U, 900U, 20'000U, 300'000U}) {
         mesh m = build_morton_test::random_triangles(count, count, 0.01F);
-        for (std::size_t i = 0; i < m.positions.size() / 2; ++i) m.positions[i] *= 0.1F; // half of them in a corner
+        for (std::size_t i = 0; i < m.positions.size() / 2; ++i) m.positions[i] *= 0.1F; // half of them in the middle
         const morton_order order{exec::par, mesh_view{m}};
         REQUIRE(order.size() == count);
         std::size_t wrong = 0;

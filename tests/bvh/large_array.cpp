@@ -29,7 +29,9 @@ TEST_CASE("an array keeps what it holds when it grows, into large pages too, and
     a.resize(many);
     REQUIRE(a.size() == many);
     CHECK(large_array_test::counts(a, 1000));
-    CHECK(reinterpret_cast<std::uintptr_t>(a.data()) % 64 == 0);
+    CHECK(reinterpret_cast<std::uintptr_t>(a.data()) % (std::size_t{2} << 20U) == 0); // a page
+    for (const std::size_t size : {1U, 3U, 100U, 1000U})
+        CHECK(reinterpret_cast<std::uintptr_t>(large_array_test::counted(size).data()) % 64 == 0);
     const volatile std::size_t few = 10; // or g++ warns of a growth that never happens
     a.resize(few);
     const std::uint32_t* const before = a.data();

@@ -82,6 +82,21 @@ TEST_CASE("rays in packets get bit for bit what they get alone, near the origin 
     }
 }
 
+TEST_CASE("four groups go together in a row as long as 16 leaves, and two by two in one as long as 32") {
+    const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
+    const bvh tree{exec::par, m};
+    const auto packets_of_row = [&](float leaves) {
+        std::vector<ray> rays;
+        const float step = leaves * tree.view_of().leaf_size / static_cast<float>(4 * simd_width - 1);
+        for (int i = 0; i < 4 * simd_width; ++i)
+            rays.push_back({.origin = {step * static_cast<float>(i), 0, -2}, .direction = {0, 0, 1}});
+        return ray_packet_test::together(rays, tree.view_of());
+    };
+    CHECK(packets_of_row(15) == std::vector<std::size_t>{0, 0, 0, 0, 1});
+    CHECK(packets_of_row(17) == std::vector<std::size_t>{0, 0, 2, 0, 0});
+    CHECK(packets_of_row(40) == std::vector<std::size_t>{0, 4, 0, 0, 0});
+}
+
 TEST_CASE("no packet leaks out of a closed surface, through faces, vertices or edges") {
     const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
     const bvh tree{exec::par, m};

@@ -17,9 +17,15 @@ TEST_CASE("a face that names no vertex is told of") {
     mesh box = make_box({0, 0, 0}, {1, 1, 1});
     CHECK_NOTHROW(check_faces(box, "box: "));
     CHECK_NOTHROW(check_faces(mesh{}, ""));
-    box.faces.back().z = static_cast<std::uint32_t>(box.positions.size());
-    CHECK_THROWS_WITH_AS(check_faces(box, "box: "),
-                         "box: a face names vertex 8, but the mesh has 8; indices start at 0", geometry_error);
+    for (int corner = 0; corner < 3; ++corner) {
+        mesh wrong = box;
+        wrong.faces.back()[corner] = 8;
+        CHECK_THROWS_WITH_AS(check_faces(wrong, "box: "),
+                             "box: a face names vertex 8, but the mesh has 8; indices start at 0", geometry_error);
+        wrong.faces[3][2 - corner] = 9;
+        CHECK_THROWS_WITH_AS(check_faces(wrong, "box: "),
+                             "box: a face names vertex 9, but the mesh has 8; indices start at 0", geometry_error);
+    }
 }
 
 TEST_CASE("a mesh view shows triangles") {

@@ -135,13 +135,14 @@ class tree_assembler {
         tree.levels = top.levels;
         auto nodes = static_cast<std::uint32_t>(top.nodes.size());
         auto leaves = static_cast<std::uint32_t>(top.slots.size() / Width);
+        tree.parts.resize(pieces.size());
         for (std::size_t i = 0; i < pieces.size(); ++i) {
             if (!top.nodes.empty()) top.nodes[where[i].parent][where[i].place] = nodes;
-            tree.parts.push_back({nodes, nodes + static_cast<std::uint32_t>(pieces[i].nodes.size()), leaves,
-                                  leaves + static_cast<std::uint32_t>(pieces[i].slots.size() / Width)});
+            tree.parts[i] = {nodes, nodes + static_cast<std::uint32_t>(pieces[i].nodes.size()), leaves,
+                             leaves + static_cast<std::uint32_t>(pieces[i].slots.size() / Width)};
             tree.levels = std::max(tree.levels, pieces[i].levels);
-            nodes = tree.parts.back().end;
-            leaves = tree.parts.back().leaf_end;
+            nodes = tree.parts[i].end;
+            leaves = tree.parts[i].leaf_end;
         }
         tree.nodes.resize(nodes);
         tree.slots.resize(std::size_t{leaves} * Width);

@@ -10,6 +10,16 @@
 #if defined(__linux__)
 #include <sys/mman.h>
 #endif
+#if defined(__SANITIZE_ADDRESS__)
+#define INSONIFY_ADDRESS_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define INSONIFY_ADDRESS_SANITIZER
+#endif
+#endif
+#if defined(INSONIFY_ADDRESS_SANITIZER)
+#include <sanitizer/asan_interface.h>
+#endif
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -62,7 +72,8 @@ class large_array {
     static constexpr std::size_t line = 64;                    ///< of cache
 
     /// Memory as `operator new` gives it, and where elements start in it. Aligned here, for an allocator that is asked to
-    /// align seldom finds room in what was freed: each new tree would get pages that the system has to clear first.
+    /// align seldom finds room in what was freed: each new tree would get pages that the system has to clear first. (It
+    /// does so from some 30 MiB on even so, by glibc's way.)
     struct block {
         void* memory = nullptr;
         T* first = nullptr;
@@ -79,6 +90,10 @@ class large_array {
             if (bytes >= page) madvise(aligned, bytes, MADV_HUGEPAGE); // a wish: what it returns changes nothing
 #endif
             first = static_cast<T*>(aligned);
+#if defined(INSONIFY_ADDRESS_SANITIZER) // what lies before and after is nobody's
+            __asan_poison_memory_region(memory, alignment - past);
+            __asan_poison_memory_region(first + count, past);
+#endif
         }
     };
     void swap(large_array& other) noexcept {
@@ -93,4 +108,5 @@ class large_array {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+#undef INSONIFY_ADDRESS_SANITIZER
 #endif

@@ -30,8 +30,8 @@ struct triangle_hits {
         // First, lest large numbers overflow, or small ones vanish. The others divide by 1: their sum may be 0.
         const lanes<N> one(1.0F), share = one / select(certain, u + v + w, one);
         lanes<N> shares[3] = {u * share, v * share, w * share};
-#if defined(__FAST_MATH__) && !defined(__CUDACC__)
-        asm("" : "+m"(shares)); // or the compiler changes the order back
+#if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // -ffast-math, or a part of it
+        asm("" : "+m"(shares));                      // or the compiler changes the order back
 #endif
         return multiply_add(shares[0], t.z[0], multiply_add(shares[1], t.z[1], shares[2] * t.z[2])) * scale;
     }

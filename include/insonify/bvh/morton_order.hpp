@@ -42,10 +42,10 @@ class morton_order {
     INSONIFY_LAZY std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
     /// The highest bit in which cells of places from `begin` to before `end` differ, counted from 1; 0 where none does.
-    std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
+    INSONIFY_LAZY std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
         return static_cast<std::uint32_t>(std::bit_width(cell(begin) ^ cell(end - 1)));
     }
-    /// The place where it changes: cells being in order, there is one.
+    /// The place where it changes: cells being in order, there is one. @param step  above 0
     INSONIFY_LAZY std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
         const void* const found = std::memchr(steps_.data() + begin + 1, static_cast<int>(step), end - begin - 1);
         return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - steps_.data());

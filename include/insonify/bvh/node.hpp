@@ -96,7 +96,7 @@ struct topology {
     };
     large_array<tree_node<Width>> nodes{};
     large_array<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
-    std::vector<part> parts{};          ///< the nodes before the first one are above them all
+    large_array<part> parts{};          ///< the nodes before the first one are above them all
     std::uint32_t levels = 0;           ///< of nodes on the longest way down, at most `most_levels`
 
     std::size_t leaves() const { return slots.size() / Width; }

@@ -60,9 +60,10 @@ struct prepared_ray {
         // than `extent / longest` is no hit.
         const axes extent(sum(from) + reach), longest(greatest(size));
         const auto tells = absolute(begin) + room < axes(1e36F) && (moves || extent <= room * longest);
+        const axes middle = select(tells, begin, none), apart = select(tells, room, axes(FLT_MAX)); // finite, both
         store(select(tells, swift, none), inverse);
-        store(select(tells, begin - room, axes(-FLT_MAX)), entry);
-        store(select(tells, begin + room, axes(FLT_MAX)), exit);
+        store(middle - apart, entry);
+        store(middle + apart, exit);
         const std::uint32_t backwards = bits_of(along < none);
         for (std::uint32_t axis = 0; axis < 3; ++axis) {
             const std::uint32_t upper_first = backwards >> axis & 1U;

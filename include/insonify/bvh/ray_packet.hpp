@@ -71,8 +71,8 @@ struct ray_packet {
     /// Takes rays from the first of `count` on, as many as go together. @return how many: whole groups, 0 for none
     ///
     /// They do where they are legal, have the same longest axis, go the same way, begin at 0 or later, and where they
-    /// leave the tree make a row no longer than 16 of its leaves and no wider
-    /// than 2. In longer or wider ones, rays that meet nothing together wait for one another.
+    /// leave the tree make a row no longer than 16 of its leaves and no wider than 2. In longer or wider ones, rays that
+    /// meet nothing together wait for one another.
     /// @param reach      no coordinate of a box is further from 0
     /// @param leaf_size  how wide a leaf is
     std::size_t prepare(const ray* first, std::size_t count, float reach, float leaf_size) {

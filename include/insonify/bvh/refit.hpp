@@ -81,7 +81,7 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
     if (tree.nodes.empty()) return;
     for_each_index(policy, tree.parts.size(),
                    [&](std::size_t i) { tree.parts[i].areas = refit_part(tree, tree.parts[i], range, shape); });
-    const auto& first = tree.parts.front();
+    const auto& first = tree.parts[0];
     box_areas area = refit_part(tree, {0, first.begin, 0, first.first_leaf}, range, shape);
     for (const auto& part : tree.parts) {
         area.all += part.areas.all;

@@ -240,8 +240,9 @@ INSONIFY_FN std::uint32_t bits_of(const lane_mask<N>& mask) {
 
 /// 1 / a, rounded as scalars are.
 template <class Lanes>
+    requires requires { Lanes::size(); }
 INSONIFY_FN INSONIFY_INLINE Lanes inverse(const Lanes& a) {
-#if defined(__FAST_MATH__) && !defined(__CUDACC__)
+#if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // -ffast-math, or a part of it
     constexpr int n = static_cast<int>(Lanes::size());
     float each[n];
     store(a, each);

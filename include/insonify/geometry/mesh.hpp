@@ -50,9 +50,9 @@ struct mesh_view {
 };
 
 /// @param named  what the sentence begins with: whose mesh it is
-/// @throws geometry_error  where a face names a vertex that is not there
+/// @throws geometry_error  where a face names a vertex that is not there; it tells of the highest
 INSONIFY_LAZY void check_faces(const mesh_view& m, const std::string& named) {
-    uvec3 last{0, 0, 0}; // compared at the end: a branch a corner would take longer than the rest
+    uvec3 last{0, 0, 0}; // compared once, at the end, so that SIMD can find it
     for (const uvec3& face : m.faces)
         last = {std::max(last.x, face.x), std::max(last.y, face.y), std::max(last.z, face.z)};
     const std::uint32_t vertex = std::max(last.x, std::max(last.y, last.z));

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SCENE_SCENE_HPP
 #define INSONIFY_SCENE_SCENE_HPP
 
+#include <insonify/bvh/large_array.hpp>
 #include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/later.hpp>
@@ -106,19 +107,24 @@ class scene {
     template <exec::policy Policy>
     scene& build(const Policy& policy, trees upkeep = trees::follow) & {
         later_t<Policy, std::vector<structures>> made(objects_.size());
-        later_t<Policy, std::vector<medium>> media = {background_};
-        later_t<Policy, std::vector<pose>> places = {pose{}};
+        large_array<medium> media(1 + objects_.size());
+        large_array<pose> places(1 + objects_.size());
+        media[0] = background_;
+        places[0] = {};
+        std::size_t different = 1; // media
         later_t<Policy, std::vector<std::uint32_t>> medium_index, by_rank(objects_.size());
         later_t<Policy, std::vector<float>> volume;
         for (std::size_t i = 0; i < objects_.size(); ++i) {
             const object& one = objects_[i];
             made[i] = structures_over(policy, one, upkeep);
             volume.push_back(static_cast<float>(std::fabs(enclosed_volume(one.surface))));
-            places.push_back(one.at);
-            const auto known = std::find(media.begin(), media.end(), one.inside);
-            medium_index.push_back(static_cast<std::uint32_t>(known - media.begin()));
-            if (known == media.end()) media.push_back(one.inside);
+            places[1 + i] = one.at;
+            const auto known = static_cast<std::size_t>(
+                std::find(media.begin(), media.begin() + different, one.inside) - media.begin());
+            medium_index.push_back(static_cast<std::uint32_t>(known));
+            if (known == different) media[different++] = one.inside;
         }
+        media.resize(different);
         for (std::uint32_t i = 0; i < by_rank.size(); ++i) by_rank[i] = i;
         std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
             const object &one = objects_[a], &other = objects_[b];
@@ -279,8 +285,8 @@ class scene {
 
     medium background_;
     std::vector<object> objects_;
-    std::vector<medium> media_;
-    std::vector<pose> places_;
+    large_array<medium> media_;
+    large_array<pose> places_;
     std::vector<std::uint32_t> by_rank_;
     std::uint32_t next_id_ = 0;
     bool built_ = false;

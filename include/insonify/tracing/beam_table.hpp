@@ -2,6 +2,7 @@
 #define INSONIFY_TRACING_BEAM_TABLE_HPP
 
 #include <insonify/acoustics/layer.hpp>
+#include <insonify/bvh/large_array.hpp>
 #include <insonify/core/algorithm.hpp>
 #include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
@@ -33,7 +34,7 @@ class beam_table {
         const lateral_kernel kernel =
             make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
         border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
-        later<Policy>(samples_).resize(std::size_t{border_ + 1} * depths);
+        samples_.resize(std::size_t{border_ + 1} * depths);
         for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
         plane_weights_.resize(std::size_t{depths} * planes.count());
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
@@ -121,7 +122,7 @@ class beam_table {
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 0;
-    std::vector<beam_sample> samples_;
+    large_array<beam_sample> samples_;
     std::vector<float> plane_offsets_;
     std::vector<float> plane_weights_;
 };

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_TRACING_SLICE_LINES_HPP
 #define INSONIFY_TRACING_SLICE_LINES_HPP
 
+#include <insonify/bvh/large_array.hpp>
 #include <insonify/core/algorithm.hpp>
 #include <insonify/core/later.hpp>
 #include <insonify/scene/line_layers.hpp>
@@ -83,7 +84,7 @@ class slice_lines {
         };
         each_block([&](std::size_t b, const cut_segment&) { ++block_end_[b + 1]; });
         for (std::size_t b = 0; b < blocks; ++b) block_end_[b + 1] += block_end_[b];
-        later<Policy>(of_blocks_).resize(block_end_[blocks]);
+        of_blocks_.resize(block_end_[blocks]);
         each_block([&](std::size_t b, const cut_segment& segment) {
             of_blocks_[block_end_[b]++] = {segment.from.y + segment.to.y, &segment};
         });
@@ -92,8 +93,8 @@ class slice_lines {
     /// Finds where lines `begin` to `begin + block` cross their segments.
     INSONIFY_LAZY void start(std::size_t begin, block_crossings& own) {
         const std::size_t b = begin / block;
-        const auto at = [&](std::size_t i) { return of_blocks_.begin() + static_cast<std::ptrdiff_t>(i); };
-        const auto first = at(b == 0 ? 0 : block_end_[b - 1]), last = at(block_end_[b]);
+        waiting* const first = of_blocks_.data() + (b == 0 ? 0 : block_end_[b - 1]);
+        waiting* const last = of_blocks_.data() + block_end_[b];
         // By depth, once for the block: so that its lines get theirs nearly sorted.
         std::sort(first, last, [](const waiting& one, const waiting& other) { return one.depth < other.depth; });
 
@@ -172,7 +173,7 @@ class slice_lines {
     std::vector<std::uint32_t> left_;  // the others
     slice_cut cut_;
     large_array<std::size_t> block_end_; // where the segments of each block end, in `of_blocks_`
-    std::vector<waiting> of_blocks_;
+    large_array<waiting> of_blocks_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

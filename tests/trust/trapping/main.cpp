@@ -59,6 +59,12 @@ int main() {
         draw(exec::par_unseq, body, radial_array{.lines = 32, .frequency = 5_MHz}, at);
         trace_pixels(exec::par_unseq, body, linear_array{.lines = 32}, at, law2011{}, {.depth = 50_mm, .samples = 128});
     }
+    const mesh sphere = make_sphere({0, 0, 0}, 1, 4);
+    const bvh tree{exec::par, sphere};
+    const std::vector<ray> afar(64, {.origin = {1e20F, 0, -5}, .direction = {0, 0, 1}}); // farther than floats can tell
+    std::vector<hit> hits(afar.size());
+    tree.closest(exec::par, afar, hits);
+    if (tree.any(afar[0]) || tree.closest(afar[0]) || hits[0]) return 1;
     body.update(exec::par, trees::wait);
     scene nothing{tissue::fat};
     draw(exec::seq, nothing.build(exec::seq), linear_array{.lines = 1}, pose{});
