@@ -51,14 +51,15 @@ struct prepared_ray {
         source.direction = settled(r.direction);
         const axes along = each_lane<4>([&](int axis) { return axis < 3 ? source.direction[axis] : 0.0F; });
         const axes origin = each_lane<4>([&](int axis) { return axis < 3 ? r.origin[axis] : 0.0F; });
-        const axes one(1.0F), none(0.0F), from = absolute(origin), size = absolute(along);
+        const axes none(0.0F), from = absolute(origin), size = absolute(along), longest(greatest(size));
         const auto moves = none < size;
-        const axes swift = select(moves, insonify::inverse(select(moves, along, one)), axes(1e30F));
+        // Not 1 instead of 0: clang inverts constants by itself, and then divides by 0 all the same.
+        const axes swift = select(moves, insonify::inverse(select(moves, along, longest)), axes(1e30F));
         const axes begin = -origin * swift;
         const axes room = absolute(swift) * (axes(5e-7F) * (from + axes(reach)) + axes(1e-20F));
         // Not where it is so far away that an axis tells nothing, nor where the huge inverse is not huge enough: further
         // than `extent / longest` is no hit.
-        const axes extent(sum(from) + reach), longest(greatest(size));
+        const axes extent(sum(from) + reach);
         const auto tells = absolute(begin) + room < axes(1e36F) && (moves || extent <= room * longest);
         const axes middle = select(tells, begin, none), apart = select(tells, room, axes(FLT_MAX)); // finite, both
         store(select(tells, swift, none), inverse);
