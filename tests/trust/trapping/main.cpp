@@ -64,7 +64,10 @@ int main() {
     const std::vector<ray> afar(64, {.origin = {1e20F, 0, -5}, .direction = {0, 0, 1}}); // farther than floats can tell
     std::vector<hit> hits(afar.size());
     tree.closest(exec::par, afar, hits);
-    if (tree.any(afar[0]) || tree.closest(afar[0]) || hits[0]) return 1;
+    if (tree.any(afar[0]) || tree.closest(afar[0]) || hits[0]) {
+        std::puts("a ray that passes far away has met something");
+        return 1;
+    }
     body.update(exec::par, trees::wait);
     scene nothing{tissue::fat};
     draw(exec::seq, nothing.build(exec::seq), linear_array{.lines = 1}, pose{});
