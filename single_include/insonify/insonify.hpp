@@ -5845,22 +5845,33 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        for (int i = 0; i < Width; ++i) set(i, range[slots[i] != no_primitive ? slots[i] : slots[0]]);
-        using floats = lanes<Width>;
+        constexpr int some = 4; // at a time: no more corners fit into registers
+        using floats = lanes<some>;
         floats low[3], high[3];
-        bit_lanes<Width> wild{};
-        for (int axis = 0; axis < 3; ++axis) {
-            const floats a = load<Width>(corner[0][axis]), b = load<Width>(corner[1][axis]);
-            const floats c = load<Width>(corner[2][axis]);
-            low[axis] = lesser(lesser(a, b), c);
-            high[axis] = greater(greater(a, b), c);
-            wild = wild | not_finite<Width>(a) | not_finite<Width>(b) | not_finite<Width>(c);
+        for (int axis = 0; axis < 3; ++axis) low[axis] = floats(FLT_MAX), high[axis] = floats(-FLT_MAX);
+        for (int first = 0; first < Width; first += some) {
+            const auto slot = [&](int i) { return slots[first + i] != no_primitive ? slots[first + i] : slots[0]; };
+            const triangle t[some] = {range[slot(0)], range[slot(1)], range[slot(2)], range[slot(3)]};
+            floats p[3][3];
+            bit_lanes<some> wild{};
+            const vec3 triangle::*const names[3] = {&triangle::a, &triangle::b, &triangle::c};
+            for (int c = 0; c < 3; ++c)
+                for (int axis = 0; axis < 3; ++axis) {
+                    p[c][axis] = each_lane<some>([&](int i) { return (t[i].*names[c])[axis]; });
+                    wild = wild | not_finite<some>(p[c][axis]);
+                }
+            const auto finite = floats(0.0F) <= floats_of<some>(wild);
+            store_bits<some>(load_bits<some>(slots + first) | (bit_lanes<some>{} - (wild >> 31)), primitive + first);
+            for (int axis = 0; axis < 3; ++axis) {
+                const floats lowest = lesser(lesser(p[0][axis], p[1][axis]), p[2][axis]);
+                const floats highest = greater(greater(p[0][axis], p[1][axis]), p[2][axis]);
+                low[axis] = lesser(low[axis], select(finite, lowest, floats(FLT_MAX)));
+                high[axis] = greater(high[axis], select(finite, highest, floats(-FLT_MAX)));
+                for (int c = 0; c < 3; ++c) store(p[c][axis], corner[c][axis] + first);
+            }
         }
-        const auto finite = floats(0.0F) <= floats_of<Width>(wild);
-        store_bits<Width>(load_bits<Width>(slots) | (bit_lanes<Width>{} - (wild >> 31)), primitive); // or all bits
-        const auto lowest = [&](int axis) { return least(select(finite, low[axis], floats(FLT_MAX))); };
-        const auto highest = [&](int axis) { return greatest(select(finite, high[axis], floats(-FLT_MAX))); };
-        return {{lowest(0), lowest(1), lowest(2)}, {highest(0), highest(1), highest(2)}};
+        return {{least(low[0]), least(low[1]), least(low[2])},
+                {greatest(high[0]), greatest(high[1]), greatest(high[2])}};
     }
 
     static build_box box(const Range& range, std::size_t i) {
@@ -5979,16 +5990,6 @@ struct alignas(64) leaf<Range, Width> {
         }
         distance = load<Width>(exact);
         return true;
-    }
-
-    void set(int i, const triangle& t) {
-        float* const from = &corner[0][0][i];
-        const vec3* const corners[3] = {&t.a, &t.b, &t.c};
-        for (std::ptrdiff_t c = 0; c < 3; ++c) {
-            from[(3 * c) * Width] = corners[c]->x;
-            from[(3 * c + 1) * Width] = corners[c]->y;
-            from[(3 * c + 2) * Width] = corners[c]->z;
-        }
     }
 };
 
@@ -6690,7 +6691,7 @@ class morton_order {
             for (auto& place : places) next += std::exchange(place[d], next);
         exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
-            for (std::size_t i = 0; i < used_[b]; ++i) apart[places[b][digit(from[i])]++] = from[i];
+            deal(from, used_[b], digit, places[b], apart.data());
         });
         const auto& ends = places.back();
         exec::for_each_index(policy, ends.size(), [&](std::size_t d) {
@@ -6711,16 +6712,35 @@ class morton_order {
     static void sort_by_digits(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
         constexpr unsigned digits = (20 + Bits - 1) / Bits;
         counts<Bits> places[digits] = {};
-        const auto digit = [](std::uint64_t key, unsigned k) { return key >> (32 + Bits * k) & ((1U << Bits) - 1); };
+        const auto digit = [](std::uint64_t key, unsigned k) {
+            return static_cast<std::uint32_t>(key >> (32 + Bits * k)) & ((1U << Bits) - 1);
+        };
         for (std::uint32_t i = 0; i < count; ++i)
             for (unsigned k = 0; k < digits; ++k) ++places[k][digit(keys[i], k)];
         for (unsigned k = 0; k < digits; ++k) {
             std::uint32_t next = 0;
             for (std::uint32_t& place : places[k]) next += std::exchange(place, next);
-            for (std::uint32_t i = 0; i < count; ++i) other[places[k][digit(keys[i], k)]++] = keys[i];
+            deal(
+                keys, count, [&](std::uint64_t key) { return digit(key, k); }, places[k], other);
             std::swap(keys, other);
         }
         if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
+    }
+
+    // Each key to the next place of its digit. Two at a time, lest each wait until the last one's place is counted on.
+    template <class Digit, class Counts>
+    static void deal(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
+                     std::uint64_t* to) {
+        std::uint32_t i = 0;
+        for (; i + 1 < count; i += 2) {
+            const std::uint32_t one = digit(keys[i]), other = digit(keys[i + 1]);
+            const std::uint32_t first = next[one], second = next[other] + (one == other ? 1 : 0);
+            next[one] = first + 1;
+            next[other] = second + 1;
+            to[first] = keys[i];
+            to[second] = keys[i + 1];
+        }
+        if (i < count) to[next[digit(keys[i])]++] = keys[i];
     }
 
     template <class Policy>
@@ -6878,7 +6898,7 @@ class sah_bins {
     INSONIFY_LAZY void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
         const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale);
         const lanes<4> last(static_cast<float>(bins_ - 1)), first(0.0F);
-        for (std::size_t i = 0; i < count; ++i) {
+        const auto add_one = [&](std::size_t i) {
             float at[4];
             store(greater(lesser((boxes[i].half_centre() - begin) * scale, last), first), at);
             const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
@@ -6889,7 +6909,13 @@ class sah_bins {
             ++count_[1][y];
             ++count_[2][z];
             places[i] = static_cast<std::uint32_t>(x | y << 8 | z << 16);
+        };
+        const std::size_t half = count / 2; // neighbours share bins: each would wait for the last one's sum
+        for (std::size_t i = 0; i < half; ++i) {
+            add_one(i);
+            add_one(half + i);
         }
+        if (count > 2 * half) add_one(2 * half);
     }
 
     INSONIFY_LAZY void add(const sah_bins& other) {
@@ -7008,16 +7034,22 @@ class sah_splitter {
         };
         std::vector<piece> pieces(blocks(range.size()));
         exec::for_each_block(policy, range.size(), block_size, 10, [&](std::size_t begin, std::size_t end) {
-            piece one;
+            build_box* next = boxes_[0].data() + begin;
+            lanes<4> minus_lower(-FLT_MAX), upper(-FLT_MAX), first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
-                build_box box = leaf<Range, Width>::box(range, i);
+                const build_box box = leaf<Range, Width>::box(range, i);
                 if (box.empty()) continue;
-                one.box.add(box);
-                one.centres.add(box.half_centre(), box.half_centre());
-                box.name(static_cast<std::uint32_t>(i));
-                boxes_[0][begin + one.used++] = box;
+                minus_lower = greater(minus_lower, box.minus_lower());
+                upper = greater(upper, box.upper());
+                first = lesser(first, box.half_centre());
+                last = greater(last, box.half_centre());
+                *next = box;
+                next++->name(static_cast<std::uint32_t>(i));
             }
-            pieces[begin / block_size] = one;
+            piece& one = pieces[begin / block_size];
+            one.used = static_cast<std::size_t>(next - (boxes_[0].data() + begin));
+            one.box = {minus_lower, upper};
+            one.centres.add(first, last);
         });
         for (std::size_t b = 0; b < pieces.size(); ++b) { // closes the gaps that primitives left out have made
             const build_box* const first = boxes_[0].data() + b * block_size;
@@ -7084,8 +7116,12 @@ class sah_splitter {
     // Moves boxes to the two sides, keeping their order.
     static void separate(const sah_plane& plane, const build_box* from, const std::uint32_t* places, std::size_t count,
                          build_box* below, build_box* above) {
-        build_box* next[2] = {below, above};
-        for (std::size_t i = 0; i < count; ++i) *next[plane.is_above(places[i])]++ = from[i];
+        const auto apart = static_cast<std::size_t>(above - below);
+        for (std::size_t i = 0, under = 0; i < count; ++i) { // a branch to either side no one could foresee
+            const std::size_t up = plane.is_above(places[i]);
+            below[under + up * (apart + i - 2 * under)] = from[i];
+            under += 1 - up;
+        }
     }
 
     // A whole number of leaves in the first half.
@@ -7133,13 +7169,14 @@ struct tree_shape {
     }
 };
 
-/// Of a mesh, whose faces lie anywhere: asks for the faces of a leaf further on, and for the corners of those that are there
-/// by now.
+/// Of a large mesh, whose faces lie anywhere: asks for the faces of a leaf further on, and for the corners of those that are
+/// there by now. A small one is at hand in the cache, where asking takes a fifth of the time of a refit.
 template <primitive_range Range, int Width>
 INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
                                 const Range& range) {
     if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
         constexpr std::size_t to_faces = 8, to_corners = 4; // leaves
+        if (range.size() < 1U << 17U) return;
         const std::uint32_t* const slots = tree.slots.data() + std::size_t{leaf} * Width;
         if (leaf_end - leaf > to_faces)
             for (const std::uint32_t *slot = slots + to_faces * Width, *end = slot + Width; slot != end; ++slot)
@@ -7380,7 +7417,7 @@ struct mesh_view {
     /// @{
     INSONIFY_FN INSONIFY_INLINE void prefetch_face(std::size_t face) const { prefetch(faces.first + face); }
     INSONIFY_FN INSONIFY_INLINE void prefetch_corners(std::size_t face) const {
-        const uvec3 corner = faces[face];
+        const uvec3& corner = faces[face];
         prefetch(positions.first + corner.x);
         prefetch(positions.first + corner.y);
         prefetch(positions.first + corner.z);

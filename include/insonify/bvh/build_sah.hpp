@@ -43,16 +43,22 @@ class sah_splitter {
         };
         std::vector<piece> pieces(blocks(range.size()));
         exec::for_each_block(policy, range.size(), block_size, 10, [&](std::size_t begin, std::size_t end) {
-            piece one;
+            build_box* next = boxes_[0].data() + begin;
+            lanes<4> minus_lower(-FLT_MAX), upper(-FLT_MAX), first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
-                build_box box = leaf<Range, Width>::box(range, i);
+                const build_box box = leaf<Range, Width>::box(range, i);
                 if (box.empty()) continue;
-                one.box.add(box);
-                one.centres.add(box.half_centre(), box.half_centre());
-                box.name(static_cast<std::uint32_t>(i));
-                boxes_[0][begin + one.used++] = box;
+                minus_lower = greater(minus_lower, box.minus_lower());
+                upper = greater(upper, box.upper());
+                first = lesser(first, box.half_centre());
+                last = greater(last, box.half_centre());
+                *next = box;
+                next++->name(static_cast<std::uint32_t>(i));
             }
-            pieces[begin / block_size] = one;
+            piece& one = pieces[begin / block_size];
+            one.used = static_cast<std::size_t>(next - (boxes_[0].data() + begin));
+            one.box = {minus_lower, upper};
+            one.centres.add(first, last);
         });
         for (std::size_t b = 0; b < pieces.size(); ++b) { // closes the gaps that primitives left out have made
             const build_box* const first = boxes_[0].data() + b * block_size;
@@ -119,8 +125,12 @@ class sah_splitter {
     // Moves boxes to the two sides, keeping their order.
     static void separate(const sah_plane& plane, const build_box* from, const std::uint32_t* places, std::size_t count,
                          build_box* below, build_box* above) {
-        build_box* next[2] = {below, above};
-        for (std::size_t i = 0; i < count; ++i) *next[plane.is_above(places[i])]++ = from[i];
+        const auto apart = static_cast<std::size_t>(above - below);
+        for (std::size_t i = 0, under = 0; i < count; ++i) { // a branch to either side no one could foresee
+            const std::size_t up = plane.is_above(places[i]);
+            below[under + up * (apart + i - 2 * under)] = from[i];
+            under += 1 - up;
+        }
     }
 
     // A whole number of leaves in the first half.

@@ -71,22 +71,33 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        for (int i = 0; i < Width; ++i) set(i, range[slots[i] != no_primitive ? slots[i] : slots[0]]);
-        using floats = lanes<Width>;
+        constexpr int some = 4; // at a time: no more corners fit into registers
+        using floats = lanes<some>;
         floats low[3], high[3];
-        bit_lanes<Width> wild{};
-        for (int axis = 0; axis < 3; ++axis) {
-            const floats a = load<Width>(corner[0][axis]), b = load<Width>(corner[1][axis]);
-            const floats c = load<Width>(corner[2][axis]);
-            low[axis] = lesser(lesser(a, b), c);
-            high[axis] = greater(greater(a, b), c);
-            wild = wild | not_finite<Width>(a) | not_finite<Width>(b) | not_finite<Width>(c);
+        for (int axis = 0; axis < 3; ++axis) low[axis] = floats(FLT_MAX), high[axis] = floats(-FLT_MAX);
+        for (int first = 0; first < Width; first += some) {
+            const auto slot = [&](int i) { return slots[first + i] != no_primitive ? slots[first + i] : slots[0]; };
+            const triangle t[some] = {range[slot(0)], range[slot(1)], range[slot(2)], range[slot(3)]};
+            floats p[3][3];
+            bit_lanes<some> wild{};
+            const vec3 triangle::*const names[3] = {&triangle::a, &triangle::b, &triangle::c};
+            for (int c = 0; c < 3; ++c)
+                for (int axis = 0; axis < 3; ++axis) {
+                    p[c][axis] = each_lane<some>([&](int i) { return (t[i].*names[c])[axis]; });
+                    wild = wild | not_finite<some>(p[c][axis]);
+                }
+            const auto finite = floats(0.0F) <= floats_of<some>(wild);
+            store_bits<some>(load_bits<some>(slots + first) | (bit_lanes<some>{} - (wild >> 31)), primitive + first);
+            for (int axis = 0; axis < 3; ++axis) {
+                const floats lowest = lesser(lesser(p[0][axis], p[1][axis]), p[2][axis]);
+                const floats highest = greater(greater(p[0][axis], p[1][axis]), p[2][axis]);
+                low[axis] = lesser(low[axis], select(finite, lowest, floats(FLT_MAX)));
+                high[axis] = greater(high[axis], select(finite, highest, floats(-FLT_MAX)));
+                for (int c = 0; c < 3; ++c) store(p[c][axis], corner[c][axis] + first);
+            }
         }
-        const auto finite = floats(0.0F) <= floats_of<Width>(wild);
-        store_bits<Width>(load_bits<Width>(slots) | (bit_lanes<Width>{} - (wild >> 31)), primitive); // or all bits
-        const auto lowest = [&](int axis) { return least(select(finite, low[axis], floats(FLT_MAX))); };
-        const auto highest = [&](int axis) { return greatest(select(finite, high[axis], floats(-FLT_MAX))); };
-        return {{lowest(0), lowest(1), lowest(2)}, {highest(0), highest(1), highest(2)}};
+        return {{least(low[0]), least(low[1]), least(low[2])},
+                {greatest(high[0]), greatest(high[1]), greatest(high[2])}};
     }
 
     static build_box box(const Range& range, std::size_t i) {
@@ -205,16 +216,6 @@ struct alignas(64) leaf<Range, Width> {
         }
         distance = load<Width>(exact);
         return true;
-    }
-
-    void set(int i, const triangle& t) {
-        float* const from = &corner[0][0][i];
-        const vec3* const corners[3] = {&t.a, &t.b, &t.c};
-        for (std::ptrdiff_t c = 0; c < 3; ++c) {
-            from[(3 * c) * Width] = corners[c]->x;
-            from[(3 * c + 1) * Width] = corners[c]->y;
-            from[(3 * c + 2) * Width] = corners[c]->z;
-        }
     }
 };
 

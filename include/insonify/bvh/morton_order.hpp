@@ -113,7 +113,7 @@ class morton_order {
             for (auto& place : places) next += std::exchange(place[d], next);
         exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
-            for (std::size_t i = 0; i < used_[b]; ++i) apart[places[b][digit(from[i])]++] = from[i];
+            deal(from, used_[b], digit, places[b], apart.data());
         });
         const auto& ends = places.back();
         exec::for_each_index(policy, ends.size(), [&](std::size_t d) {
@@ -134,16 +134,35 @@ class morton_order {
     static void sort_by_digits(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
         constexpr unsigned digits = (20 + Bits - 1) / Bits;
         counts<Bits> places[digits] = {};
-        const auto digit = [](std::uint64_t key, unsigned k) { return key >> (32 + Bits * k) & ((1U << Bits) - 1); };
+        const auto digit = [](std::uint64_t key, unsigned k) {
+            return static_cast<std::uint32_t>(key >> (32 + Bits * k)) & ((1U << Bits) - 1);
+        };
         for (std::uint32_t i = 0; i < count; ++i)
             for (unsigned k = 0; k < digits; ++k) ++places[k][digit(keys[i], k)];
         for (unsigned k = 0; k < digits; ++k) {
             std::uint32_t next = 0;
             for (std::uint32_t& place : places[k]) next += std::exchange(place, next);
-            for (std::uint32_t i = 0; i < count; ++i) other[places[k][digit(keys[i], k)]++] = keys[i];
+            deal(
+                keys, count, [&](std::uint64_t key) { return digit(key, k); }, places[k], other);
             std::swap(keys, other);
         }
         if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
+    }
+
+    // Each key to the next place of its digit. Two at a time, lest each wait until the last one's place is counted on.
+    template <class Digit, class Counts>
+    static void deal(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
+                     std::uint64_t* to) {
+        std::uint32_t i = 0;
+        for (; i + 1 < count; i += 2) {
+            const std::uint32_t one = digit(keys[i]), other = digit(keys[i + 1]);
+            const std::uint32_t first = next[one], second = next[other] + (one == other ? 1 : 0);
+            next[one] = first + 1;
+            next[other] = second + 1;
+            to[first] = keys[i];
+            to[second] = keys[i + 1];
+        }
+        if (i < count) to[next[digit(keys[i])]++] = keys[i];
     }
 
     template <class Policy>

@@ -52,7 +52,7 @@ class sah_bins {
     INSONIFY_LAZY void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
         const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale);
         const lanes<4> last(static_cast<float>(bins_ - 1)), first(0.0F);
-        for (std::size_t i = 0; i < count; ++i) {
+        const auto add_one = [&](std::size_t i) {
             float at[4];
             store(greater(lesser((boxes[i].half_centre() - begin) * scale, last), first), at);
             const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
@@ -63,7 +63,13 @@ class sah_bins {
             ++count_[1][y];
             ++count_[2][z];
             places[i] = static_cast<std::uint32_t>(x | y << 8 | z << 16);
+        };
+        const std::size_t half = count / 2; // neighbours share bins: each would wait for the last one's sum
+        for (std::size_t i = 0; i < half; ++i) {
+            add_one(i);
+            add_one(half + i);
         }
+        if (count > 2 * half) add_one(2 * half);
     }
 
     INSONIFY_LAZY void add(const sah_bins& other) {

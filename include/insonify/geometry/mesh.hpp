@@ -41,7 +41,7 @@ struct mesh_view {
     /// @{
     INSONIFY_FN INSONIFY_INLINE void prefetch_face(std::size_t face) const { prefetch(faces.first + face); }
     INSONIFY_FN INSONIFY_INLINE void prefetch_corners(std::size_t face) const {
-        const uvec3 corner = faces[face];
+        const uvec3& corner = faces[face];
         prefetch(positions.first + corner.x);
         prefetch(positions.first + corner.y);
         prefetch(positions.first + corner.z);
