@@ -5236,19 +5236,6 @@ INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
     return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
 }
 
-/// A direction without what is too little to be divided by.
-INSONIFY_FN INSONIFY_INLINE vec3 settled(vec3 direction) {
-    for (int axis = 0; axis < 3; ++axis)
-        if (!(std::fabs(direction[axis]) > 1e-30F)) direction[axis] = 0;
-    return direction;
-}
-
-/// Whether a ray may meet anything: it is finite but for its limits, which are numbers, and has a direction.
-INSONIFY_FN INSONIFY_INLINE bool is_legal(const ray& r) {
-    return is_finite(r.origin) && is_finite(r.direction) && is_number(r.min_distance) && is_number(r.max_distance) &&
-           settled(r.direction) != vec3{0, 0, 0};
-}
-
 /// A ray with what every box and triangle asks of it worked out once.
 ///
 /// It meets the side of a box that stands at s along an axis at the distance s * inverse + entry (or + exit). `entry`
@@ -5262,22 +5249,25 @@ struct prepared_ray {
     float inverse[4] = {}; ///< 1 / direction, finite; the fourth of these is not used
     float entry[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
     float exit[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
-    std::uint32_t entry_row[3] = {}; ///< of a node's bounds: the side that the ray meets first ...
-    std::uint32_t exit_row[3] = {};  ///< ... and last
+    std::uint32_t entry_row[4] = {}; ///< of a node's bounds: the side that the ray meets first ...
+    std::uint32_t exit_row[4] = {};  ///< ... and last
     sheared_ray sheared{};
-    bool legal = false; ///< a ray that is not meets nothing
+    bool legal = false; ///< what is not meets nothing: it is not finite but for its limits, or has no direction
 
     /// @param reach  no coordinate of a box is further from 0
     INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
         using axes = lanes<4>;
-        source = r;
-        legal = is_legal(r);
-        if (!legal) return;
-        source.direction = settled(r.direction);
-        const axes along = each_lane<4>([&](int axis) { return axis < 3 ? source.direction[axis] : 0.0F; });
+        const axes given = each_lane<4>([&](int axis) { return axis < 3 ? r.direction[axis] : 0.0F; });
         const axes origin = each_lane<4>([&](int axis) { return axis < 3 ? r.origin[axis] : 0.0F; });
-        const axes none(0.0F), from = absolute(origin), size = absolute(along), longest(greatest(size));
-        const auto moves = none < size;
+        const axes none(0.0F), wild = floats_of<4>(not_finite<4>(given) | not_finite<4>(origin));
+        const auto moves = axes(1e-30F) < absolute(given); // less is too little to be divided by
+        legal =
+            bits_of(moves) != 0 && bits_of(wild < none) == 0 && is_number(r.min_distance) && is_number(r.max_distance);
+        if (!legal) return;
+        const axes along = select(moves, given, none), size = absolute(along), longest(greatest(size));
+        const axes from = absolute(origin);
+        source = r;
+        source.direction = {along[0], along[1], along[2]};
         // Not 1 instead of 0: clang inverts constants by itself, and then divides by 0 all the same.
         const axes swift = select(moves, insonify::inverse(select(moves, along, longest)), axes(1e30F));
         const axes begin = -origin * swift;
@@ -5290,12 +5280,12 @@ struct prepared_ray {
         store(select(tells, swift, none), inverse);
         store(middle - apart, entry);
         store(middle + apart, exit);
-        const std::uint32_t backwards = bits_of(along < none);
-        for (std::uint32_t axis = 0; axis < 3; ++axis) {
-            const std::uint32_t upper_first = backwards >> axis & 1U;
-            entry_row[axis] = tree_node<Width>::row(upper_first, axis);
-            exit_row[axis] = tree_node<Width>::row(1 - upper_first, axis);
-        }
+        const auto upper_first = bit_lanes<4>{} - (raw_bits<4>(along) >> 31); // all bits of an axis, or none
+        constexpr auto first_row = tree_node<Width>::row(0, 0), next_row = tree_node<Width>::row(0, 1);
+        constexpr auto upper_row = tree_node<Width>::row(1, 0);
+        const auto met_first = steps_of_bits<4>(first_row, next_row) + (upper_first & upper_row);
+        store_bits<4>(met_first, entry_row);
+        store_bits<4>(steps_of_bits<4>(upper_row, 2 * next_row) - met_first, exit_row);
         sheared = sheared_ray{source};
     }
 };
@@ -5397,7 +5387,7 @@ struct ray_packet {
     /// @param leaf_size  how wide a leaf is
     std::size_t prepare(const ray* first, std::size_t count, float reach, float leaf_size) {
         groups = 0;
-        if (count < N || !is_legal(first[0]) || !look_alike(first[0], first[N - 1])) return 0;
+        if (count < N || !look_alike(first[0], first[N - 1])) return 0;
         const sheared_ray lead{first[0]};
         axes[0] = lead.x, axes[1] = lead.y, axes[2] = lead.z;
         forward = lead.shear.z < 0 ? -1.0F : 1.0F;
@@ -6010,23 +6000,21 @@ struct bvh_view {
     float reach = 0;     ///< no coordinate of a box is further from 0
     float leaf_size = 0; ///< metres: the mean of leaves, as squares
 
-    /// Bytes of a node or of a leaf, whichever has more.
-    static constexpr std::size_t larger_size = sizeof(tree_node<Width>) > sizeof(leaf<Range, Width>)
-                                                   ? sizeof(tree_node<Width>)
-                                                   : sizeof(leaf<Range, Width>);
-
     /// Each node pops one entry and pushes at most Width.
     static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
 
-    /// Asks for what a child's code stands for, long before it is looked at.
+    /// Asks for what a child's code stands for, long before it is looked at. What it is gets multiplied by, lest there be a
+    /// branch, which no one could foresee.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
-        const bool is_leaf = (child & leaf_bit) != 0;
-        const void* const first = is_leaf ? static_cast<const void*>(leaves.first) : nodes.first;
-        const std::size_t size = is_leaf ? sizeof(leaf<Range, Width>) : sizeof(tree_node<Width>);
-        const char* const what = static_cast<const char*>(first) + (child & ~leaf_bit) * size;
-        for (std::size_t line = 0; line < larger_size;
-             line += 64) // of cache: as many of either, lest there be a branch
-            insonify::prefetch(what + (line < size ? line : 0));
+        constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(leaf<Range, Width>);
+        constexpr std::size_t of_either = of_node < of_leaf ? of_node : of_leaf, line_size = 64; // of cache
+        const std::size_t is_leaf = child >> 31U, is_larger = of_node < of_leaf ? is_leaf : 1 - is_leaf;
+        const std::size_t apart =
+            reinterpret_cast<std::uintptr_t>(leaves.first) - reinterpret_cast<std::uintptr_t>(nodes.first);
+        const std::size_t place = is_leaf * apart + (child & ~leaf_bit) * (of_node + is_leaf * (of_leaf - of_node));
+        const char* const what = reinterpret_cast<const char*>(nodes.first) + static_cast<std::ptrdiff_t>(place);
+        for (std::size_t line = 0; line < of_node || line < of_leaf; line += line_size)
+            insonify::prefetch(what + (line < of_either ? line : is_larger * line));
     }
 
     /// What waits: its distance in the upper half, so that keys order as distances do (but among negative ones, where
@@ -6354,9 +6342,9 @@ struct all_query {
 template <class Walk, std::size_t Most, class Start, class Step>
 void take_turns(const Start& start, const Step& step) {
     struct place {
-        Walk walk;
         std::size_t ray;
         bool taken;
+        Walk walk;
     };
     place places[Most];
     std::size_t walking = 0;
@@ -6686,16 +6674,18 @@ class morton_order {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             for (std::size_t i = 0; i < used_[b]; ++i) ++places[b][digit(from[i])];
         });
-        std::uint32_t next = 0;
-        for (std::size_t d = 0; d < places[0].size(); ++d)
-            for (auto& place : places) next += std::exchange(place[d], next);
+        counts<10> next = {}; // of all blocks; then where each digit's begin; at last where they end
+        for (const auto& some : places)
+            for (std::size_t d = 0; d < next.size(); ++d) next[d] += some[d];
+        add_up(next);
+        for (auto& place : places)
+            for (std::size_t d = 0; d < next.size(); ++d) next[d] += std::exchange(place[d], next[d]);
         exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             deal(from, used_[b], digit, places[b], apart.data());
         });
-        const auto& ends = places.back();
-        exec::for_each_index(policy, ends.size(), [&](std::size_t d) {
-            const std::uint32_t begin = d > 0 ? ends[d - 1] : 0, count = ends[d] - begin;
+        exec::for_each_index(policy, next.size(), [&](std::size_t d) {
+            const std::uint32_t begin = d > 0 ? next[d - 1] : 0, count = next[d] - begin;
             std::uint64_t* const some = apart.data() + begin;
             if (count < 64)
                 std::sort(some, some + count);
@@ -6718,13 +6708,19 @@ class morton_order {
         for (std::uint32_t i = 0; i < count; ++i)
             for (unsigned k = 0; k < digits; ++k) ++places[k][digit(keys[i], k)];
         for (unsigned k = 0; k < digits; ++k) {
-            std::uint32_t next = 0;
-            for (std::uint32_t& place : places[k]) next += std::exchange(place, next);
-            deal(
-                keys, count, [&](std::uint64_t key) { return digit(key, k); }, places[k], other);
+            add_up(places[k]);
+            const auto this_digit = [&](std::uint64_t key) { return digit(key, k); };
+            deal(keys, count, this_digit, places[k], other);
             std::swap(keys, other);
         }
         if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
+    }
+
+    // From how many each digit has to where its keys begin.
+    template <class Counts>
+    static void add_up(Counts& counted) {
+        std::uint32_t before = 0;
+        for (std::uint32_t& one : counted) before += std::exchange(one, before);
     }
 
     // Each key to the next place of its digit. Two at a time, lest each wait until the last one's place is counted on.

@@ -86,9 +86,9 @@ struct all_query {
 template <class Walk, std::size_t Most, class Start, class Step>
 void take_turns(const Start& start, const Step& step) {
     struct place {
-        Walk walk;
         std::size_t ray;
         bool taken;
+        Walk walk;
     };
     place places[Most];
     std::size_t walking = 0;

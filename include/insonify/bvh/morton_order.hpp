@@ -108,16 +108,18 @@ class morton_order {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             for (std::size_t i = 0; i < used_[b]; ++i) ++places[b][digit(from[i])];
         });
-        std::uint32_t next = 0;
-        for (std::size_t d = 0; d < places[0].size(); ++d)
-            for (auto& place : places) next += std::exchange(place[d], next);
+        counts<10> next = {}; // of all blocks; then where each digit's begin; at last where they end
+        for (const auto& some : places)
+            for (std::size_t d = 0; d < next.size(); ++d) next[d] += some[d];
+        add_up(next);
+        for (auto& place : places)
+            for (std::size_t d = 0; d < next.size(); ++d) next[d] += std::exchange(place[d], next[d]);
         exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             deal(from, used_[b], digit, places[b], apart.data());
         });
-        const auto& ends = places.back();
-        exec::for_each_index(policy, ends.size(), [&](std::size_t d) {
-            const std::uint32_t begin = d > 0 ? ends[d - 1] : 0, count = ends[d] - begin;
+        exec::for_each_index(policy, next.size(), [&](std::size_t d) {
+            const std::uint32_t begin = d > 0 ? next[d - 1] : 0, count = next[d] - begin;
             std::uint64_t* const some = apart.data() + begin;
             if (count < 64)
                 std::sort(some, some + count);
@@ -140,13 +142,19 @@ class morton_order {
         for (std::uint32_t i = 0; i < count; ++i)
             for (unsigned k = 0; k < digits; ++k) ++places[k][digit(keys[i], k)];
         for (unsigned k = 0; k < digits; ++k) {
-            std::uint32_t next = 0;
-            for (std::uint32_t& place : places[k]) next += std::exchange(place, next);
-            deal(
-                keys, count, [&](std::uint64_t key) { return digit(key, k); }, places[k], other);
+            add_up(places[k]);
+            const auto this_digit = [&](std::uint64_t key) { return digit(key, k); };
+            deal(keys, count, this_digit, places[k], other);
             std::swap(keys, other);
         }
         if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
+    }
+
+    // From how many each digit has to where its keys begin.
+    template <class Counts>
+    static void add_up(Counts& counted) {
+        std::uint32_t before = 0;
+        for (std::uint32_t& one : counted) before += std::exchange(one, before);
     }
 
     // Each key to the next place of its digit. Two at a time, lest each wait until the last one's place is counted on.

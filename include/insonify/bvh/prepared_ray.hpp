@@ -2,6 +2,7 @@
 #define INSONIFY_BVH_PREPARED_RAY_HPP
 
 #include <insonify/bvh/node.hpp>
+#include <insonify/execution/simd_bits.hpp>
 #include <insonify/geometry/triangle.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -9,19 +10,6 @@ namespace insonify::inline INSONIFY_ABI {
 /// False for NaN; reads the bits, so that it holds under -ffast-math too.
 INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
     return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
-}
-
-/// A direction without what is too little to be divided by.
-INSONIFY_FN INSONIFY_INLINE vec3 settled(vec3 direction) {
-    for (int axis = 0; axis < 3; ++axis)
-        if (!(std::fabs(direction[axis]) > 1e-30F)) direction[axis] = 0;
-    return direction;
-}
-
-/// Whether a ray may meet anything: it is finite but for its limits, which are numbers, and has a direction.
-INSONIFY_FN INSONIFY_INLINE bool is_legal(const ray& r) {
-    return is_finite(r.origin) && is_finite(r.direction) && is_number(r.min_distance) && is_number(r.max_distance) &&
-           settled(r.direction) != vec3{0, 0, 0};
 }
 
 /// A ray with what every box and triangle asks of it worked out once.
@@ -37,22 +25,25 @@ struct prepared_ray {
     float inverse[4] = {}; ///< 1 / direction, finite; the fourth of these is not used
     float entry[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
     float exit[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
-    std::uint32_t entry_row[3] = {}; ///< of a node's bounds: the side that the ray meets first ...
-    std::uint32_t exit_row[3] = {};  ///< ... and last
+    std::uint32_t entry_row[4] = {}; ///< of a node's bounds: the side that the ray meets first ...
+    std::uint32_t exit_row[4] = {};  ///< ... and last
     sheared_ray sheared{};
-    bool legal = false; ///< a ray that is not meets nothing
+    bool legal = false; ///< what is not meets nothing: it is not finite but for its limits, or has no direction
 
     /// @param reach  no coordinate of a box is further from 0
     INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
         using axes = lanes<4>;
-        source = r;
-        legal = is_legal(r);
-        if (!legal) return;
-        source.direction = settled(r.direction);
-        const axes along = each_lane<4>([&](int axis) { return axis < 3 ? source.direction[axis] : 0.0F; });
+        const axes given = each_lane<4>([&](int axis) { return axis < 3 ? r.direction[axis] : 0.0F; });
         const axes origin = each_lane<4>([&](int axis) { return axis < 3 ? r.origin[axis] : 0.0F; });
-        const axes none(0.0F), from = absolute(origin), size = absolute(along), longest(greatest(size));
-        const auto moves = none < size;
+        const axes none(0.0F), wild = floats_of<4>(not_finite<4>(given) | not_finite<4>(origin));
+        const auto moves = axes(1e-30F) < absolute(given); // less is too little to be divided by
+        legal =
+            bits_of(moves) != 0 && bits_of(wild < none) == 0 && is_number(r.min_distance) && is_number(r.max_distance);
+        if (!legal) return;
+        const axes along = select(moves, given, none), size = absolute(along), longest(greatest(size));
+        const axes from = absolute(origin);
+        source = r;
+        source.direction = {along[0], along[1], along[2]};
         // Not 1 instead of 0: clang inverts constants by itself, and then divides by 0 all the same.
         const axes swift = select(moves, insonify::inverse(select(moves, along, longest)), axes(1e30F));
         const axes begin = -origin * swift;
@@ -65,12 +56,12 @@ struct prepared_ray {
         store(select(tells, swift, none), inverse);
         store(middle - apart, entry);
         store(middle + apart, exit);
-        const std::uint32_t backwards = bits_of(along < none);
-        for (std::uint32_t axis = 0; axis < 3; ++axis) {
-            const std::uint32_t upper_first = backwards >> axis & 1U;
-            entry_row[axis] = tree_node<Width>::row(upper_first, axis);
-            exit_row[axis] = tree_node<Width>::row(1 - upper_first, axis);
-        }
+        const auto upper_first = bit_lanes<4>{} - (raw_bits<4>(along) >> 31); // all bits of an axis, or none
+        constexpr auto first_row = tree_node<Width>::row(0, 0), next_row = tree_node<Width>::row(0, 1);
+        constexpr auto upper_row = tree_node<Width>::row(1, 0);
+        const auto met_first = steps_of_bits<4>(first_row, next_row) + (upper_first & upper_row);
+        store_bits<4>(met_first, entry_row);
+        store_bits<4>(steps_of_bits<4>(upper_row, 2 * next_row) - met_first, exit_row);
         sheared = sheared_ray{source};
     }
 };

@@ -77,7 +77,7 @@ struct ray_packet {
     /// @param leaf_size  how wide a leaf is
     std::size_t prepare(const ray* first, std::size_t count, float reach, float leaf_size) {
         groups = 0;
-        if (count < N || !is_legal(first[0]) || !look_alike(first[0], first[N - 1])) return 0;
+        if (count < N || !look_alike(first[0], first[N - 1])) return 0;
         const sheared_ray lead{first[0]};
         axes[0] = lead.x, axes[1] = lead.y, axes[2] = lead.z;
         forward = lead.shear.z < 0 ? -1.0F : 1.0F;

@@ -18,23 +18,21 @@ struct bvh_view {
     float reach = 0;     ///< no coordinate of a box is further from 0
     float leaf_size = 0; ///< metres: the mean of leaves, as squares
 
-    /// Bytes of a node or of a leaf, whichever has more.
-    static constexpr std::size_t larger_size = sizeof(tree_node<Width>) > sizeof(leaf<Range, Width>)
-                                                   ? sizeof(tree_node<Width>)
-                                                   : sizeof(leaf<Range, Width>);
-
     /// Each node pops one entry and pushes at most Width.
     static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
 
-    /// Asks for what a child's code stands for, long before it is looked at.
+    /// Asks for what a child's code stands for, long before it is looked at. What it is gets multiplied by, lest there be a
+    /// branch, which no one could foresee.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
-        const bool is_leaf = (child & leaf_bit) != 0;
-        const void* const first = is_leaf ? static_cast<const void*>(leaves.first) : nodes.first;
-        const std::size_t size = is_leaf ? sizeof(leaf<Range, Width>) : sizeof(tree_node<Width>);
-        const char* const what = static_cast<const char*>(first) + (child & ~leaf_bit) * size;
-        for (std::size_t line = 0; line < larger_size;
-             line += 64) // of cache: as many of either, lest there be a branch
-            insonify::prefetch(what + (line < size ? line : 0));
+        constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(leaf<Range, Width>);
+        constexpr std::size_t of_either = of_node < of_leaf ? of_node : of_leaf, line_size = 64; // of cache
+        const std::size_t is_leaf = child >> 31U, is_larger = of_node < of_leaf ? is_leaf : 1 - is_leaf;
+        const std::size_t apart =
+            reinterpret_cast<std::uintptr_t>(leaves.first) - reinterpret_cast<std::uintptr_t>(nodes.first);
+        const std::size_t place = is_leaf * apart + (child & ~leaf_bit) * (of_node + is_leaf * (of_leaf - of_node));
+        const char* const what = reinterpret_cast<const char*>(nodes.first) + static_cast<std::ptrdiff_t>(place);
+        for (std::size_t line = 0; line < of_node || line < of_leaf; line += line_size)
+            insonify::prefetch(what + (line < of_either ? line : is_larger * line));
     }
 
     /// What waits: its distance in the upper half, so that keys order as distances do (but among negative ones, where
