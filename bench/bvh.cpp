@@ -27,8 +27,7 @@ void build(benchmark::State& state) {
     for (auto _ : state) tree.rebuild(threads(state));
     tell_size(state, tree.statistics());
 }
-void refit(benchmark::State& state) {
-    const mesh m = bench::organ_82k();
+void refit(benchmark::State& state, const mesh& m) {
     bvh tree{exec::par, m};
     for (auto _ : state) tree.refit(threads(state));
     tell_size(state, tree.statistics());
@@ -87,7 +86,18 @@ std::vector<ray> nan_rays() {
 
 BENCHMARK(build<build_sah>)->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(build<build_morton>)->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(refit)->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(refit, small, bench::organ_82k())
+    ->ArgName("threads")
+    ->Arg(1)
+    ->Arg(2)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(refit, large, bench::organ_1_3m())
+    ->ArgName("threads")
+    ->Arg(1)
+    ->Arg(2)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(build_ten_million)->ArgName("threads")->Arg(2)->Iterations(1)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(ask, fan_closest_together, bench::fan_rays(), bench::organ_82k(), closest_together);
 BENCHMARK_CAPTURE(ask, fan_closest_alone, bench::fan_rays(), bench::organ_82k(), closest_alone);

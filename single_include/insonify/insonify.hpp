@@ -5246,13 +5246,14 @@ INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
 template <int Width>
 struct prepared_ray {
     ray source{};
-    float inverse[4] = {}; ///< 1 / direction, finite; the fourth of these is not used
+    float inverse[4] = {}; ///< 1 / direction, finite; the fourth of these and of what follows is not used
     float entry[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
     float exit[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
     std::uint32_t entry_row[4] = {}; ///< of a node's bounds: the side that the ray meets first ...
     std::uint32_t exit_row[4] = {};  ///< ... and last
     sheared_ray sheared{};
-    bool legal = false; ///< what is not meets nothing: it is not finite but for its limits, or has no direction
+    /// A ray that is not meets nothing. One that is has a finite origin and direction, numbers for limits, and moves.
+    bool legal = false;
 
     /// @param reach  no coordinate of a box is further from 0
     INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
@@ -5260,9 +5261,10 @@ struct prepared_ray {
         const axes given = each_lane<4>([&](int axis) { return axis < 3 ? r.direction[axis] : 0.0F; });
         const axes origin = each_lane<4>([&](int axis) { return axis < 3 ? r.origin[axis] : 0.0F; });
         const axes none(0.0F), wild = floats_of<4>(not_finite<4>(given) | not_finite<4>(origin));
+        legal = bits_of(wild < none) == 0 && is_number(r.min_distance) && is_number(r.max_distance);
+        if (!legal) return;
         const auto moves = axes(1e-30F) < absolute(given); // less is too little to be divided by
-        legal =
-            bits_of(moves) != 0 && bits_of(wild < none) == 0 && is_number(r.min_distance) && is_number(r.max_distance);
+        legal = bits_of(moves) != 0;
         if (!legal) return;
         const axes along = select(moves, given, none), size = absolute(along), longest(greatest(size));
         const axes from = absolute(origin);
@@ -5280,7 +5282,7 @@ struct prepared_ray {
         store(select(tells, swift, none), inverse);
         store(middle - apart, entry);
         store(middle + apart, exit);
-        const auto upper_first = bit_lanes<4>{} - (raw_bits<4>(along) >> 31); // all bits of an axis, or none
+        const auto upper_first = bit_lanes<4>{} - (raw_bits<4>(swift) >> 31); // all bits of an axis, or none
         constexpr auto first_row = tree_node<Width>::row(0, 0), next_row = tree_node<Width>::row(0, 1);
         constexpr auto upper_row = tree_node<Width>::row(1, 0);
         const auto met_first = steps_of_bits<4>(first_row, next_row) + (upper_first & upper_row);
@@ -5823,6 +5825,29 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
     return {u, v, w, !(lowest < -doubt && doubt < highest), told};
 }
 
+/// A corner of four triangles, side by side.
+struct four_points {
+    lanes<4> x, y, z;
+
+    INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
+        : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
+
+    /// Negative where one is not finite.
+    INSONIFY_INLINE bit_lanes<4> wild() const { return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z); }
+
+    template <int Width>
+    INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
+        store(x, rows[0] + first);
+        store(y, rows[1] + first);
+        store(z, rows[2] + first);
+    }
+
+  private:
+    INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
+        return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
+    }
+};
+
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
 template <triangle_range Range, int Width>
 struct alignas(64) leaf<Range, Width> {
@@ -5835,33 +5860,32 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        constexpr int some = 4; // at a time: no more corners fit into registers
-        using floats = lanes<some>;
-        floats low[3], high[3];
-        for (int axis = 0; axis < 3; ++axis) low[axis] = floats(FLT_MAX), high[axis] = floats(-FLT_MAX);
-        for (int first = 0; first < Width; first += some) {
-            const auto slot = [&](int i) { return slots[first + i] != no_primitive ? slots[first + i] : slots[0]; };
-            const triangle t[some] = {range[slot(0)], range[slot(1)], range[slot(2)], range[slot(3)]};
-            floats p[3][3];
-            bit_lanes<some> wild{};
-            const vec3 triangle::*const names[3] = {&triangle::a, &triangle::b, &triangle::c};
-            for (int c = 0; c < 3; ++c)
-                for (int axis = 0; axis < 3; ++axis) {
-                    p[c][axis] = each_lane<some>([&](int i) { return (t[i].*names[c])[axis]; });
-                    wild = wild | not_finite<some>(p[c][axis]);
-                }
-            const auto finite = floats(0.0F) <= floats_of<some>(wild);
-            store_bits<some>(load_bits<some>(slots + first) | (bit_lanes<some>{} - (wild >> 31)), primitive + first);
-            for (int axis = 0; axis < 3; ++axis) {
-                const floats lowest = lesser(lesser(p[0][axis], p[1][axis]), p[2][axis]);
-                const floats highest = greater(greater(p[0][axis], p[1][axis]), p[2][axis]);
-                low[axis] = lesser(low[axis], select(finite, lowest, floats(FLT_MAX)));
-                high[axis] = greater(high[axis], select(finite, highest, floats(-FLT_MAX)));
-                for (int c = 0; c < 3; ++c) store(p[c][axis], corner[c][axis] + first);
-            }
+        using floats = lanes<4>; // four triangles at a time: no more corners fit into registers
+        static_assert(Width % 4 == 0);
+        floats low_x(FLT_MAX), low_y(FLT_MAX), low_z(FLT_MAX), high_x(-FLT_MAX), high_y(-FLT_MAX), high_z(-FLT_MAX);
+        for (int first = 0; first < Width; first += 4) {
+            const auto in = [&](int i) {
+                return range[slots[first + i] != no_primitive ? slots[first + i] : slots[0]];
+            };
+            const triangle t[4] = {in(0), in(1), in(2), in(3)};
+            const four_points a{t[0].a, t[1].a, t[2].a, t[3].a};
+            const four_points b{t[0].b, t[1].b, t[2].b, t[3].b};
+            const four_points c{t[0].c, t[1].c, t[2].c, t[3].c};
+            const bit_lanes<4> wild = a.wild() | b.wild() | c.wild();
+            const auto finite = floats(0.0F) <= floats_of<4>(wild);
+            low_x = lesser(low_x, select(finite, lesser(lesser(a.x, b.x), c.x), floats(FLT_MAX)));
+            low_y = lesser(low_y, select(finite, lesser(lesser(a.y, b.y), c.y), floats(FLT_MAX)));
+            low_z = lesser(low_z, select(finite, lesser(lesser(a.z, b.z), c.z), floats(FLT_MAX)));
+            high_x = greater(high_x, select(finite, greater(greater(a.x, b.x), c.x), floats(-FLT_MAX)));
+            high_y = greater(high_y, select(finite, greater(greater(a.y, b.y), c.y), floats(-FLT_MAX)));
+            high_z = greater(high_z, select(finite, greater(greater(a.z, b.z), c.z), floats(-FLT_MAX)));
+            a.put(corner[0], first);
+            b.put(corner[1], first);
+            c.put(corner[2], first);
+            const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // all bits, or none
+            store_bits<4>(load_bits<4>(slots + first) | left_out, primitive + first);
         }
-        return {{least(low[0]), least(low[1]), least(low[2])},
-                {greatest(high[0]), greatest(high[1]), greatest(high[2])}};
+        return {{least(low_x), least(low_y), least(low_z)}, {greatest(high_x), greatest(high_y), greatest(high_z)}};
     }
 
     static build_box box(const Range& range, std::size_t i) {
@@ -5985,6 +6009,7 @@ struct alignas(64) leaf<Range, Width> {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -6003,12 +6028,12 @@ struct bvh_view {
     /// Each node pops one entry and pushes at most Width.
     static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
 
-    /// Asks for what a child's code stands for, long before it is looked at. What it is gets multiplied by, lest there be a
-    /// branch, which no one could foresee.
+    /// Asks for what a child's code stands for, long before it is looked at. Whether that is a leaf is a factor here, since
+    /// a branch no one could foresee. What lies there is not read, so `no_child` may ask as well.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
         constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(leaf<Range, Width>);
         constexpr std::size_t of_either = of_node < of_leaf ? of_node : of_leaf, line_size = 64; // of cache
-        const std::size_t is_leaf = child >> 31U, is_larger = of_node < of_leaf ? is_leaf : 1 - is_leaf;
+        const std::size_t is_leaf = (child & leaf_bit) != 0, is_larger = of_node < of_leaf ? is_leaf : 1 - is_leaf;
         const std::size_t apart =
             reinterpret_cast<std::uintptr_t>(leaves.first) - reinterpret_cast<std::uintptr_t>(nodes.first);
         const std::size_t place = is_leaf * apart + (child & ~leaf_bit) * (of_node + is_leaf * (of_leaf - of_node));
@@ -6342,7 +6367,7 @@ struct all_query {
 template <class Walk, std::size_t Most, class Start, class Step>
 void take_turns(const Start& start, const Step& step) {
     struct place {
-        std::size_t ray;
+        std::size_t ray; // in one line of cache with what each step begins with
         bool taken;
         Walk walk;
     };
@@ -6893,25 +6918,13 @@ class sah_bins {
     /// Adds boxes, and writes down which bins they fall into, so that those who move them agree.
     INSONIFY_LAZY void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
         const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale);
-        const lanes<4> last(static_cast<float>(bins_ - 1)), first(0.0F);
-        const auto add_one = [&](std::size_t i) {
-            float at[4];
-            store(greater(lesser((boxes[i].half_centre() - begin) * scale, last), first), at);
-            const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
-            box_[0][x].add(boxes[i]);
-            box_[1][y].add(boxes[i]);
-            box_[2][z].add(boxes[i]);
-            ++count_[0][x];
-            ++count_[1][y];
-            ++count_[2][z];
-            places[i] = static_cast<std::uint32_t>(x | y << 8 | z << 16);
-        };
-        const std::size_t half = count / 2; // neighbours share bins: each would wait for the last one's sum
+        const lanes<4> last(static_cast<float>(bins_ - 1));
+        const std::size_t half = count / 2; // neighbours share bins: each would wait until the last one is in
         for (std::size_t i = 0; i < half; ++i) {
-            add_one(i);
-            add_one(half + i);
+            places[i] = add(boxes[i], begin, scale, last);
+            places[half + i] = add(boxes[half + i], begin, scale, last);
         }
-        if (count > 2 * half) add_one(2 * half);
+        if (count > 2 * half) places[2 * half] = add(boxes[2 * half], begin, scale, last);
     }
 
     INSONIFY_LAZY void add(const sah_bins& other) {
@@ -6984,6 +6997,22 @@ class sah_bins {
             return held != 0 ? area * static_cast<float>((held + Width - 1) / Width) : FLT_MAX;
         }
     };
+
+    // @return its bins along x, y and z, a byte each
+    template <class = void>
+    INSONIFY_INLINE std::uint32_t add(const build_box& box, const lanes<4>& begin, const lanes<4>& scale,
+                                      const lanes<4>& last) {
+        float at[4];
+        store(greater(lesser((box.half_centre() - begin) * scale, last), lanes<4>(0.0F)), at);
+        const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
+        box_[0][x].add(box);
+        box_[1][y].add(box);
+        box_[2][z].add(box);
+        ++count_[0][x];
+        ++count_[1][y];
+        ++count_[2][z];
+        return static_cast<std::uint32_t>(x | y << 8 | z << 16);
+    }
 
     int bins_;
     build_box box_[3][sah_grid::most];
@@ -7113,7 +7142,7 @@ class sah_splitter {
     static void separate(const sah_plane& plane, const build_box* from, const std::uint32_t* places, std::size_t count,
                          build_box* below, build_box* above) {
         const auto apart = static_cast<std::size_t>(above - below);
-        for (std::size_t i = 0, under = 0; i < count; ++i) { // a branch to either side no one could foresee
+        for (std::size_t i = 0, under = 0; i < count; ++i) { // without a branch, which no one could foresee
             const std::size_t up = plane.is_above(places[i]);
             below[under + up * (apart + i - 2 * under)] = from[i];
             under += 1 - up;
@@ -7166,13 +7195,14 @@ struct tree_shape {
 };
 
 /// Of a large mesh, whose faces lie anywhere: asks for the faces of a leaf further on, and for the corners of those that are
-/// there by now. A small one is at hand in the cache, where asking takes a fifth of the time of a refit.
+/// there by now. A small one is in the cache already (bench/bvh.cpp refits both).
 template <primitive_range Range, int Width>
 INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
                                 const Range& range) {
     if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
-        constexpr std::size_t to_faces = 8, to_corners = 4; // leaves
-        if (range.size() < 1U << 17U) return;
+        constexpr std::size_t to_faces = 8, to_corners = 4;  // leaves
+        constexpr std::size_t small = std::size_t{1} << 17U; // triangles: some 2 MB of faces and corners
+        if (range.size() < small) return;
         const std::uint32_t* const slots = tree.slots.data() + std::size_t{leaf} * Width;
         if (leaf_end - leaf > to_faces)
             for (const std::uint32_t *slot = slots + to_faces * Width, *end = slot + Width; slot != end; ++slot)
@@ -7285,7 +7315,7 @@ class bvh_storage {
     /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
     /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
     ///
-    /// Counted in refits, a rebuild by `build_sah` costs about 15, by `build_morton` about 4; the latter's trees are
+    /// Counted in refits, a rebuild by `build_sah` costs about 18, by `build_morton` about 4; the latter's trees are
     /// about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16 updates it costs a
     /// refit each.
     /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,

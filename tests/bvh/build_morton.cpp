@@ -71,6 +71,22 @@ TEST_CASE("a tree along the curve holds every primitive once, whatever the polic
     CHECK(std::all_of(times.begin(), times.end(), [](int n) { return n == 1; }));
 }
 
+TEST_CASE("primitives that are not finite leave no gap in the order, wherever they are") {
+    mesh m = build_morton_test::random_triangles(40'001, 5, 0.01F); // several blocks, of odd counts, one of them empty
+    const auto left_out = [](std::size_t i) { return i % 3 == 1 || (i > 8000 && i < 17'000) || i == 40'000; };
+    for (std::size_t i = 0; i < m.faces.size(); ++i)
+        if (left_out(i)) m.positions[m.faces[i].y].z = NAN;
+    const morton_order order{exec::par.threads(2), mesh_view{m}};
+    std::vector<int> times(m.faces.size());
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        ++times[order.primitive(i)];
+        wrong += i > 0 && order.cell(i) < order.cell(i - 1);
+    }
+    for (std::size_t i = 0; i < times.size(); ++i) wrong += times[i] != (left_out(i) ? 0 : 1);
+    CHECK(wrong == 0);
+}
+
 TEST_CASE("primitives are in the order of their cells, then in their own, and the place where a cell's highest bit "
           "changes is found") {
     // Less than 1024 are sorted at once; of more, those with one highest digit, each way: less than 64, than 512, and more.

@@ -80,6 +80,32 @@ TEST_CASE("a mesh scaled by 2^-60 to 2^60 is hit in the same triangles, by singl
     }
 }
 
+TEST_CASE("a ray is legal where it can meet anything, and meets the nearer side of a box first") {
+    const float inf = std::numeric_limits<float>::infinity();
+    const float numbers[] = {NAN, -inf, inf, 0.0F, -0.0F, 1e-40F, -1e-40F, 1e-29F, -1e-29F, 1, -1, FLT_MAX, -FLT_MAX};
+    using node = tree_node<simd_width>;
+    std::size_t wrong = 0;
+    for (const float x : numbers)
+        for (const float y : numbers)
+            for (const float z : numbers)
+                for (const float place : {0.0F, NAN, inf})
+                    for (const float limit : {inf, NAN}) {
+                        const vec3 along{x, y, z};
+                        prepared_ray<simd_width> prepared;
+                        prepared.prepare({.origin = {1, place, 1}, .direction = along, .max_distance = limit}, 1);
+                        const bool legal = is_finite(along) && is_finite(vec3{place}) && is_number(limit);
+                        const vec3 size = absolute(along);
+                        wrong += prepared.legal != (legal && (size.x > 1e-30F || size.y > 1e-30F || size.z > 1e-30F));
+                        if (!prepared.legal) continue;
+                        for (std::uint32_t axis = 0; axis < 3; ++axis) {
+                            const std::uint32_t backwards = along[static_cast<int>(axis)] < -1e-30F;
+                            wrong += prepared.entry_row[axis] != node::row(backwards, axis) ||
+                                     prepared.exit_row[axis] != node::row(1 - backwards, axis);
+                        }
+                    }
+    CHECK(wrong == 0);
+}
+
 TEST_CASE("a ray with a NaN anywhere meets nothing and changes no neighbour's hit") {
     const mesh ball = make_sphere({0, 0, 0}, 0.4F, 4);
     const bvh tree{exec::par, ball};

@@ -86,7 +86,7 @@ struct all_query {
 template <class Walk, std::size_t Most, class Start, class Step>
 void take_turns(const Start& start, const Step& step) {
     struct place {
-        std::size_t ray;
+        std::size_t ray; // in one line of cache with what each step begins with
         bool taken;
         Walk walk;
     };

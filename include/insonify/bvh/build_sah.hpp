@@ -126,7 +126,7 @@ class sah_splitter {
     static void separate(const sah_plane& plane, const build_box* from, const std::uint32_t* places, std::size_t count,
                          build_box* below, build_box* above) {
         const auto apart = static_cast<std::size_t>(above - below);
-        for (std::size_t i = 0, under = 0; i < count; ++i) { // a branch to either side no one could foresee
+        for (std::size_t i = 0, under = 0; i < count; ++i) { // without a branch, which no one could foresee
             const std::size_t up = plane.is_above(places[i]);
             below[under + up * (apart + i - 2 * under)] = from[i];
             under += 1 - up;

@@ -59,6 +59,29 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
     return {u, v, w, !(lowest < -doubt && doubt < highest), told};
 }
 
+/// A corner of four triangles, side by side.
+struct four_points {
+    lanes<4> x, y, z;
+
+    INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
+        : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
+
+    /// Negative where one is not finite.
+    INSONIFY_INLINE bit_lanes<4> wild() const { return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z); }
+
+    template <int Width>
+    INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
+        store(x, rows[0] + first);
+        store(y, rows[1] + first);
+        store(z, rows[2] + first);
+    }
+
+  private:
+    INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
+        return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
+    }
+};
+
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
 template <triangle_range Range, int Width>
 struct alignas(64) leaf<Range, Width> {
@@ -71,33 +94,32 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        constexpr int some = 4; // at a time: no more corners fit into registers
-        using floats = lanes<some>;
-        floats low[3], high[3];
-        for (int axis = 0; axis < 3; ++axis) low[axis] = floats(FLT_MAX), high[axis] = floats(-FLT_MAX);
-        for (int first = 0; first < Width; first += some) {
-            const auto slot = [&](int i) { return slots[first + i] != no_primitive ? slots[first + i] : slots[0]; };
-            const triangle t[some] = {range[slot(0)], range[slot(1)], range[slot(2)], range[slot(3)]};
-            floats p[3][3];
-            bit_lanes<some> wild{};
-            const vec3 triangle::*const names[3] = {&triangle::a, &triangle::b, &triangle::c};
-            for (int c = 0; c < 3; ++c)
-                for (int axis = 0; axis < 3; ++axis) {
-                    p[c][axis] = each_lane<some>([&](int i) { return (t[i].*names[c])[axis]; });
-                    wild = wild | not_finite<some>(p[c][axis]);
-                }
-            const auto finite = floats(0.0F) <= floats_of<some>(wild);
-            store_bits<some>(load_bits<some>(slots + first) | (bit_lanes<some>{} - (wild >> 31)), primitive + first);
-            for (int axis = 0; axis < 3; ++axis) {
-                const floats lowest = lesser(lesser(p[0][axis], p[1][axis]), p[2][axis]);
-                const floats highest = greater(greater(p[0][axis], p[1][axis]), p[2][axis]);
-                low[axis] = lesser(low[axis], select(finite, lowest, floats(FLT_MAX)));
-                high[axis] = greater(high[axis], select(finite, highest, floats(-FLT_MAX)));
-                for (int c = 0; c < 3; ++c) store(p[c][axis], corner[c][axis] + first);
-            }
+        using floats = lanes<4>; // four triangles at a time: no more corners fit into registers
+        static_assert(Width % 4 == 0);
+        floats low_x(FLT_MAX), low_y(FLT_MAX), low_z(FLT_MAX), high_x(-FLT_MAX), high_y(-FLT_MAX), high_z(-FLT_MAX);
+        for (int first = 0; first < Width; first += 4) {
+            const auto in = [&](int i) {
+                return range[slots[first + i] != no_primitive ? slots[first + i] : slots[0]];
+            };
+            const triangle t[4] = {in(0), in(1), in(2), in(3)};
+            const four_points a{t[0].a, t[1].a, t[2].a, t[3].a};
+            const four_points b{t[0].b, t[1].b, t[2].b, t[3].b};
+            const four_points c{t[0].c, t[1].c, t[2].c, t[3].c};
+            const bit_lanes<4> wild = a.wild() | b.wild() | c.wild();
+            const auto finite = floats(0.0F) <= floats_of<4>(wild);
+            low_x = lesser(low_x, select(finite, lesser(lesser(a.x, b.x), c.x), floats(FLT_MAX)));
+            low_y = lesser(low_y, select(finite, lesser(lesser(a.y, b.y), c.y), floats(FLT_MAX)));
+            low_z = lesser(low_z, select(finite, lesser(lesser(a.z, b.z), c.z), floats(FLT_MAX)));
+            high_x = greater(high_x, select(finite, greater(greater(a.x, b.x), c.x), floats(-FLT_MAX)));
+            high_y = greater(high_y, select(finite, greater(greater(a.y, b.y), c.y), floats(-FLT_MAX)));
+            high_z = greater(high_z, select(finite, greater(greater(a.z, b.z), c.z), floats(-FLT_MAX)));
+            a.put(corner[0], first);
+            b.put(corner[1], first);
+            c.put(corner[2], first);
+            const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // all bits, or none
+            store_bits<4>(load_bits<4>(slots + first) | left_out, primitive + first);
         }
-        return {{least(low[0]), least(low[1]), least(low[2])},
-                {greatest(high[0]), greatest(high[1]), greatest(high[2])}};
+        return {{least(low_x), least(low_y), least(low_z)}, {greatest(high_x), greatest(high_y), greatest(high_z)}};
     }
 
     static build_box box(const Range& range, std::size_t i) {

@@ -22,13 +22,14 @@ INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
 template <int Width>
 struct prepared_ray {
     ray source{};
-    float inverse[4] = {}; ///< 1 / direction, finite; the fourth of these is not used
+    float inverse[4] = {}; ///< 1 / direction, finite; the fourth of these and of what follows is not used
     float entry[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
     float exit[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
     std::uint32_t entry_row[4] = {}; ///< of a node's bounds: the side that the ray meets first ...
     std::uint32_t exit_row[4] = {};  ///< ... and last
     sheared_ray sheared{};
-    bool legal = false; ///< what is not meets nothing: it is not finite but for its limits, or has no direction
+    /// A ray that is not meets nothing. One that is has a finite origin and direction, numbers for limits, and moves.
+    bool legal = false;
 
     /// @param reach  no coordinate of a box is further from 0
     INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
@@ -36,9 +37,10 @@ struct prepared_ray {
         const axes given = each_lane<4>([&](int axis) { return axis < 3 ? r.direction[axis] : 0.0F; });
         const axes origin = each_lane<4>([&](int axis) { return axis < 3 ? r.origin[axis] : 0.0F; });
         const axes none(0.0F), wild = floats_of<4>(not_finite<4>(given) | not_finite<4>(origin));
+        legal = bits_of(wild < none) == 0 && is_number(r.min_distance) && is_number(r.max_distance);
+        if (!legal) return;
         const auto moves = axes(1e-30F) < absolute(given); // less is too little to be divided by
-        legal =
-            bits_of(moves) != 0 && bits_of(wild < none) == 0 && is_number(r.min_distance) && is_number(r.max_distance);
+        legal = bits_of(moves) != 0;
         if (!legal) return;
         const axes along = select(moves, given, none), size = absolute(along), longest(greatest(size));
         const axes from = absolute(origin);
@@ -56,7 +58,7 @@ struct prepared_ray {
         store(select(tells, swift, none), inverse);
         store(middle - apart, entry);
         store(middle + apart, exit);
-        const auto upper_first = bit_lanes<4>{} - (raw_bits<4>(along) >> 31); // all bits of an axis, or none
+        const auto upper_first = bit_lanes<4>{} - (raw_bits<4>(swift) >> 31); // all bits of an axis, or none
         constexpr auto first_row = tree_node<Width>::row(0, 0), next_row = tree_node<Width>::row(0, 1);
         constexpr auto upper_row = tree_node<Width>::row(1, 0);
         const auto met_first = steps_of_bits<4>(first_row, next_row) + (upper_first & upper_row);

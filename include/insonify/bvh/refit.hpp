@@ -24,13 +24,14 @@ struct tree_shape {
 };
 
 /// Of a large mesh, whose faces lie anywhere: asks for the faces of a leaf further on, and for the corners of those that are
-/// there by now. A small one is at hand in the cache, where asking takes a fifth of the time of a refit.
+/// there by now. A small one is in the cache already (bench/bvh.cpp refits both).
 template <primitive_range Range, int Width>
 INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
                                 const Range& range) {
     if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
-        constexpr std::size_t to_faces = 8, to_corners = 4; // leaves
-        if (range.size() < 1U << 17U) return;
+        constexpr std::size_t to_faces = 8, to_corners = 4;  // leaves
+        constexpr std::size_t small = std::size_t{1} << 17U; // triangles: some 2 MB of faces and corners
+        if (range.size() < small) return;
         const std::uint32_t* const slots = tree.slots.data() + std::size_t{leaf} * Width;
         if (leaf_end - leaf > to_faces)
             for (const std::uint32_t *slot = slots + to_faces * Width, *end = slot + Width; slot != end; ++slot)

@@ -51,25 +51,13 @@ class sah_bins {
     /// Adds boxes, and writes down which bins they fall into, so that those who move them agree.
     INSONIFY_LAZY void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
         const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale);
-        const lanes<4> last(static_cast<float>(bins_ - 1)), first(0.0F);
-        const auto add_one = [&](std::size_t i) {
-            float at[4];
-            store(greater(lesser((boxes[i].half_centre() - begin) * scale, last), first), at);
-            const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
-            box_[0][x].add(boxes[i]);
-            box_[1][y].add(boxes[i]);
-            box_[2][z].add(boxes[i]);
-            ++count_[0][x];
-            ++count_[1][y];
-            ++count_[2][z];
-            places[i] = static_cast<std::uint32_t>(x | y << 8 | z << 16);
-        };
-        const std::size_t half = count / 2; // neighbours share bins: each would wait for the last one's sum
+        const lanes<4> last(static_cast<float>(bins_ - 1));
+        const std::size_t half = count / 2; // neighbours share bins: each would wait until the last one is in
         for (std::size_t i = 0; i < half; ++i) {
-            add_one(i);
-            add_one(half + i);
+            places[i] = add(boxes[i], begin, scale, last);
+            places[half + i] = add(boxes[half + i], begin, scale, last);
         }
-        if (count > 2 * half) add_one(2 * half);
+        if (count > 2 * half) places[2 * half] = add(boxes[2 * half], begin, scale, last);
     }
 
     INSONIFY_LAZY void add(const sah_bins& other) {
@@ -142,6 +130,22 @@ class sah_bins {
             return held != 0 ? area * static_cast<float>((held + Width - 1) / Width) : FLT_MAX;
         }
     };
+
+    // @return its bins along x, y and z, a byte each
+    template <class = void>
+    INSONIFY_INLINE std::uint32_t add(const build_box& box, const lanes<4>& begin, const lanes<4>& scale,
+                                      const lanes<4>& last) {
+        float at[4];
+        store(greater(lesser((box.half_centre() - begin) * scale, last), lanes<4>(0.0F)), at);
+        const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
+        box_[0][x].add(box);
+        box_[1][y].add(box);
+        box_[2][z].add(box);
+        ++count_[0][x];
+        ++count_[1][y];
+        ++count_[2][z];
+        return static_cast<std::uint32_t>(x | y << 8 | z << 16);
+    }
 
     int bins_;
     build_box box_[3][sah_grid::most];

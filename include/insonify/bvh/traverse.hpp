@@ -3,6 +3,7 @@
 
 #include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/core/view.hpp>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -21,12 +22,12 @@ struct bvh_view {
     /// Each node pops one entry and pushes at most Width.
     static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
 
-    /// Asks for what a child's code stands for, long before it is looked at. What it is gets multiplied by, lest there be a
-    /// branch, which no one could foresee.
+    /// Asks for what a child's code stands for, long before it is looked at. Whether that is a leaf is a factor here, since
+    /// a branch no one could foresee. What lies there is not read, so `no_child` may ask as well.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
         constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(leaf<Range, Width>);
         constexpr std::size_t of_either = of_node < of_leaf ? of_node : of_leaf, line_size = 64; // of cache
-        const std::size_t is_leaf = child >> 31U, is_larger = of_node < of_leaf ? is_leaf : 1 - is_leaf;
+        const std::size_t is_leaf = (child & leaf_bit) != 0, is_larger = of_node < of_leaf ? is_leaf : 1 - is_leaf;
         const std::size_t apart =
             reinterpret_cast<std::uintptr_t>(leaves.first) - reinterpret_cast<std::uintptr_t>(nodes.first);
         const std::size_t place = is_leaf * apart + (child & ~leaf_bit) * (of_node + is_leaf * (of_leaf - of_node));
