@@ -63,21 +63,23 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
 struct four_points {
     lanes<4> x, y, z;
 
-    INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
+    INSONIFY_FN INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
         : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
 
     /// Negative where one is not finite.
-    INSONIFY_INLINE bit_lanes<4> wild() const { return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z); }
+    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const {
+        return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z);
+    }
 
     template <int Width>
-    INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
+    INSONIFY_FN INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
         store(x, rows[0] + first);
         store(y, rows[1] + first);
         store(z, rows[2] + first);
     }
 
   private:
-    INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
+    INSONIFY_FN INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
         return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
     }
 };
