@@ -82,22 +82,16 @@ std::vector<ray> nan_rays() {
     return rays;
 }
 
+void on_one_thread_and_two(benchmark::internal::Benchmark* one) {
+    one->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
+}
+
 } // namespace
 
-BENCHMARK(build<build_sah>)->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(build<build_morton>)->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(refit, small, bench::organ_82k())
-    ->ArgName("threads")
-    ->Arg(1)
-    ->Arg(2)
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(refit, large, bench::organ_1_3m())
-    ->ArgName("threads")
-    ->Arg(1)
-    ->Arg(2)
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK(build<build_sah>)->Apply(on_one_thread_and_two);
+BENCHMARK(build<build_morton>)->Apply(on_one_thread_and_two);
+BENCHMARK_CAPTURE(refit, small, bench::organ_82k())->Apply(on_one_thread_and_two);
+BENCHMARK_CAPTURE(refit, large, bench::organ_1_3m())->Apply(on_one_thread_and_two);
 BENCHMARK(build_ten_million)->ArgName("threads")->Arg(2)->Iterations(1)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(ask, fan_closest_together, bench::fan_rays(), bench::organ_82k(), closest_together);
 BENCHMARK_CAPTURE(ask, fan_closest_alone, bench::fan_rays(), bench::organ_82k(), closest_alone);
