@@ -103,5 +103,7 @@ BENCHMARK_CAPTURE(ask, large_fan_closest_together, bench::fan_rays(), bench::org
 BENCHMARK_CAPTURE(ask, large_fan_closest_alone, bench::fan_rays(), bench::organ_1_3m(), closest_alone);
 BENCHMARK_CAPTURE(ask, incoherent_closest_together, bench::incoherent_rays(), bench::organ_82k(), closest_together);
 BENCHMARK_CAPTURE(ask, incoherent_closest_alone, bench::incoherent_rays(), bench::organ_82k(), closest_alone);
+BENCHMARK_CAPTURE(ask, incoherent_any_together, bench::incoherent_rays(), bench::organ_82k(), any_together);
+BENCHMARK_CAPTURE(ask, incoherent_any_alone, bench::incoherent_rays(), bench::organ_82k(), any_alone);
 BENCHMARK_CAPTURE(ask, nan_closest_together, nan_rays(), bench::organ_82k(), closest_together);
 BENCHMARK_CAPTURE(ask, nothing_closest_alone, bench::fan_rays(), mesh{}, closest_alone);

@@ -1248,6 +1248,7 @@ struct bit_lanes {
         for (std::uint32_t& l : lane) l = value;
     }
     INSONIFY_FN std::uint32_t& operator[](int i) { return lane[i]; }
+    INSONIFY_FN std::uint32_t operator[](int i) const { return lane[i]; }
 
     template <class Operation>
     INSONIFY_FN static bit_lanes each(Operation operation) {
@@ -6011,11 +6012,147 @@ struct alignas(64) leaf<Range, Width> {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_BVH_TRAVERSAL_STACK_HPP
+#define INSONIFY_BVH_TRAVERSAL_STACK_HPP
+
+#ifndef INSONIFY_EXECUTION_PACK_HPP
+#define INSONIFY_EXECUTION_PACK_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+#if defined(__AVX2__) && defined(__POPCNT__) && !defined(INSONIFY_NO_SIMD)
+
+/// For each set of eight lanes, as bits: which they are, in order, a byte each.
+struct pack_table {
+    std::uint64_t lanes_of[256] = {};
+
+    constexpr pack_table() {
+        for (std::uint32_t bits = 0; bits < 256; ++bits) {
+            std::uint32_t shift = 0;
+            for (std::uint64_t lane = 0; lane < 8; ++lane) {
+                if ((bits >> lane & 1U) == 0) continue;
+                lanes_of[bits] |= lane << shift;
+                shift += 8;
+            }
+        }
+    }
+};
+inline constexpr pack_table packed_lanes{};
+
+#endif
+
+/// Writes the lanes whose bit is set, one after the other, without a branch. @return how many
+/// @param to  room for N, all of which may be written
+template <int N>
+INSONIFY_FN INSONIFY_INLINE std::uint32_t pack(const bit_lanes<N>& values, std::uint32_t bits, std::uint32_t* to) {
+#if defined(__AVX2__) && defined(__POPCNT__) && !defined(INSONIFY_NO_SIMD)
+    if constexpr (N == 8) {
+        const __m128i from = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(packed_lanes.lanes_of + bits));
+        const __m256i packed = _mm256_permutevar8x32_epi32((__m256i)values, _mm256_cvtepu8_epi32(from));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), packed);
+        return static_cast<std::uint32_t>(std::popcount(bits));
+    }
+#endif
+    std::uint32_t count = 0;
+    for (int i = 0; i < N; ++i) {
+        to[count] = std::uint32_t{values[i]};
+        count += bits >> static_cast<unsigned>(i) & 1U;
+    }
+    return count;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+/// Where a walk through a tree goes next, and what waits until then, as children's codes; in two orders, for two kinds of
+/// questions:
+///
+///     start()               to the root
+///     go_down(node, ...)    to one of the node's children that are met, of which there is one at least
+///     go_back(limit)        to what has waited; false where nothing does, which is the end of the way
+namespace insonify::inline INSONIFY_ABI {
+
+/// Each node takes one from what waits and adds at most Width.
+template <int Width>
+inline constexpr std::uint32_t most_waiting = most_levels<Width>*(Width - 1) + 1;
+
+/// To the nearest first, and back to nothing that begins beyond the limit: for the nearest hit.
+template <int Width>
+struct nearest_first {
+    std::uint32_t next = 0;
+    std::uint32_t waiting = 0;
+    std::int64_t stack[most_waiting<Width>];
+
+    INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
+
+    /// @param distance  where each child begins  @param met  a bit for each
+    INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>& distance,
+                                             std::uint32_t met) {
+        const std::uint32_t first = lowest_bit(met);
+        next = node.child[first];
+        if ((met &= met - 1) == 0) return;
+        alignas(sizeof(float) * Width) float distances[Width];
+        store(distance, distances);
+        std::int64_t nearest = key_of(distances[first], next);
+        do {
+            const std::uint32_t i = lowest_bit(met);
+            const std::int64_t key = key_of(distances[i], node.child[i]);
+            stack[waiting++] = key < nearest ? nearest : key;
+            nearest = key < nearest ? key : nearest;
+        } while ((met &= met - 1) != 0);
+        next = static_cast<std::uint32_t>(nearest);
+    }
+
+    INSONIFY_FN INSONIFY_INLINE bool go_back(float limit) {
+        do {
+            if (waiting == 0) return false;
+            next = static_cast<std::uint32_t>(stack[--waiting]);
+        } while (distance_of(stack[waiting]) > limit);
+        return true;
+    }
+
+  private:
+    // A distance in the upper half, so that keys order as distances do (but among negative ones, where the order does not
+    // matter), and a child's code in the lower.
+    INSONIFY_FN static std::int64_t key_of(float distance, std::uint32_t child) {
+        return static_cast<std::int64_t>(std::uint64_t{__builtin_bit_cast(std::uint32_t, distance)} << 32U | child);
+    }
+    INSONIFY_FN static float distance_of(std::int64_t key) {
+        return __builtin_bit_cast(float, static_cast<std::uint32_t>(static_cast<std::uint64_t>(key) >> 32U));
+    }
+};
+
+/// As they come, without a branch, since no one foresees what a ray meets: for whether anything is hit, and for all that
+/// is.
+template <int Width>
+struct any_order {
+    std::uint32_t next = 0;
+    std::uint32_t waiting = 0;
+    std::uint32_t stack[most_waiting<Width> + Width]; // `pack` may write as many beyond
+
+    INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
+
+    /// @param met  a bit for each child
+    INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
+        waiting += pack<Width>(load_bits<Width>(node.child), met, stack + waiting);
+        next = stack[--waiting];
+    }
+
+    INSONIFY_FN INSONIFY_INLINE bool go_back(float) {
+        if (waiting == 0) return false;
+        next = stack[--waiting];
+        return true;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
-template <primitive_range Range, int Width>
+template <primitive_range Range, int Width, class Order>
 struct tree_walk;
 
 /// A tree as traversal sees it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
@@ -6026,9 +6163,6 @@ struct bvh_view {
     Range range{};
     float reach = 0;     ///< no coordinate of a box is further from 0
     float leaf_size = 0; ///< metres: the mean of leaves, as squares
-
-    /// Each node pops one entry and pushes at most Width.
-    static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
 
     /// Asks for what a child's code stands for, long before it is looked at. Whether that is a leaf is a factor here, since
     /// a branch no one could foresee. What lies there is not read, so `no_child` may ask as well.
@@ -6044,19 +6178,10 @@ struct bvh_view {
             insonify::prefetch(what + (line < of_either ? line : is_larger * line));
     }
 
-    /// What waits: its distance in the upper half, so that keys order as distances do (but among negative ones, where
-    /// the order does not matter), and the child's code in the lower.
-    INSONIFY_FN static std::int64_t key_of(float distance, std::uint32_t child) {
-        return static_cast<std::int64_t>(std::uint64_t{__builtin_bit_cast(std::uint32_t, distance)} << 32U | child);
-    }
-    INSONIFY_FN static float distance_of(std::int64_t key) {
-        return __builtin_bit_cast(float, static_cast<std::uint32_t>(static_cast<std::uint64_t>(key) >> 32U));
-    }
-
     /// The nearest hit; of equally near ones the lowest primitive.
     INSONIFY_FN hit closest(const ray& r) const {
         hit best;
-        tree_walk<Range, Width> walk;
+        tree_walk<Range, Width, nearest_first<Width>> walk;
         for (bool more = walk.start(*this, r); more;) more = walk.step_closest(*this, best);
         return best;
     }
@@ -6064,7 +6189,7 @@ struct bvh_view {
     /// Whether anything is hit.
     INSONIFY_FN bool any(const ray& r) const {
         bool met = false;
-        tree_walk<Range, Width> walk;
+        tree_walk<Range, Width, any_order<Width>> walk;
         for (bool more = walk.start(*this, r); more && !met;) more = walk.step(*this, [&](const hit&) { met = true; });
         return met;
     }
@@ -6073,7 +6198,7 @@ struct bvh_view {
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void for_each_hit(const ray& r, Visit&& visit) const {
-        tree_walk<Range, Width> walk;
+        tree_walk<Range, Width, any_order<Width>> walk;
         for (bool more = walk.start(*this, r); more;) more = walk.step(*this, visit);
     }
 
@@ -6081,7 +6206,7 @@ struct bvh_view {
     template <class Shape, class Visit>
     INSONIFY_FN void for_each_overlap(const Shape& shape, Visit&& visit) const {
         if (nodes.empty()) return;
-        std::uint32_t stack[stack_size];
+        std::uint32_t stack[most_waiting<Width>];
         std::uint32_t waiting = 0;
         stack[waiting++] = 0;
         while (waiting > 0) {
@@ -6102,62 +6227,40 @@ struct bvh_view {
 
 /// One ray on its way through a tree, a node or a leaf at each step. Between two steps the memory that the next one
 /// needs is on its way too, so several rays that take turns wait less than one after the other.
-template <primitive_range Range, int Width>
+/// @tparam Order  `nearest_first`, or `any_order` where the limit stays as it is
+template <primitive_range Range, int Width, class Order>
 struct tree_walk {
     using tree_view = bvh_view<Range, Width>;
 
     prepared_ray<Width> r{};
-    float limit = 0;           ///< what a hit must not be beyond; a visitor may lower it
-    std::uint32_t next = 0;    ///< the child's code that the next step looks at
-    std::uint32_t waiting = 0; ///< so many on the stack
-    std::int64_t stack[tree_view::stack_size];
+    float limit = 0; ///< what a hit must not be beyond; a visitor may lower it
+    Order way;
 
     /// @return false where there is nothing to meet
     INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
         r.prepare(source, tree.reach);
         limit = source.max_distance;
-        next = 0;
-        waiting = 0;
+        way.start();
         return r.legal && !tree.nodes.empty();
     }
 
-    /// Calls visit(hit) for what is met between the ray's limits, in no order. Children are taken nearest first, so that
-    /// a visitor that lowers the limit to its best hit skips the rest. @return false at the end of the way
+    /// Calls visit(hit) for what is met between the ray's limits, in no order. @return false at the end of the way
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN INSONIFY_INLINE bool step(const tree_view& tree, Visit&& visit) {
-        if ((next & leaf_bit) == 0) {
-            const tree_node<Width>& node = tree.nodes[next];
+        if ((way.next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[way.next];
             const box_entries<Width> boxes = enter(node, r, limit);
-            if (std::uint32_t left = boxes.met; left != 0) {
-                const std::uint32_t first = lowest_bit(left);
-                next = node.child[first];
-                if ((left &= left - 1) == 0) {
-                    tree.prefetch(next);
-                    return true;
-                }
-                alignas(sizeof(float) * Width) float distance[Width];
-                store(boxes.distance, distance);
-                std::int64_t nearest = tree_view::key_of(distance[first], next);
-                do {
-                    const std::uint32_t i = lowest_bit(left);
-                    const std::int64_t key = tree_view::key_of(distance[i], node.child[i]);
-                    stack[waiting++] = key < nearest ? nearest : key;
-                    nearest = key < nearest ? key : nearest;
-                } while ((left &= left - 1) != 0);
-                next = static_cast<std::uint32_t>(nearest);
-                tree.prefetch(next);
+            if (boxes.met != 0) {
+                way.go_down(node, boxes.distance, boxes.met);
+                tree.prefetch(way.next);
                 return true;
             }
-        } else if (next != no_child) {
-            const std::size_t index = next ^ leaf_bit;
-            tree.leaves[index].intersect_all(r, limit, tree.range, visit);
+        } else if (way.next != no_child) {
+            tree.leaves[way.next ^ leaf_bit].intersect_all(r, limit, tree.range, visit);
         }
-        do {
-            if (waiting == 0) return false;
-            next = static_cast<std::uint32_t>(stack[--waiting]);
-        } while (tree_view::distance_of(stack[waiting]) > limit);
-        tree.prefetch(next);
+        if (!way.go_back(limit)) return false;
+        tree.prefetch(way.next);
         return true;
     }
 
@@ -6183,18 +6286,14 @@ struct packet_walk {
     using floats = lanes<Width>;
 
     ray_packet<Width> rays;
-    std::uint32_t best[ray_packet<
-        Width>::most_rays];    ///< a primitive that each ray has met, `no_primitive` before: see the steps below
-    std::uint32_t next = 0;    ///< the child's code that the next step looks at
-    std::uint32_t waiting = 0; ///< so many on the stack
-    std::int64_t stack[tree_view::stack_size];
+    std::uint32_t best[ray_packet<Width>::most_rays]; ///< what each ray has met, `no_primitive` before: see the steps
+    nearest_first<Width> way;
 
     /// Takes rays from the first of `count` on. @return how many go together: 0 for none
     std::size_t start(const tree_view& tree, const ray* first, std::size_t count) {
         const std::size_t taken = tree.nodes.empty() ? 0 : rays.prepare(first, count, tree.reach, tree.leaf_size);
         for (std::size_t k = 0; k < taken; ++k) best[k] = no_primitive;
-        next = 0;
-        waiting = 0;
+        way.start();
         return taken;
     }
 
@@ -6203,38 +6302,19 @@ struct packet_walk {
     /// first; visit returns whether it has lowered limits. @return false at the end of the way
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
-        if ((next & leaf_bit) == 0) {
-            const tree_node<Width>& node = tree.nodes[next];
+        if ((way.next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[way.next];
             floats entry;
-            if (std::uint32_t left = enter(node, rays, entry); left != 0) {
-                const std::uint32_t first = lowest_bit(left);
-                next = node.child[first];
-                if ((left &= left - 1) == 0) {
-                    tree.prefetch(next);
-                    return true;
-                }
-                alignas(sizeof(floats)) float distance[Width];
-                store(entry, distance);
-                std::int64_t nearest = tree_view::key_of(distance[first], next);
-                do {
-                    const std::uint32_t i = lowest_bit(left);
-                    const std::int64_t key = tree_view::key_of(distance[i], node.child[i]);
-                    stack[waiting++] = key < nearest ? nearest : key;
-                    nearest = key < nearest ? key : nearest;
-                } while ((left &= left - 1) != 0);
-                next = static_cast<std::uint32_t>(nearest);
-                tree.prefetch(next);
+            if (const std::uint32_t met = enter(node, rays, entry); met != 0) {
+                way.go_down(node, entry, met);
+                tree.prefetch(way.next);
                 return true;
             }
-        } else if (next != no_child) {
-            const std::size_t index = next ^ leaf_bit;
-            tree.leaves[index].intersect_packet(rays, visit);
+        } else if (way.next != no_child) {
+            tree.leaves[way.next ^ leaf_bit].intersect_packet(rays, visit);
         }
-        do {
-            if (waiting == 0) return false;
-            next = static_cast<std::uint32_t>(stack[--waiting]);
-        } while (tree_view::distance_of(stack[waiting]) > rays.end - rays.begin);
-        tree.prefetch(next);
+        if (!way.go_back(rays.end - rays.begin)) return false;
+        tree.prefetch(way.next);
         return true;
     }
 
@@ -6300,11 +6380,13 @@ namespace insonify::inline INSONIFY_ABI {
 /// What the batches below ask of each ray: begin(i) before its first step, then step(tree, walk, i) until it is false; of
 /// rays that go together step(tree, packet walk, the first one), then finish(packet walk, the first one).
 struct closest_query {
+    template <int Width>
+    using order = nearest_first<Width>;
     hit* hits = nullptr;
 
     void begin(std::size_t i) const { hits[i] = {}; }
-    template <class Range, int Width>
-    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width>& walk, std::size_t i) const {
+    template <class Range, int Width, class Order>
+    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
         return walk.step_closest(tree, hits[i]);
     }
     template <class Range, int Width>
@@ -6320,11 +6402,13 @@ struct closest_query {
 };
 
 struct any_query {
+    template <int Width>
+    using order = any_order<Width>;
     std::uint8_t* met = nullptr;
 
     void begin(std::size_t i) const { met[i] = 0; }
-    template <class Range, int Width>
-    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width>& walk, std::size_t i) const {
+    template <class Range, int Width, class Order>
+    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
         return walk.step(tree, [&](const hit&) { met[i] = 1; }) && met[i] == 0;
     }
     template <class Range, int Width>
@@ -6338,11 +6422,13 @@ struct any_query {
 };
 
 struct all_query {
+    template <int Width>
+    using order = any_order<Width>;
     std::vector<hit>* hits = nullptr;
 
     INSONIFY_LAZY void begin(std::size_t i) const { hits[i].clear(); }
-    template <class Range, int Width>
-    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width>& walk, std::size_t i) const {
+    template <class Range, int Width, class Order>
+    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
         if (walk.step(tree, [&](const hit& found) { later<Range>(hits[i]).push_back(found); })) return true;
         sort(later<Range>(hits[i]));
         return false;
@@ -6384,13 +6470,15 @@ void take_turns(const Start& start, const Step& step) {
 /// Asks every ray. Packets begin at multiples of Width, so that nothing depends on the policy.
 template <class Policy, class Range, int Width, class Query>
 void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
+    using walk_of_one = tree_walk<Range, Width, typename Query::template order<Width>>;
+    using walk_of_packet = packet_walk<Range, Width>;
     constexpr std::size_t block_size = 1024;
     exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
         std::size_t alone[block_size];
         std::size_t singles = 0, next = begin;
         if constexpr (triangle_range<Range>) {
-            take_turns<packet_walk<Range, Width>, 8>(
-                [&](packet_walk<Range, Width>& walk, std::size_t& i) {
+            take_turns<walk_of_packet, 8>(
+                [&](walk_of_packet& walk, std::size_t& i) {
                     while (next + Width <= end) {
                         i = next;
                         const std::size_t taken = walk.start(tree, rays.data() + i, end - i);
@@ -6401,7 +6489,7 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
                     }
                     return false;
                 },
-                [&](packet_walk<Range, Width>& walk, std::size_t i) {
+                [&](walk_of_packet& walk, std::size_t i) {
                     if (query.step(tree, walk, i)) return true;
                     query.finish(walk, i);
                     return false;
@@ -6409,8 +6497,8 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
         }
         while (next < end) alone[singles++] = next++;
         std::size_t started = 0;
-        take_turns<tree_walk<Range, Width>, 12>(
-            [&](tree_walk<Range, Width>& walk, std::size_t& i) {
+        take_turns<walk_of_one, 12>(
+            [&](walk_of_one& walk, std::size_t& i) {
                 while (started < singles) {
                     i = alone[started++];
                     query.begin(i);
@@ -6418,7 +6506,7 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
                 }
                 return false;
             },
-            [&](tree_walk<Range, Width>& walk, std::size_t i) { return query.step(tree, walk, i); });
+            [&](walk_of_one& walk, std::size_t i) { return query.step(tree, walk, i); });
     });
 }
 
@@ -8827,7 +8915,7 @@ void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const
     // So many are asked for before they are looked at, unless many wait: then, one branch after the other, each level adds
     // less than Width to those that wait.
     constexpr std::uint32_t ahead = 8, many = ahead * Width;
-    std::uint32_t stack[many + ahead * Width + bvh_view<Range, Width>::stack_size], coming[ahead];
+    std::uint32_t stack[many + ahead * Width + most_waiting<Width>], coming[ahead];
     std::uint32_t waiting = 0, taken = 0, asked = 0;
     stack[waiting++] = code;
     for (;;) {

@@ -17,11 +17,13 @@ namespace insonify::inline INSONIFY_ABI {
 /// What the batches below ask of each ray: begin(i) before its first step, then step(tree, walk, i) until it is false; of
 /// rays that go together step(tree, packet walk, the first one), then finish(packet walk, the first one).
 struct closest_query {
+    template <int Width>
+    using order = nearest_first<Width>;
     hit* hits = nullptr;
 
     void begin(std::size_t i) const { hits[i] = {}; }
-    template <class Range, int Width>
-    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width>& walk, std::size_t i) const {
+    template <class Range, int Width, class Order>
+    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
         return walk.step_closest(tree, hits[i]);
     }
     template <class Range, int Width>
@@ -37,11 +39,13 @@ struct closest_query {
 };
 
 struct any_query {
+    template <int Width>
+    using order = any_order<Width>;
     std::uint8_t* met = nullptr;
 
     void begin(std::size_t i) const { met[i] = 0; }
-    template <class Range, int Width>
-    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width>& walk, std::size_t i) const {
+    template <class Range, int Width, class Order>
+    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
         return walk.step(tree, [&](const hit&) { met[i] = 1; }) && met[i] == 0;
     }
     template <class Range, int Width>
@@ -55,11 +59,13 @@ struct any_query {
 };
 
 struct all_query {
+    template <int Width>
+    using order = any_order<Width>;
     std::vector<hit>* hits = nullptr;
 
     INSONIFY_LAZY void begin(std::size_t i) const { hits[i].clear(); }
-    template <class Range, int Width>
-    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width>& walk, std::size_t i) const {
+    template <class Range, int Width, class Order>
+    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
         if (walk.step(tree, [&](const hit& found) { later<Range>(hits[i]).push_back(found); })) return true;
         sort(later<Range>(hits[i]));
         return false;
@@ -101,13 +107,15 @@ void take_turns(const Start& start, const Step& step) {
 /// Asks every ray. Packets begin at multiples of Width, so that nothing depends on the policy.
 template <class Policy, class Range, int Width, class Query>
 void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
+    using walk_of_one = tree_walk<Range, Width, typename Query::template order<Width>>;
+    using walk_of_packet = packet_walk<Range, Width>;
     constexpr std::size_t block_size = 1024;
     exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
         std::size_t alone[block_size];
         std::size_t singles = 0, next = begin;
         if constexpr (triangle_range<Range>) {
-            take_turns<packet_walk<Range, Width>, 8>(
-                [&](packet_walk<Range, Width>& walk, std::size_t& i) {
+            take_turns<walk_of_packet, 8>(
+                [&](walk_of_packet& walk, std::size_t& i) {
                     while (next + Width <= end) {
                         i = next;
                         const std::size_t taken = walk.start(tree, rays.data() + i, end - i);
@@ -118,7 +126,7 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
                     }
                     return false;
                 },
-                [&](packet_walk<Range, Width>& walk, std::size_t i) {
+                [&](walk_of_packet& walk, std::size_t i) {
                     if (query.step(tree, walk, i)) return true;
                     query.finish(walk, i);
                     return false;
@@ -126,8 +134,8 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
         }
         while (next < end) alone[singles++] = next++;
         std::size_t started = 0;
-        take_turns<tree_walk<Range, Width>, 12>(
-            [&](tree_walk<Range, Width>& walk, std::size_t& i) {
+        take_turns<walk_of_one, 12>(
+            [&](walk_of_one& walk, std::size_t& i) {
                 while (started < singles) {
                     i = alone[started++];
                     query.begin(i);
@@ -135,7 +143,7 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
                 }
                 return false;
             },
-            [&](tree_walk<Range, Width>& walk, std::size_t i) { return query.step(tree, walk, i); });
+            [&](walk_of_one& walk, std::size_t i) { return query.step(tree, walk, i); });
     });
 }
 

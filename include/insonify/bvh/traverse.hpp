@@ -2,12 +2,13 @@
 #define INSONIFY_BVH_TRAVERSE_HPP
 
 #include <insonify/bvh/leaf_triangles.hpp>
+#include <insonify/bvh/traversal_stack.hpp>
 #include <insonify/core/view.hpp>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
-template <primitive_range Range, int Width>
+template <primitive_range Range, int Width, class Order>
 struct tree_walk;
 
 /// A tree as traversal sees it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
@@ -18,9 +19,6 @@ struct bvh_view {
     Range range{};
     float reach = 0;     ///< no coordinate of a box is further from 0
     float leaf_size = 0; ///< metres: the mean of leaves, as squares
-
-    /// Each node pops one entry and pushes at most Width.
-    static constexpr std::uint32_t stack_size = most_levels<Width> * (Width - 1) + 1;
 
     /// Asks for what a child's code stands for, long before it is looked at. Whether that is a leaf is a factor here, since
     /// a branch no one could foresee. What lies there is not read, so `no_child` may ask as well.
@@ -36,19 +34,10 @@ struct bvh_view {
             insonify::prefetch(what + (line < of_either ? line : is_larger * line));
     }
 
-    /// What waits: its distance in the upper half, so that keys order as distances do (but among negative ones, where
-    /// the order does not matter), and the child's code in the lower.
-    INSONIFY_FN static std::int64_t key_of(float distance, std::uint32_t child) {
-        return static_cast<std::int64_t>(std::uint64_t{__builtin_bit_cast(std::uint32_t, distance)} << 32U | child);
-    }
-    INSONIFY_FN static float distance_of(std::int64_t key) {
-        return __builtin_bit_cast(float, static_cast<std::uint32_t>(static_cast<std::uint64_t>(key) >> 32U));
-    }
-
     /// The nearest hit; of equally near ones the lowest primitive.
     INSONIFY_FN hit closest(const ray& r) const {
         hit best;
-        tree_walk<Range, Width> walk;
+        tree_walk<Range, Width, nearest_first<Width>> walk;
         for (bool more = walk.start(*this, r); more;) more = walk.step_closest(*this, best);
         return best;
     }
@@ -56,7 +45,7 @@ struct bvh_view {
     /// Whether anything is hit.
     INSONIFY_FN bool any(const ray& r) const {
         bool met = false;
-        tree_walk<Range, Width> walk;
+        tree_walk<Range, Width, any_order<Width>> walk;
         for (bool more = walk.start(*this, r); more && !met;) more = walk.step(*this, [&](const hit&) { met = true; });
         return met;
     }
@@ -65,7 +54,7 @@ struct bvh_view {
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void for_each_hit(const ray& r, Visit&& visit) const {
-        tree_walk<Range, Width> walk;
+        tree_walk<Range, Width, any_order<Width>> walk;
         for (bool more = walk.start(*this, r); more;) more = walk.step(*this, visit);
     }
 
@@ -73,7 +62,7 @@ struct bvh_view {
     template <class Shape, class Visit>
     INSONIFY_FN void for_each_overlap(const Shape& shape, Visit&& visit) const {
         if (nodes.empty()) return;
-        std::uint32_t stack[stack_size];
+        std::uint32_t stack[most_waiting<Width>];
         std::uint32_t waiting = 0;
         stack[waiting++] = 0;
         while (waiting > 0) {
@@ -94,62 +83,40 @@ struct bvh_view {
 
 /// One ray on its way through a tree, a node or a leaf at each step. Between two steps the memory that the next one
 /// needs is on its way too, so several rays that take turns wait less than one after the other.
-template <primitive_range Range, int Width>
+/// @tparam Order  `nearest_first`, or `any_order` where the limit stays as it is
+template <primitive_range Range, int Width, class Order>
 struct tree_walk {
     using tree_view = bvh_view<Range, Width>;
 
     prepared_ray<Width> r{};
-    float limit = 0;           ///< what a hit must not be beyond; a visitor may lower it
-    std::uint32_t next = 0;    ///< the child's code that the next step looks at
-    std::uint32_t waiting = 0; ///< so many on the stack
-    std::int64_t stack[tree_view::stack_size];
+    float limit = 0; ///< what a hit must not be beyond; a visitor may lower it
+    Order way;
 
     /// @return false where there is nothing to meet
     INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
         r.prepare(source, tree.reach);
         limit = source.max_distance;
-        next = 0;
-        waiting = 0;
+        way.start();
         return r.legal && !tree.nodes.empty();
     }
 
-    /// Calls visit(hit) for what is met between the ray's limits, in no order. Children are taken nearest first, so that
-    /// a visitor that lowers the limit to its best hit skips the rest. @return false at the end of the way
+    /// Calls visit(hit) for what is met between the ray's limits, in no order. @return false at the end of the way
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN INSONIFY_INLINE bool step(const tree_view& tree, Visit&& visit) {
-        if ((next & leaf_bit) == 0) {
-            const tree_node<Width>& node = tree.nodes[next];
+        if ((way.next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[way.next];
             const box_entries<Width> boxes = enter(node, r, limit);
-            if (std::uint32_t left = boxes.met; left != 0) {
-                const std::uint32_t first = lowest_bit(left);
-                next = node.child[first];
-                if ((left &= left - 1) == 0) {
-                    tree.prefetch(next);
-                    return true;
-                }
-                alignas(sizeof(float) * Width) float distance[Width];
-                store(boxes.distance, distance);
-                std::int64_t nearest = tree_view::key_of(distance[first], next);
-                do {
-                    const std::uint32_t i = lowest_bit(left);
-                    const std::int64_t key = tree_view::key_of(distance[i], node.child[i]);
-                    stack[waiting++] = key < nearest ? nearest : key;
-                    nearest = key < nearest ? key : nearest;
-                } while ((left &= left - 1) != 0);
-                next = static_cast<std::uint32_t>(nearest);
-                tree.prefetch(next);
+            if (boxes.met != 0) {
+                way.go_down(node, boxes.distance, boxes.met);
+                tree.prefetch(way.next);
                 return true;
             }
-        } else if (next != no_child) {
-            const std::size_t index = next ^ leaf_bit;
-            tree.leaves[index].intersect_all(r, limit, tree.range, visit);
+        } else if (way.next != no_child) {
+            tree.leaves[way.next ^ leaf_bit].intersect_all(r, limit, tree.range, visit);
         }
-        do {
-            if (waiting == 0) return false;
-            next = static_cast<std::uint32_t>(stack[--waiting]);
-        } while (tree_view::distance_of(stack[waiting]) > limit);
-        tree.prefetch(next);
+        if (!way.go_back(limit)) return false;
+        tree.prefetch(way.next);
         return true;
     }
 

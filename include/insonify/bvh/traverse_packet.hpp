@@ -13,18 +13,14 @@ struct packet_walk {
     using floats = lanes<Width>;
 
     ray_packet<Width> rays;
-    std::uint32_t best[ray_packet<
-        Width>::most_rays];    ///< a primitive that each ray has met, `no_primitive` before: see the steps below
-    std::uint32_t next = 0;    ///< the child's code that the next step looks at
-    std::uint32_t waiting = 0; ///< so many on the stack
-    std::int64_t stack[tree_view::stack_size];
+    std::uint32_t best[ray_packet<Width>::most_rays]; ///< what each ray has met, `no_primitive` before: see the steps
+    nearest_first<Width> way;
 
     /// Takes rays from the first of `count` on. @return how many go together: 0 for none
     std::size_t start(const tree_view& tree, const ray* first, std::size_t count) {
         const std::size_t taken = tree.nodes.empty() ? 0 : rays.prepare(first, count, tree.reach, tree.leaf_size);
         for (std::size_t k = 0; k < taken; ++k) best[k] = no_primitive;
-        next = 0;
-        waiting = 0;
+        way.start();
         return taken;
     }
 
@@ -33,38 +29,19 @@ struct packet_walk {
     /// first; visit returns whether it has lowered limits. @return false at the end of the way
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
-        if ((next & leaf_bit) == 0) {
-            const tree_node<Width>& node = tree.nodes[next];
+        if ((way.next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[way.next];
             floats entry;
-            if (std::uint32_t left = enter(node, rays, entry); left != 0) {
-                const std::uint32_t first = lowest_bit(left);
-                next = node.child[first];
-                if ((left &= left - 1) == 0) {
-                    tree.prefetch(next);
-                    return true;
-                }
-                alignas(sizeof(floats)) float distance[Width];
-                store(entry, distance);
-                std::int64_t nearest = tree_view::key_of(distance[first], next);
-                do {
-                    const std::uint32_t i = lowest_bit(left);
-                    const std::int64_t key = tree_view::key_of(distance[i], node.child[i]);
-                    stack[waiting++] = key < nearest ? nearest : key;
-                    nearest = key < nearest ? key : nearest;
-                } while ((left &= left - 1) != 0);
-                next = static_cast<std::uint32_t>(nearest);
-                tree.prefetch(next);
+            if (const std::uint32_t met = enter(node, rays, entry); met != 0) {
+                way.go_down(node, entry, met);
+                tree.prefetch(way.next);
                 return true;
             }
-        } else if (next != no_child) {
-            const std::size_t index = next ^ leaf_bit;
-            tree.leaves[index].intersect_packet(rays, visit);
+        } else if (way.next != no_child) {
+            tree.leaves[way.next ^ leaf_bit].intersect_packet(rays, visit);
         }
-        do {
-            if (waiting == 0) return false;
-            next = static_cast<std::uint32_t>(stack[--waiting]);
-        } while (tree_view::distance_of(stack[waiting]) > rays.end - rays.begin);
-        tree.prefetch(next);
+        if (!way.go_back(rays.end - rays.begin)) return false;
+        tree.prefetch(way.next);
         return true;
     }
 

@@ -54,6 +54,7 @@ struct bit_lanes {
         for (std::uint32_t& l : lane) l = value;
     }
     INSONIFY_FN std::uint32_t& operator[](int i) { return lane[i]; }
+    INSONIFY_FN std::uint32_t operator[](int i) const { return lane[i]; }
 
     template <class Operation>
     INSONIFY_FN static bit_lanes each(Operation operation) {

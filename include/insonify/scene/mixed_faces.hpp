@@ -70,7 +70,7 @@ void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const
     // So many are asked for before they are looked at, unless many wait: then, one branch after the other, each level adds
     // less than Width to those that wait.
     constexpr std::uint32_t ahead = 8, many = ahead * Width;
-    std::uint32_t stack[many + ahead * Width + bvh_view<Range, Width>::stack_size], coming[ahead];
+    std::uint32_t stack[many + ahead * Width + most_waiting<Width>], coming[ahead];
     std::uint32_t waiting = 0, taken = 0, asked = 0;
     stack[waiting++] = code;
     for (;;) {

@@ -1,0 +1,73 @@
+#include <insonify/bvh/traversal_stack.hpp>
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <vector>
+
+using namespace insonify;
+
+namespace traversal_stack_test {
+namespace {
+
+constexpr int width = simd_width;
+
+tree_node<width> node_of(std::uint32_t first_child) {
+    tree_node<width> node;
+    for (std::uint32_t i = 0; i < width; ++i) node.child[i] = first_child + i;
+    return node;
+}
+
+// A node at the root, and one below the child that is looked at first. @return the order of all that are looked at
+template <class Order>
+std::vector<std::uint32_t> walk(const float (&distances)[width], std::uint32_t met, std::uint32_t met_below,
+                                float limit) {
+    Order way;
+    way.start();
+    std::vector<std::uint32_t> seen;
+    way.go_down(node_of(100), load<width>(distances), met);
+    seen.push_back(way.next);
+    if (met_below != 0) {
+        way.go_down(node_of(200), load<width>(distances), met_below);
+        seen.push_back(way.next);
+    }
+    while (way.go_back(limit)) seen.push_back(way.next);
+    return seen;
+}
+
+} // namespace
+} // namespace traversal_stack_test
+
+TEST_CASE("walks come to every child that is met, and the nearest one first where that is asked for") {
+    using namespace traversal_stack_test;
+    float distances[width];
+    for (int i = 0; i < width; ++i) distances[i] = 1 + std::fmod(0.618F * static_cast<float>(i), 1.0F);
+    distances[2] = -1; // behind where the ray begins
+    const std::uint32_t all = (1U << static_cast<unsigned>(width)) - 1;
+    for (std::uint32_t met = 1; met <= all; ++met)
+        for (const std::uint32_t met_below : {0U, 1U, all, met}) {
+            std::vector<std::uint32_t> expected;
+            std::uint32_t nearest = 0;
+            for (std::uint32_t i = 0; i < width; ++i) {
+                if ((met >> i & 1U) != 0) {
+                    expected.push_back(100 + i);
+                    if (nearest == 0 || distances[i] < distances[nearest - 100]) nearest = 100 + i;
+                }
+                if ((met_below >> i & 1U) != 0) expected.push_back(200 + i);
+            }
+            std::vector<std::uint32_t> by_distance = walk<nearest_first<width>>(distances, met, met_below, 10);
+            std::vector<std::uint32_t> as_they_come = walk<any_order<width>>(distances, met, met_below, 10);
+            REQUIRE(by_distance[0] == nearest);
+            REQUIRE(std::is_permutation(by_distance.begin(), by_distance.end(), expected.begin(), expected.end()));
+            REQUIRE(std::is_permutation(as_they_come.begin(), as_they_come.end(), expected.begin(), expected.end()));
+        }
+}
+
+TEST_CASE("the way back to the nearest hit leaves out what begins beyond the limit") {
+    using namespace traversal_stack_test;
+    float distances[width];
+    for (int i = 0; i < width; ++i) distances[i] = static_cast<float>(i);
+    const std::uint32_t all = (1U << static_cast<unsigned>(width)) - 1;
+    std::vector<std::uint32_t> seen = walk<nearest_first<width>>(distances, all, 0, 2);
+    std::sort(seen.begin(), seen.end());
+    CHECK(seen == std::vector<std::uint32_t>{100, 101, 102}); // as near as the limit is not beyond
+}
