@@ -3528,9 +3528,6 @@ struct refined : Probe {
 #ifndef INSONIFY_SIGNAL_CONVOLVE_HPP
 #define INSONIFY_SIGNAL_CONVOLVE_HPP
 
-#ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
-#define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
-
 #ifndef INSONIFY_CORE_LATER_HPP
 #define INSONIFY_CORE_LATER_HPP
 
@@ -3560,6 +3557,9 @@ later_t<Later, T>& later(T& value) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
+#define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
+
 #ifndef INSONIFY_SIGNAL_PULSE_HPP
 #define INSONIFY_SIGNAL_PULSE_HPP
 
@@ -3966,25 +3966,27 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
     lateral_kernel kernel = std::move(recycled);
     kernel.lines = probe.lines;
     kernel.full_circle = is_full_circle(probe);
-    kernel.entries.clear();
-    kernel.weights.clear();
+    auto& entries = later<Probe>(kernel.entries);
+    auto& weights = later<Probe>(kernel.weights);
+    entries.clear();
+    weights.clear();
     const std::uint32_t most = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
     for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
         const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
         const float sigma = beam.lateral_sigma(depth);
         const float spacing = line_spacing(probe, depth);
-        const std::size_t begin = kernel.weights.size();
+        const std::size_t begin = weights.size();
         double sum = 0;
         for (std::uint32_t offset = 0; offset <= most; ++offset) {
             const float sigmas = static_cast<float>(offset) * spacing / sigma;
             if (sigmas > kernel_sigmas) break;
-            kernel.weights.push_back(std::exp(-0.5F * sigmas * sigmas));
-            sum += (offset == 0 ? 1 : 2) * static_cast<double>(kernel.weights.back());
+            weights.push_back(std::exp(-0.5F * sigmas * sigmas));
+            sum += (offset == 0 ? 1 : 2) * static_cast<double>(weights.back());
         }
-        const std::size_t end = kernel.weights.size();
+        const std::size_t end = weights.size();
         for (std::size_t i = begin; i < end; ++i)
-            kernel.weights[i] = static_cast<float>(static_cast<double>(kernel.weights[i]) / sum);
-        kernel.entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
+            weights[i] = static_cast<float>(static_cast<double>(weights[i]) / sum);
+        entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
     }
     return kernel;
 }
@@ -4117,7 +4119,7 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envel
     if (decimation > 1) own.decimated.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
     iq_lines& results = decimation > 1 ? own.decimated : echoes;
     const std::size_t blocks = (echoes.count + together - 1) / together;
-    if (own.blocks.size() < blocks) own.blocks.resize(blocks);
+    if (own.blocks.size() < blocks) later<Policy>(own.blocks).resize(blocks);
     exec::for_each_block(
         policy, echoes.count, together, own.axial.nanoseconds(), [&](std::size_t begin, std::size_t end) {
             std::vector<vec2>& layout = own.blocks[begin / together];
@@ -4141,7 +4143,7 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
     constexpr std::size_t thickness = lateral_slab::samples;
     const std::size_t slabs = (lines.samples + thickness - 1) / thickness, together = 8;
     const std::size_t blocks = (slabs + together - 1) / together;
-    if (own.blocks.size() < blocks) own.blocks.resize(blocks);
+    if (own.blocks.size() < blocks) later<Policy>(own.blocks).resize(blocks);
     const float slab_time = 0.2F * static_cast<float>((2 * own.lateral.reach() + 1) * lines.count * thickness);
     exec::for_each_block(policy, slabs, together, slab_time, [&](std::size_t begin, std::size_t end) {
         lateral_slab slab{own.lateral, own.blocks[begin / together]};
@@ -6018,37 +6020,39 @@ struct alignas(64) leaf<Range, Width> {
 #ifndef INSONIFY_EXECUTION_PACK_HPP
 #define INSONIFY_EXECUTION_PACK_HPP
 
+#include <bit>
 
 namespace insonify::inline INSONIFY_ABI {
 
-#if defined(__AVX2__) && defined(__POPCNT__) && !defined(INSONIFY_NO_SIMD)
+#if defined(__AVX2__) && defined(__FMA__) && !defined(INSONIFY_NO_SIMD)
 
 /// For each set of eight lanes, as bits: which they are, in order, a byte each.
-struct pack_table {
-    std::uint64_t lanes_of[256] = {};
+struct pack_orders {
+    std::uint64_t of[256] = {};
 
-    constexpr pack_table() {
+    constexpr pack_orders() {
         for (std::uint32_t bits = 0; bits < 256; ++bits) {
             std::uint32_t shift = 0;
             for (std::uint64_t lane = 0; lane < 8; ++lane) {
                 if ((bits >> lane & 1U) == 0) continue;
-                lanes_of[bits] |= lane << shift;
+                of[bits] |= lane << shift;
                 shift += 8;
             }
         }
     }
 };
-inline constexpr pack_table packed_lanes{};
+inline constexpr pack_orders pack_order{};
 
 #endif
 
 /// Writes the lanes whose bit is set, one after the other, without a branch. @return how many
 /// @param to  room for N, all of which may be written
 template <int N>
-INSONIFY_FN INSONIFY_INLINE std::uint32_t pack(const bit_lanes<N>& values, std::uint32_t bits, std::uint32_t* to) {
-#if defined(__AVX2__) && defined(__POPCNT__) && !defined(INSONIFY_NO_SIMD)
+INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values, std::uint32_t bits,
+                                                     std::uint32_t* to) {
+#if defined(__AVX2__) && defined(__FMA__) && !defined(INSONIFY_NO_SIMD)
     if constexpr (N == 8) {
-        const __m128i from = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(packed_lanes.lanes_of + bits));
+        const __m128i from = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(pack_order.of + bits));
         const __m256i packed = _mm256_permutevar8x32_epi32((__m256i)values, _mm256_cvtepu8_epi32(from));
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), packed);
         return static_cast<std::uint32_t>(std::popcount(bits));
@@ -6073,7 +6077,7 @@ INSONIFY_FN INSONIFY_INLINE std::uint32_t pack(const bit_lanes<N>& values, std::
 ///     go_back(limit)        to what has waited; false where nothing does, which is the end of the way
 namespace insonify::inline INSONIFY_ABI {
 
-/// Each node takes one from what waits and adds at most Width.
+/// Each level takes one from what waits and adds at most Width.
 template <int Width>
 inline constexpr std::uint32_t most_waiting = most_levels<Width>*(Width - 1) + 1;
 
@@ -6129,13 +6133,14 @@ template <int Width>
 struct any_order {
     std::uint32_t next = 0;
     std::uint32_t waiting = 0;
-    std::uint32_t stack[most_waiting<Width> + Width]; // `pack` may write as many beyond
+    std::uint32_t
+        stack[most_waiting<Width>]; // with room for all of the last node's children, which `pack_lanes` writes
 
     INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
 
     /// @param met  a bit for each child
     INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
-        waiting += pack<Width>(load_bits<Width>(node.child), met, stack + waiting);
+        waiting += pack_lanes<Width>(load_bits<Width>(node.child), met, stack + waiting);
         next = stack[--waiting];
     }
 
@@ -6227,7 +6232,7 @@ struct bvh_view {
 
 /// One ray on its way through a tree, a node or a leaf at each step. Between two steps the memory that the next one
 /// needs is on its way too, so several rays that take turns wait less than one after the other.
-/// @tparam Order  `nearest_first`, or `any_order` where the limit stays as it is
+/// @tparam Order  `nearest_first` where the limit comes nearer on the way, otherwise `any_order`: see traversal_stack.hpp
 template <primitive_range Range, int Width, class Order>
 struct tree_walk {
     using tree_view = bvh_view<Range, Width>;
@@ -6373,7 +6378,7 @@ struct packet_walk {
 /// Many rays at once. Neighbours that go together walk in packets, the others alone; several of either take turns, so
 /// that the memory of one comes while another is worked on.
 ///
-/// Against one ray after the other: 1.3 times as fast where rays have nothing in common, 1.6 to 2.1 times along a fan
+/// Against one ray after the other: 1.4 to 1.7 times as fast where rays have nothing in common, 1.5 to 2.3 times along a fan
 /// (bench/bvh.cpp).
 namespace insonify::inline INSONIFY_ABI {
 
@@ -6779,7 +6784,7 @@ class morton_order {
     }
 
     // By the highest digit of the cell first, blocks at the same time, each to places of its own, which closes the gaps.
-    // Then keys that share it among themselves: they are few enough to stay at hand.
+    // Then keys that share it among themselves: they are few enough to stay at hand, also to find their steps.
     template <class Policy>
     void sort(const Policy& policy) {
         large_array<std::uint64_t> apart(count_);
@@ -6800,9 +6805,9 @@ class morton_order {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             deal(from, used_[b], digit, places[b], apart.data());
         });
-        std::swap(keys_, apart);
+        std::swap(keys_, apart); // what it holds now is no longer needed
         const auto first = [&next](std::size_t d) { return d > 0 ? next[d - 1] : 0; };
-        constexpr std::size_t together = 4; // digits whose keys are sorted at once
+        constexpr std::size_t together = 4; // digits handed out at once
         const float each = 12 * static_cast<float>(count_) / static_cast<float>(next.size());
         exec::for_each_block(policy, next.size(), together, each, [&](std::size_t begin, std::size_t end) {
             for (std::size_t d = begin; d < end; ++d)
@@ -6813,7 +6818,7 @@ class morton_order {
             if (first(d) > 0 && first(d) < count_) steps_[first(d)] = step_at(first(d));
     }
 
-    static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
+    INSONIFY_LAZY static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
         if (count < 64)
             std::sort(keys, keys + count);
         else if (count < 512)
@@ -6864,7 +6869,7 @@ class morton_order {
         if (i < count) to[next[digit(keys[i])]++] = keys[i];
     }
 
-    void find_steps(std::size_t begin, std::size_t end) {
+    INSONIFY_LAZY void find_steps(std::size_t begin, std::size_t end) {
         for (std::size_t i = begin + 1; i < end; ++i) steps_[i] = step_at(i);
     }
     INSONIFY_LAZY std::uint8_t step_at(std::size_t i) const {
@@ -7414,7 +7419,7 @@ class bvh_storage {
     /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
     /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
     ///
-    /// Counted in refits, a rebuild by `build_sah` costs about 18, by `build_morton` about 4; the latter's trees are
+    /// Counted in refits, a rebuild by `build_sah` costs 15 to 19, by `build_morton` 3 to 5; the latter's trees are
     /// about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16 updates it costs a
     /// refit each.
     /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,
@@ -10245,7 +10250,7 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
             const auto [from, to] = from_to(slot);
             edges.push_back(half_edge::between(from, to, slot));
         }
-        std::sort(corner, corner + 3);
+        std::sort(later<Later>(corner), later<Later>(corner) + 3);
         surfaces.push_back({corner[0], corner[1], corner[2]});
     }
     std::sort(surfaces.begin(), surfaces.end());
@@ -10973,7 +10978,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     using namespace diagnosing;
     diagnosis found;
     const auto tell = [&](problem what, const std::string& sentence) -> diagnosis& {
-        found.problems.push_back(what);
+        later<Probe>(found.problems).push_back(what);
         found.sentence += (found.sentence.empty() ? "" : " ") + sentence;
         return found;
     };
@@ -11770,8 +11775,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// `line` is the beam through the point, which lies `depth` along it. The crossings are given in depths along the beam.
 INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, float depth, float reflection_length,
                                         line_crossings& found) {
-    found.crossings.clear();
-    found.inside.clear(body.objects().size());
+    found.clear(body);
+    auto& crossings = later<Later>(found.crossings);
     const vec3 point = line.at(depth);
     const float beyond = depth + reflection_length;
     for (const object& one : body.objects()) {
@@ -11781,16 +11786,16 @@ INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, floa
             one.local({.origin = point, .direction = -line.direction, .max_distance = around ? FLT_MAX : depth});
         one.tree_view().for_each_hit(r2, [&](const hit& at) {
             if (at.distance <= depth)
-                found.crossings.push_back({depth - at.distance, one.rank, at.primitive});
+                crossings.push_back({depth - at.distance, one.rank, at.primitive});
             else
                 found.inside.toggle(one.rank);
         });
         const ray r3 = one.local({.origin = point, .direction = line.direction, .max_distance = reflection_length});
         one.tree_view().for_each_hit(r3, [&](const hit& at) {
-            found.crossings.push_back({depth + at.distance, one.rank, at.primitive});
+            crossings.push_back({depth + at.distance, one.rank, at.primitive});
         });
     }
-    std::sort(found.crossings.begin(), found.crossings.end());
+    found.sort();
 }
 
 /// Traces points of the slice one by one, as the paper does: much work twice, kept as the reference for `trace_beams`.

@@ -71,3 +71,18 @@ TEST_CASE("the way back to the nearest hit leaves out what begins beyond the lim
     std::sort(seen.begin(), seen.end());
     CHECK(seen == std::vector<std::uint32_t>{100, 101, 102}); // as near as the limit is not beyond
 }
+
+TEST_CASE_TEMPLATE("the stack has room for the deepest tree whose nodes are full", Order, nearest_first<simd_width>,
+                   any_order<simd_width>) {
+    using namespace traversal_stack_test;
+    const std::uint32_t all = (1U << static_cast<unsigned>(width)) - 1;
+    Order way;
+    way.start();
+    for (std::uint32_t level = 1; level <= most_levels<width>; ++level) {
+        CHECK(way.waiting + width <= most_waiting<width>); // what packing writes, and sorting at most
+        way.go_down(node_of(100 * level), lanes<width>(0.0F), all);
+    }
+    std::uint32_t back = 0;
+    while (way.go_back(1)) ++back;
+    CHECK(back == (width - 1) * most_levels<width>);
+}

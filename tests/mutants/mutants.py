@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether the tests would notice: flips each comparison, sign and constant of ten core functions, one at a time.
+"""Whether the tests would notice: flips each comparison, sign and constant of eleven core functions, one at a time.
 
     python3 tests/mutants/mutants.py                 all of them, as a markdown table
     python3 tests/mutants/mutants.py pulse fresnel   those whose name has one of these words

@@ -98,7 +98,7 @@ class morton_order {
     }
 
     // By the highest digit of the cell first, blocks at the same time, each to places of its own, which closes the gaps.
-    // Then keys that share it among themselves: they are few enough to stay at hand.
+    // Then keys that share it among themselves: they are few enough to stay at hand, also to find their steps.
     template <class Policy>
     void sort(const Policy& policy) {
         large_array<std::uint64_t> apart(count_);
@@ -119,9 +119,9 @@ class morton_order {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             deal(from, used_[b], digit, places[b], apart.data());
         });
-        std::swap(keys_, apart);
+        std::swap(keys_, apart); // what it holds now is no longer needed
         const auto first = [&next](std::size_t d) { return d > 0 ? next[d - 1] : 0; };
-        constexpr std::size_t together = 4; // digits whose keys are sorted at once
+        constexpr std::size_t together = 4; // digits handed out at once
         const float each = 12 * static_cast<float>(count_) / static_cast<float>(next.size());
         exec::for_each_block(policy, next.size(), together, each, [&](std::size_t begin, std::size_t end) {
             for (std::size_t d = begin; d < end; ++d)
@@ -132,7 +132,7 @@ class morton_order {
             if (first(d) > 0 && first(d) < count_) steps_[first(d)] = step_at(first(d));
     }
 
-    static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
+    INSONIFY_LAZY static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
         if (count < 64)
             std::sort(keys, keys + count);
         else if (count < 512)
@@ -183,7 +183,7 @@ class morton_order {
         if (i < count) to[next[digit(keys[i])]++] = keys[i];
     }
 
-    void find_steps(std::size_t begin, std::size_t end) {
+    INSONIFY_LAZY void find_steps(std::size_t begin, std::size_t end) {
         for (std::size_t i = begin + 1; i < end; ++i) steps_[i] = step_at(i);
     }
     INSONIFY_LAZY std::uint8_t step_at(std::size_t i) const {

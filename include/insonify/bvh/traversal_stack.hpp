@@ -12,7 +12,7 @@
 ///     go_back(limit)        to what has waited; false where nothing does, which is the end of the way
 namespace insonify::inline INSONIFY_ABI {
 
-/// Each node takes one from what waits and adds at most Width.
+/// Each level takes one from what waits and adds at most Width.
 template <int Width>
 inline constexpr std::uint32_t most_waiting = most_levels<Width>*(Width - 1) + 1;
 
@@ -68,13 +68,14 @@ template <int Width>
 struct any_order {
     std::uint32_t next = 0;
     std::uint32_t waiting = 0;
-    std::uint32_t stack[most_waiting<Width> + Width]; // `pack` may write as many beyond
+    std::uint32_t
+        stack[most_waiting<Width>]; // with room for all of the last node's children, which `pack_lanes` writes
 
     INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
 
     /// @param met  a bit for each child
     INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
-        waiting += pack<Width>(load_bits<Width>(node.child), met, stack + waiting);
+        waiting += pack_lanes<Width>(load_bits<Width>(node.child), met, stack + waiting);
         next = stack[--waiting];
     }
 

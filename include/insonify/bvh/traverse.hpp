@@ -83,7 +83,7 @@ struct bvh_view {
 
 /// One ray on its way through a tree, a node or a leaf at each step. Between two steps the memory that the next one
 /// needs is on its way too, so several rays that take turns wait less than one after the other.
-/// @tparam Order  `nearest_first`, or `any_order` where the limit stays as it is
+/// @tparam Order  `nearest_first` where the limit comes nearer on the way, otherwise `any_order`: see traversal_stack.hpp
 template <primitive_range Range, int Width, class Order>
 struct tree_walk {
     using tree_view = bvh_view<Range, Width>;

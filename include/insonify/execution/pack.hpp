@@ -2,37 +2,39 @@
 #define INSONIFY_EXECUTION_PACK_HPP
 
 #include <insonify/execution/simd_bits.hpp>
+#include <bit>
 
 namespace insonify::inline INSONIFY_ABI {
 
-#if defined(__AVX2__) && defined(__POPCNT__) && !defined(INSONIFY_NO_SIMD)
+#if defined(__AVX2__) && defined(__FMA__) && !defined(INSONIFY_NO_SIMD)
 
 /// For each set of eight lanes, as bits: which they are, in order, a byte each.
-struct pack_table {
-    std::uint64_t lanes_of[256] = {};
+struct pack_orders {
+    std::uint64_t of[256] = {};
 
-    constexpr pack_table() {
+    constexpr pack_orders() {
         for (std::uint32_t bits = 0; bits < 256; ++bits) {
             std::uint32_t shift = 0;
             for (std::uint64_t lane = 0; lane < 8; ++lane) {
                 if ((bits >> lane & 1U) == 0) continue;
-                lanes_of[bits] |= lane << shift;
+                of[bits] |= lane << shift;
                 shift += 8;
             }
         }
     }
 };
-inline constexpr pack_table packed_lanes{};
+inline constexpr pack_orders pack_order{};
 
 #endif
 
 /// Writes the lanes whose bit is set, one after the other, without a branch. @return how many
 /// @param to  room for N, all of which may be written
 template <int N>
-INSONIFY_FN INSONIFY_INLINE std::uint32_t pack(const bit_lanes<N>& values, std::uint32_t bits, std::uint32_t* to) {
-#if defined(__AVX2__) && defined(__POPCNT__) && !defined(INSONIFY_NO_SIMD)
+INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values, std::uint32_t bits,
+                                                     std::uint32_t* to) {
+#if defined(__AVX2__) && defined(__FMA__) && !defined(INSONIFY_NO_SIMD)
     if constexpr (N == 8) {
-        const __m128i from = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(packed_lanes.lanes_of + bits));
+        const __m128i from = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(pack_order.of + bits));
         const __m256i packed = _mm256_permutevar8x32_epi32((__m256i)values, _mm256_cvtepu8_epi32(from));
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), packed);
         return static_cast<std::uint32_t>(std::popcount(bits));

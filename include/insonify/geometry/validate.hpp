@@ -2,6 +2,7 @@
 #define INSONIFY_GEOMETRY_VALIDATE_HPP
 
 #include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <compare>
 #include <cstddef>
@@ -117,7 +118,7 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
             const auto [from, to] = from_to(slot);
             edges.push_back(half_edge::between(from, to, slot));
         }
-        std::sort(corner, corner + 3);
+        std::sort(later<Later>(corner), later<Later>(corner) + 3);
         surfaces.push_back({corner[0], corner[1], corner[2]});
     }
     std::sort(surfaces.begin(), surfaces.end());

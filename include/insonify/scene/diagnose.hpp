@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SCENE_DIAGNOSE_HPP
 #define INSONIFY_SCENE_DIAGNOSE_HPP
 
+#include <insonify/core/later.hpp>
 #include <insonify/geometry/validate.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/scene/field_distance.hpp>
@@ -151,7 +152,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     using namespace diagnosing;
     diagnosis found;
     const auto tell = [&](problem what, const std::string& sentence) -> diagnosis& {
-        found.problems.push_back(what);
+        later<Probe>(found.problems).push_back(what);
         found.sentence += (found.sentence.empty() ? "" : " ") + sentence;
         return found;
     };

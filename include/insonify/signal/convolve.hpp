@@ -2,6 +2,7 @@
 #define INSONIFY_SIGNAL_CONVOLVE_HPP
 
 #include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
@@ -40,7 +41,7 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envel
     if (decimation > 1) own.decimated.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
     iq_lines& results = decimation > 1 ? own.decimated : echoes;
     const std::size_t blocks = (echoes.count + together - 1) / together;
-    if (own.blocks.size() < blocks) own.blocks.resize(blocks);
+    if (own.blocks.size() < blocks) later<Policy>(own.blocks).resize(blocks);
     exec::for_each_block(
         policy, echoes.count, together, own.axial.nanoseconds(), [&](std::size_t begin, std::size_t end) {
             std::vector<vec2>& layout = own.blocks[begin / together];
@@ -64,7 +65,7 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
     constexpr std::size_t thickness = lateral_slab::samples;
     const std::size_t slabs = (lines.samples + thickness - 1) / thickness, together = 8;
     const std::size_t blocks = (slabs + together - 1) / together;
-    if (own.blocks.size() < blocks) own.blocks.resize(blocks);
+    if (own.blocks.size() < blocks) later<Policy>(own.blocks).resize(blocks);
     const float slab_time = 0.2F * static_cast<float>((2 * own.lateral.reach() + 1) * lines.count * thickness);
     exec::for_each_block(policy, slabs, together, slab_time, [&](std::size_t begin, std::size_t end) {
         lateral_slab slab{own.lateral, own.blocks[begin / together]};

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
 #define INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
 
+#include <insonify/core/later.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/signal/beam.hpp>
@@ -130,25 +131,27 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
     lateral_kernel kernel = std::move(recycled);
     kernel.lines = probe.lines;
     kernel.full_circle = is_full_circle(probe);
-    kernel.entries.clear();
-    kernel.weights.clear();
+    auto& entries = later<Probe>(kernel.entries);
+    auto& weights = later<Probe>(kernel.weights);
+    entries.clear();
+    weights.clear();
     const std::uint32_t most = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
     for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
         const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
         const float sigma = beam.lateral_sigma(depth);
         const float spacing = line_spacing(probe, depth);
-        const std::size_t begin = kernel.weights.size();
+        const std::size_t begin = weights.size();
         double sum = 0;
         for (std::uint32_t offset = 0; offset <= most; ++offset) {
             const float sigmas = static_cast<float>(offset) * spacing / sigma;
             if (sigmas > kernel_sigmas) break;
-            kernel.weights.push_back(std::exp(-0.5F * sigmas * sigmas));
-            sum += (offset == 0 ? 1 : 2) * static_cast<double>(kernel.weights.back());
+            weights.push_back(std::exp(-0.5F * sigmas * sigmas));
+            sum += (offset == 0 ? 1 : 2) * static_cast<double>(weights.back());
         }
-        const std::size_t end = kernel.weights.size();
+        const std::size_t end = weights.size();
         for (std::size_t i = begin; i < end; ++i)
-            kernel.weights[i] = static_cast<float>(static_cast<double>(kernel.weights[i]) / sum);
-        kernel.entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
+            weights[i] = static_cast<float>(static_cast<double>(weights[i]) / sum);
+        entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
     }
     return kernel;
 }

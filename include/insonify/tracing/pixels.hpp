@@ -2,7 +2,7 @@
 #define INSONIFY_TRACING_PIXELS_HPP
 
 #include <insonify/acoustics/law2011.hpp>
-#include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/fwd.hpp>
 #include <insonify/tracing/beams.hpp>
 #include <insonify/tracing/camera.hpp>
@@ -15,8 +15,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// `line` is the beam through the point, which lies `depth` along it. The crossings are given in depths along the beam.
 INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, float depth, float reflection_length,
                                         line_crossings& found) {
-    found.crossings.clear();
-    found.inside.clear(body.objects().size());
+    found.clear(body);
+    auto& crossings = later<Later>(found.crossings);
     const vec3 point = line.at(depth);
     const float beyond = depth + reflection_length;
     for (const object& one : body.objects()) {
@@ -26,16 +26,16 @@ INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, floa
             one.local({.origin = point, .direction = -line.direction, .max_distance = around ? FLT_MAX : depth});
         one.tree_view().for_each_hit(r2, [&](const hit& at) {
             if (at.distance <= depth)
-                found.crossings.push_back({depth - at.distance, one.rank, at.primitive});
+                crossings.push_back({depth - at.distance, one.rank, at.primitive});
             else
                 found.inside.toggle(one.rank);
         });
         const ray r3 = one.local({.origin = point, .direction = line.direction, .max_distance = reflection_length});
         one.tree_view().for_each_hit(r3, [&](const hit& at) {
-            found.crossings.push_back({depth + at.distance, one.rank, at.primitive});
+            crossings.push_back({depth + at.distance, one.rank, at.primitive});
         });
     }
-    std::sort(found.crossings.begin(), found.crossings.end());
+    found.sort();
 }
 
 /// Traces points of the slice one by one, as the paper does: much work twice, kept as the reference for `trace_beams`.
