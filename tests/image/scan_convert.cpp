@@ -155,6 +155,18 @@ TEST_CASE("scan_convert: between lines and samples it is bilinear, beyond the ou
         }
 }
 
+TEST_CASE("scan_convert: two lines of two samples are enough to be bilinear between them") {
+    const linear_array probe{.lines = 2, .width = 2_mm};
+    scan_lines lines{2, 2, 2_mm};
+    lines.values = {1, 2, 3, 4};
+    const image picture = scan_convert(exec::seq, lines, probe, {.size = {8, 8}});
+    const auto share = [](std::uint32_t pixel) { // of the second one, which lies 4 pixels beyond the first
+        return std::clamp((static_cast<float>(pixel) + 0.5F) / 4 - 0.5F, 0.0F, 1.0F);
+    };
+    for (std::uint32_t x = 0; x < 8; ++x)
+        for (std::uint32_t y = 0; y < 8; ++y) CHECK(std::fabs(picture(x, y) - (1 + 2 * share(x) + share(y))) < 1e-5F);
+}
+
 TEST_CASE("scan_convert: the field of view is centred in pictures of another shape, the rest is background") {
     const linear_array probe{.lines = 20, .width = 20_mm};
     const scan_lines lines = filled(20, 10, 40_mm, 1);
@@ -349,6 +361,11 @@ TEST_CASE("scan_convert: what makes no sense is refused with a usage_error") {
     CHECK_NOTHROW(scan_convert(exec::seq, good, map));
     CHECK_THROWS_AS(scan_convert(exec::seq, filled(20, 11, 40_mm, 1), map), usage_error);
     CHECK_THROWS_AS(scan_convert(exec::seq, filled(20, 10, 41_mm, 1), map), usage_error);
+    scan_lines fewer = good, shorter = good; // as many values, but they say that there are fewer
+    fewer.count = 19;
+    shorter.samples = 9;
+    CHECK_THROWS_AS(scan_convert(exec::seq, fewer, map), usage_error);
+    CHECK_THROWS_AS(scan_convert(exec::seq, shorter, map), usage_error);
 }
 
 TEST_CASE("scan_convert: a full circle has no seam") {

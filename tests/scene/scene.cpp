@@ -56,6 +56,10 @@ TEST_CASE("a line through nested objects finds each medium on the way in and on 
                                       {outside, 90_mm}});
     CHECK(body.media()[layers[3].medium] == tissue::blood);
     CHECK(body.media()[layers[6].medium] == tissue::gel);
+    for (const layer& one : layers) {
+        REQUIRE(one.place <= body.objects().size());
+        CHECK((one.place == 0 ? outside : id(body.objects()[one.place - 1].id)) == one.object);
+    }
 }
 
 TEST_CASE("where objects overlap the higher priority counts, then the smaller volume, then the later one") {
