@@ -62,6 +62,17 @@ void check_against_all_planes(std::size_t count, std::uint64_t seed) {
     second.add(grid, own.data() + half, places.data() + half, count - half);
     bins.add(second);
 
+    std::size_t elsewhere = 0;
+    for (std::size_t i = 0; i < count; ++i)
+        for (int axis = 0; axis < 3; ++axis) { // the share of the way from the first centre to the last
+            const double begin = centres.begin[axis], extent = static_cast<double>(centres.end[axis]) - begin;
+            const double centre = (static_cast<double>(boxes[i].lower[axis]) + boxes[i].upper[axis]) / 4;
+            const double place = extent > 0 ? (centre - begin) / extent * grid.bins : 0;
+            const double bin = places[i] >> 8 * axis & 0xFFU;
+            elsewhere += place < bin - 1e-3 || place > bin + 1 + 1e-3;
+        }
+    CHECK(elsewhere == 0);
+
     double least = 1e300;
     std::size_t below = 0;
     for (int axis = 0; axis < 3; ++axis)

@@ -44,6 +44,7 @@ equivalent = [
     ("scene/media_stack.hpp", "words_.resize((objects + 31) * 32);", spare),
     ("scene/media_stack.hpp", "words_.resize((objects + 32) / 32);", spare),
     ("bvh/sah_bins.hpp", "float size[5];", spare),
+    ("bvh/sah_bins.hpp", "float at[5];", spare),
     ("bvh/sah_bins.hpp", "build_box box_[4][sah_grid::most];", spare),
     ("bvh/sah_bins.hpp", "std::uint32_t count_[4][sah_grid::most];", spare),
     ("signal/pulse.hpp", "if (!(burst > 0.015F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));",

@@ -62,6 +62,21 @@ TEST_CASE("a line through nested objects finds each medium on the way in and on 
     }
 }
 
+TEST_CASE("where surfaces touch, the angle is that of the one that the change of medium is due to") {
+    scene body{tissue::gel};
+    const object_id box = body.add(scene_test::cube(10_mm, 30_mm), tissue::liver, {.priority = 1});
+    mesh slanted = make_box({-20_mm, -20_mm, -20_mm}, {20_mm, 20_mm, 0}); // its end, 0.4 um before that of the other
+    for (vec3& p : slanted.positions)                                     // turned by 30 degrees
+        p = vec3{1_mm, 2_mm, 29.9996_mm} + vec3{0.8660254F * p.x + 0.5F * p.z, p.y, 0.8660254F * p.z - 0.5F * p.x};
+    body.add(slanted, tissue::fat);
+    body.build(exec::par);
+    const std::vector<layer> layers = scene_test::along(body, {.origin = {1_mm, 2_mm, 20_mm}});
+    REQUIRE(layers.size() == 2);
+    CHECK(layers[0].object == scene_test::id(box));
+    CHECK(layers[1].object == scene_test::outside);
+    CHECK(layers[1].cosine == doctest::Approx(1));
+}
+
 TEST_CASE("where objects overlap the higher priority counts, then the smaller volume, then the later one") {
     using scene_test::id, scene_test::outside;
     scene body{tissue::water};
