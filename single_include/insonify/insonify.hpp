@@ -190,6 +190,13 @@ INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
     return static_cast<std::uint32_t>(std::countr_zero(bits));
 #endif
 }
+INSONIFY_FN inline std::uint32_t lowest_bit(std::uint64_t bits) {
+#if defined(__CUDA_ARCH__)
+    return static_cast<std::uint32_t>(__ffsll(static_cast<long long>(bits)) - 1);
+#else
+    return static_cast<std::uint32_t>(std::countr_zero(bits));
+#endif
+}
 
 /// a * b + c, rounded once where that is one instruction and twice elsewhere: never the compiler's choice.
 INSONIFY_FN inline float multiply_add(float a, float b, float c) {
@@ -5346,17 +5353,23 @@ struct ray_packet {
     half_space around[4]{};
     /// Between which two lines across a direction u rays stay:  low + slowest * z <= u <= high + fastest * z.
     struct wedge {
-        float low = FLT_MAX, high = -FLT_MAX, slowest = FLT_MAX, fastest = -FLT_MAX;
+        float low = 0, high = 0, slowest = 0, fastest = 0;
 
-        void add(const wedge& other) {
-            low = lesser(low, other.low);
-            high = greater(high, other.high);
-            slowest = lesser(slowest, other.slowest);
-            fastest = greater(fastest, other.fastest);
-        }
         float width(float z) const { return high - low + (fastest - slowest) * z; }
     };
     wedge across{};
+    /// Where a point stands in the row as it fans out, u along the row:  (u - low - slowest * z) / (width + widening * z),
+    /// 0 at the edge where the row begins, 1 at its other edge. Rays of a fan keep their place, others nearly.
+    struct ruler {
+        float low = 0, slowest = 0, width = 0, widening = 0;
+        float valid_from = FLT_MAX; ///< nearer points, in terms of forward * z, can be anywhere in the row
+
+        INSONIFY_INLINE lanes<N> of(const lanes<N>& u, const lanes<N>& z) const {
+            const lanes<N> inwards = multiply_add(lanes<N>(-slowest), z, u) - lanes<N>(low);
+            return inwards / greater(lanes<N>(FLT_MIN), multiply_add(lanes<N>(widening), z, lanes<N>(width)));
+        }
+    };
+    ruler places{};
     float row[2] = {1, 0}; ///< the direction of the row, in x and y; across it is (-row[1], row[0])
     /// Where, in terms of forward * z, none of the rays has come to a box yet, seen along x or y: side * inverse + from.
     struct slab {
@@ -5371,15 +5384,15 @@ struct ray_packet {
     float end = 0;
     std::uint32_t entry_row = 0, exit_row = 0;
     std::size_t groups = 0;
-    /// What each ray has of its own, and the part of the row where they stand.
+    /// What each ray has of its own, and the part of the row where they stay.
     struct alignas(32) group {
         float origin[3][N]; ///< in the order of the axes, as the shear
         float shear[3][N];
         float length[N]; ///< of a step of 1 along z
         float min_distance[N];
-        float limit[N]; ///< what a hit must not be beyond; below 0: this ray is done
-        float end;      ///< of the stretch of forward * z that concerns any of the group's rays
-        wedge along;
+        float limit[N];    ///< what a hit must not be beyond; below 0: this ray is done
+        float end;         ///< of the stretch of forward * z that concerns any of the group's rays
+        float first, last; ///< places in the row
     };
     group of[most_groups];
 
@@ -5491,14 +5504,16 @@ struct ray_packet {
                 slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
                 start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
             }
-        wedge along;
-        across = {};
+        floats start_along[most_groups], slope_along[most_groups], start_across[most_groups], slope_across[most_groups];
         for (std::size_t g = 0; g < groups; ++g) {
-            of[g].along = wedge_of(row[0], row[1], start[0][g], start[1][g], slope[0][g], slope[1][g]);
-            along.add(of[g].along);
-            across.add(wedge_of(-row[1], row[0], start[0][g], start[1][g], slope[0][g], slope[1][g]));
+            start_along[g] = multiply_add(floats(row[0]), start[0][g], floats(row[1]) * start[1][g]);
+            slope_along[g] = multiply_add(floats(row[0]), slope[0][g], floats(row[1]) * slope[1][g]);
+            start_across[g] = multiply_add(floats(row[0]), start[1][g], floats(-row[1]) * start[0][g]);
+            slope_across[g] = multiply_add(floats(row[0]), slope[1][g], floats(-row[1]) * slope[0][g]);
         }
-        if (!(along.width(far) < longest && across.width(far) < widest)) return false;
+        const wedge whole_row = wedge_of(start_along, slope_along);
+        across = wedge_of(start_across, slope_across);
+        if (!(whole_row.width(far) < longest && across.width(far) < widest)) return false;
         margin_ = 4e-6F * most; // more than shear, plane and its evaluation may round away together
         begin = z0 - margin_;
         const std::uint32_t z = static_cast<std::uint32_t>(axes[2]), backwards = forward < 0;
@@ -5506,11 +5521,32 @@ struct ray_packet {
         exit_row = tree_node<N>::row(1 - backwards, z);
         for (std::uint32_t k = 0; k < 2; ++k)
             slabs[k] = slab_of(start[k], slope[k], z0, static_cast<std::uint32_t>(axes[k]));
-        for (std::size_t g = 0; g < groups; ++g) of[g].along = from_zero(of[g].along, z0);
+        const float near = greater(far / 16, -reach - z0);
+        place_groups(whole_row, start_along, slope_along, z0, near, far);
         across = from_zero(across, z0);
-        hold(&around[0], row[0], row[1], from_zero(along, z0));
+        hold(&around[0], row[0], row[1], from_zero(whole_row, z0));
         hold(&around[2], -row[1], row[0], across);
         return true;
+    }
+
+    // Gives each group its places in the row: those of its rays at two depths after z0, and so at all between.
+    void place_groups(const wedge& all, const lanes<N>* start, const lanes<N>* slope, float z0, float near, float far) {
+        using floats = lanes<N>;
+        const float width = all.width(near);
+        places = {};
+        for (std::size_t g = 0; g < groups; ++g) of[g].first = of[g].last = 0;
+        if (!(margin_ < 0.01F * width)) return; // rounding leaves no places apart
+        places = {all.low - all.slowest * z0, all.slowest * forward, all.width(-z0),
+                  (all.fastest - all.slowest) * forward, z0 + near};
+        for (std::size_t g = 0; g < groups; ++g) {
+            const auto place = [&](float depth) {
+                return (start[g] - floats(all.low) + floats(depth) * (slope[g] - floats(all.slowest))) *
+                       floats(1 / all.width(depth));
+            };
+            const floats one = place(near), other = place(far);
+            of[g].first = least(lesser(one, other)) - 2 * margin_ / width;
+            of[g].last = greatest(greater(one, other)) + 2 * margin_ / width;
+        }
     }
 
     /// The least and the greatest of all rays.
@@ -5539,12 +5575,9 @@ struct ray_packet {
         return {inverse, z0 - start * inverse - 2 * margin_, tree_node<N>::row(side, axis)};
     }
 
-    static wedge wedge_of(float x, float y, const lanes<N>& start_x, const lanes<N>& start_y, const lanes<N>& slope_x,
-                          const lanes<N>& slope_y) {
-        using floats = lanes<N>;
-        const floats from = multiply_add(floats(x), start_x, floats(y) * start_y);
-        const floats more = multiply_add(floats(x), slope_x, floats(y) * slope_y);
-        return {least(from), greatest(from), least(more), greatest(more)};
+    wedge wedge_of(const lanes<N>* start, const lanes<N>* slope) const {
+        const extent from = extent_of(start), more = extent_of(slope);
+        return {least(from.low), greatest(from.high), least(more.low), greatest(more.high)};
     }
 
     // From where forward * z is z0 to where z is 0, with the margin.
@@ -5941,38 +5974,42 @@ struct alignas(64) leaf<Range, Width> {
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
-        floats along_row[3], across_row[3]; // the corners in a frame turned along the row
+        floats most(-FLT_MAX), low(FLT_MAX);   // of the corners, across the row, from its two sides
+        floats first(FLT_MAX), last(-FLT_MAX); // of their places in the row
+        floats nearest(FLT_MAX);               // along z
         for (int c = 0; c < 3; ++c) {
-            const floats corner_x = load<Width>(corner[c][x]), corner_y = load<Width>(corner[c][y]);
-            along_row[c] = multiply_add(floats(p.row[0]), corner_x, floats(p.row[1]) * corner_y);
-            across_row[c] = multiply_add(floats(p.row[0]), corner_y, floats(-p.row[1]) * corner_x);
+            const floats at_x = load<Width>(corner[c][x]), at_y = load<Width>(corner[c][y]);
+            const floats at_z = load<Width>(corner[c][z]);
+            const floats along_row = multiply_add(floats(p.row[0]), at_x, floats(p.row[1]) * at_y);
+            const floats across_row = multiply_add(floats(p.row[0]), at_y, floats(-p.row[1]) * at_x);
+            most = greater(most, multiply_add(floats(-p.across.slowest), at_z, across_row));
+            low = lesser(low, multiply_add(floats(-p.across.fastest), at_z, across_row));
+            const floats place = p.places.of(along_row, at_z);
+            first = lesser(first, place);
+            last = greater(last, place);
+            nearest = lesser(nearest, floats(p.forward) * at_z);
         }
-        const auto within = [&](const floats(&side)[3], const auto& wedge) {
-            const auto beyond = [&](int c, float slope) {
-                return multiply_add(floats(-slope), load<Width>(corner[c][z]), side[c]);
-            };
-            const floats most =
-                greater(greater(beyond(0, wedge.slowest), beyond(1, wedge.slowest)), beyond(2, wedge.slowest));
-            const floats low =
-                lesser(lesser(beyond(0, wedge.fastest), beyond(1, wedge.fastest)), beyond(2, wedge.fastest));
-            return bits_of(floats(wedge.low) <= most && low <= floats(wedge.high));
-        };
-        const std::uint32_t across = usable() & within(across_row, p.across);
+        const std::uint32_t across = usable() & bits_of(floats(p.across.low) <= most && low <= floats(p.across.high));
         if (across == 0) return;
-        const auto forth = [&](int c) { return floats(p.forward) * load<Width>(corner[c][z]); };
-        const floats nearest = lesser(lesser(forth(0), forth(1)), forth(2));
+        const auto anywhere = nearest < floats(p.places.valid_from);
+        first = select(anywhere, floats(-FLT_MAX), first);
+        last = select(anywhere, floats(FLT_MAX), last);
+        static_assert(ray_packet<Width>::most_rays <= 64);
+        std::uint64_t inside = 0; // a bit for each group and triangle
         for (std::size_t g = 0; g < p.groups; ++g) {
-            auto& group = p.of[g];
-            bool lowered = false;
-            const std::uint32_t near = across & bits_of(nearest <= floats(group.end));
-            for (std::uint32_t inside = near & within(along_row, group.along); inside != 0; inside &= inside - 1) {
-                const std::uint32_t i = lowest_bit(inside);
-                floats distance;
-                if (meet_group(p, g, i, distance))
-                    lowered = visit(group, static_cast<std::uint32_t>(g * Width), primitive[i], distance) || lowered;
-            }
-            if (lowered) p.shorten(group);
+            const auto& group = p.of[g];
+            const std::uint32_t met = across & bits_of(nearest <= floats(group.end) && floats(group.first) <= last &&
+                                                       first <= floats(group.last));
+            inside |= std::uint64_t{met} << (g * Width);
         }
+        std::uint32_t lowered = 0; // a bit for each group
+        for (; inside != 0; inside &= inside - 1) {
+            const std::uint32_t g = lowest_bit(inside) / Width, i = lowest_bit(inside) % Width;
+            floats distance;
+            if (meet_group(p, g, i, distance))
+                lowered |= std::uint32_t{visit(p.of[g], g * Width, primitive[i], distance)} << g;
+        }
+        for (; lowered != 0; lowered &= lowered - 1) p.shorten(p.of[lowest_bit(lowered)]);
     }
 
     INSONIFY_FN triangle corners(std::uint32_t i) const {

@@ -31,7 +31,8 @@ std::vector<ray> rows(std::uint64_t seed, std::size_t count, vec3 centre) {
         const vec3 from = centre + 2.0F * random_point(seed, 4 * row);
         vec3 along = normalize(random_point(seed, 4 * row + 1));
         if (row % 5 == 0) along = vec3{0, 0, row % 2 == 0 ? 1 : -1}; // along an axis
-        const vec3 step = 0.01F * random_point(seed, 4 * row + 2), turn = 0.01F * random_point(seed, 4 * row + 3);
+        const vec3 turn = 0.01F * random_point(seed, 4 * row + 3);
+        const vec3 step = (row % 4 == 1 ? 0.0F : 0.01F) * random_point(seed, 4 * row + 2); // or all from one place
         const int length = width * (1 + static_cast<int>(row % 5)) + (row % 11 == 0 ? 3 : 0);
         for (int i = 0; i < length; ++i) {
             ray r{.origin = from + static_cast<float>(i) * step, .direction = along + static_cast<float>(i) * turn};
@@ -79,6 +80,45 @@ TEST_CASE("rays in packets get bit for bit what they get alone, near the origin 
             wrong += hits[i] != tree.closest(rays[i]) || (met[i] != 0) != tree.any(rays[i]) || all[i] != alone;
         }
         CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("the rays of each group stay between its places in the row, and those of a fan keep theirs") {
+    const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
+    const bvh tree{exec::par, m};
+    const std::vector<ray> rays = ray_packet_test::rows(3, 100'000, {0, 0, 0});
+    ray_packet<ray_packet_test::width> packet;
+    const float reach = tree.view_of().reach, leaf_size = tree.view_of().leaf_size;
+    int told = 0, outside = 0;
+    for (std::size_t i = 0; i < rays.size();) {
+        const std::size_t taken = packet.prepare(rays.data() + i, rays.size() - i, reach, leaf_size);
+        for (std::size_t k = 0; k < taken; ++k) {
+            const auto& group = packet.of[k / ray_packet_test::width];
+            for (int step = 0; step <= 40; ++step) {
+                const ray& r = rays[i + k];
+                const dvec3 p = dvec3{r.origin} + 0.1 * step * dvec3{r.direction};
+                const double z = p[packet.axes[2]];
+                if (packet.forward * z < packet.places.valid_from || packet.forward * z > reach) continue;
+                const double u = packet.row[0] * p[packet.axes[0]] + packet.row[1] * p[packet.axes[1]];
+                const double place = (u - packet.places.low - packet.places.slowest * z) /
+                                     (packet.places.width + packet.places.widening * z);
+                ++told;
+                outside += !(group.first <= place && place <= group.last);
+            }
+        }
+        i += taken > 0 ? taken : ray_packet_test::width;
+    }
+    CHECK(told > 100'000);
+    CHECK(outside == 0);
+
+    std::vector<ray> fan;
+    for (int i = 0; i < 4 * simd_width; ++i)
+        fan.push_back({.origin = {0.1F, 0.2F, 0.3F}, .direction = {0.001F * static_cast<float>(i), 0.1F, 1}});
+    REQUIRE(packet.prepare(fan.data(), fan.size(), 1, 1) == fan.size());
+    for (int g = 0; g < 4; ++g) {
+        const double gaps = 4 * simd_width - 1;
+        CHECK(packet.of[g].first == doctest::Approx(g * simd_width / gaps).epsilon(0.02));
+        CHECK(packet.of[g].last == doctest::Approx(((g + 1) * simd_width - 1) / gaps).epsilon(0.02));
     }
 }
 

@@ -172,38 +172,42 @@ struct alignas(64) leaf<Range, Width> {
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
-        floats along_row[3], across_row[3]; // the corners in a frame turned along the row
+        floats most(-FLT_MAX), low(FLT_MAX);   // of the corners, across the row, from its two sides
+        floats first(FLT_MAX), last(-FLT_MAX); // of their places in the row
+        floats nearest(FLT_MAX);               // along z
         for (int c = 0; c < 3; ++c) {
-            const floats corner_x = load<Width>(corner[c][x]), corner_y = load<Width>(corner[c][y]);
-            along_row[c] = multiply_add(floats(p.row[0]), corner_x, floats(p.row[1]) * corner_y);
-            across_row[c] = multiply_add(floats(p.row[0]), corner_y, floats(-p.row[1]) * corner_x);
+            const floats at_x = load<Width>(corner[c][x]), at_y = load<Width>(corner[c][y]);
+            const floats at_z = load<Width>(corner[c][z]);
+            const floats along_row = multiply_add(floats(p.row[0]), at_x, floats(p.row[1]) * at_y);
+            const floats across_row = multiply_add(floats(p.row[0]), at_y, floats(-p.row[1]) * at_x);
+            most = greater(most, multiply_add(floats(-p.across.slowest), at_z, across_row));
+            low = lesser(low, multiply_add(floats(-p.across.fastest), at_z, across_row));
+            const floats place = p.places.of(along_row, at_z);
+            first = lesser(first, place);
+            last = greater(last, place);
+            nearest = lesser(nearest, floats(p.forward) * at_z);
         }
-        const auto within = [&](const floats(&side)[3], const auto& wedge) {
-            const auto beyond = [&](int c, float slope) {
-                return multiply_add(floats(-slope), load<Width>(corner[c][z]), side[c]);
-            };
-            const floats most =
-                greater(greater(beyond(0, wedge.slowest), beyond(1, wedge.slowest)), beyond(2, wedge.slowest));
-            const floats low =
-                lesser(lesser(beyond(0, wedge.fastest), beyond(1, wedge.fastest)), beyond(2, wedge.fastest));
-            return bits_of(floats(wedge.low) <= most && low <= floats(wedge.high));
-        };
-        const std::uint32_t across = usable() & within(across_row, p.across);
+        const std::uint32_t across = usable() & bits_of(floats(p.across.low) <= most && low <= floats(p.across.high));
         if (across == 0) return;
-        const auto forth = [&](int c) { return floats(p.forward) * load<Width>(corner[c][z]); };
-        const floats nearest = lesser(lesser(forth(0), forth(1)), forth(2));
+        const auto anywhere = nearest < floats(p.places.valid_from);
+        first = select(anywhere, floats(-FLT_MAX), first);
+        last = select(anywhere, floats(FLT_MAX), last);
+        static_assert(ray_packet<Width>::most_rays <= 64);
+        std::uint64_t inside = 0; // a bit for each group and triangle
         for (std::size_t g = 0; g < p.groups; ++g) {
-            auto& group = p.of[g];
-            bool lowered = false;
-            const std::uint32_t near = across & bits_of(nearest <= floats(group.end));
-            for (std::uint32_t inside = near & within(along_row, group.along); inside != 0; inside &= inside - 1) {
-                const std::uint32_t i = lowest_bit(inside);
-                floats distance;
-                if (meet_group(p, g, i, distance))
-                    lowered = visit(group, static_cast<std::uint32_t>(g * Width), primitive[i], distance) || lowered;
-            }
-            if (lowered) p.shorten(group);
+            const auto& group = p.of[g];
+            const std::uint32_t met = across & bits_of(nearest <= floats(group.end) && floats(group.first) <= last &&
+                                                       first <= floats(group.last));
+            inside |= std::uint64_t{met} << (g * Width);
         }
+        std::uint32_t lowered = 0; // a bit for each group
+        for (; inside != 0; inside &= inside - 1) {
+            const std::uint32_t g = lowest_bit(inside) / Width, i = lowest_bit(inside) % Width;
+            floats distance;
+            if (meet_group(p, g, i, distance))
+                lowered |= std::uint32_t{visit(p.of[g], g * Width, primitive[i], distance)} << g;
+        }
+        for (; lowered != 0; lowered &= lowered - 1) p.shorten(p.of[lowest_bit(lowered)]);
     }
 
     INSONIFY_FN triangle corners(std::uint32_t i) const {

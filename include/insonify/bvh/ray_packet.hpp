@@ -31,17 +31,23 @@ struct ray_packet {
     half_space around[4]{};
     /// Between which two lines across a direction u rays stay:  low + slowest * z <= u <= high + fastest * z.
     struct wedge {
-        float low = FLT_MAX, high = -FLT_MAX, slowest = FLT_MAX, fastest = -FLT_MAX;
+        float low = 0, high = 0, slowest = 0, fastest = 0;
 
-        void add(const wedge& other) {
-            low = lesser(low, other.low);
-            high = greater(high, other.high);
-            slowest = lesser(slowest, other.slowest);
-            fastest = greater(fastest, other.fastest);
-        }
         float width(float z) const { return high - low + (fastest - slowest) * z; }
     };
     wedge across{};
+    /// Where a point stands in the row as it fans out, u along the row:  (u - low - slowest * z) / (width + widening * z),
+    /// 0 at the edge where the row begins, 1 at its other edge. Rays of a fan keep their place, others nearly.
+    struct ruler {
+        float low = 0, slowest = 0, width = 0, widening = 0;
+        float valid_from = FLT_MAX; ///< nearer points, in terms of forward * z, can be anywhere in the row
+
+        INSONIFY_INLINE lanes<N> of(const lanes<N>& u, const lanes<N>& z) const {
+            const lanes<N> inwards = multiply_add(lanes<N>(-slowest), z, u) - lanes<N>(low);
+            return inwards / greater(lanes<N>(FLT_MIN), multiply_add(lanes<N>(widening), z, lanes<N>(width)));
+        }
+    };
+    ruler places{};
     float row[2] = {1, 0}; ///< the direction of the row, in x and y; across it is (-row[1], row[0])
     /// Where, in terms of forward * z, none of the rays has come to a box yet, seen along x or y: side * inverse + from.
     struct slab {
@@ -56,15 +62,15 @@ struct ray_packet {
     float end = 0;
     std::uint32_t entry_row = 0, exit_row = 0;
     std::size_t groups = 0;
-    /// What each ray has of its own, and the part of the row where they stand.
+    /// What each ray has of its own, and the part of the row where they stay.
     struct alignas(32) group {
         float origin[3][N]; ///< in the order of the axes, as the shear
         float shear[3][N];
         float length[N]; ///< of a step of 1 along z
         float min_distance[N];
-        float limit[N]; ///< what a hit must not be beyond; below 0: this ray is done
-        float end;      ///< of the stretch of forward * z that concerns any of the group's rays
-        wedge along;
+        float limit[N];    ///< what a hit must not be beyond; below 0: this ray is done
+        float end;         ///< of the stretch of forward * z that concerns any of the group's rays
+        float first, last; ///< places in the row
     };
     group of[most_groups];
 
@@ -176,14 +182,16 @@ struct ray_packet {
                 slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
                 start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
             }
-        wedge along;
-        across = {};
+        floats start_along[most_groups], slope_along[most_groups], start_across[most_groups], slope_across[most_groups];
         for (std::size_t g = 0; g < groups; ++g) {
-            of[g].along = wedge_of(row[0], row[1], start[0][g], start[1][g], slope[0][g], slope[1][g]);
-            along.add(of[g].along);
-            across.add(wedge_of(-row[1], row[0], start[0][g], start[1][g], slope[0][g], slope[1][g]));
+            start_along[g] = multiply_add(floats(row[0]), start[0][g], floats(row[1]) * start[1][g]);
+            slope_along[g] = multiply_add(floats(row[0]), slope[0][g], floats(row[1]) * slope[1][g]);
+            start_across[g] = multiply_add(floats(row[0]), start[1][g], floats(-row[1]) * start[0][g]);
+            slope_across[g] = multiply_add(floats(row[0]), slope[1][g], floats(-row[1]) * slope[0][g]);
         }
-        if (!(along.width(far) < longest && across.width(far) < widest)) return false;
+        const wedge whole_row = wedge_of(start_along, slope_along);
+        across = wedge_of(start_across, slope_across);
+        if (!(whole_row.width(far) < longest && across.width(far) < widest)) return false;
         margin_ = 4e-6F * most; // more than shear, plane and its evaluation may round away together
         begin = z0 - margin_;
         const std::uint32_t z = static_cast<std::uint32_t>(axes[2]), backwards = forward < 0;
@@ -191,11 +199,32 @@ struct ray_packet {
         exit_row = tree_node<N>::row(1 - backwards, z);
         for (std::uint32_t k = 0; k < 2; ++k)
             slabs[k] = slab_of(start[k], slope[k], z0, static_cast<std::uint32_t>(axes[k]));
-        for (std::size_t g = 0; g < groups; ++g) of[g].along = from_zero(of[g].along, z0);
+        const float near = greater(far / 16, -reach - z0);
+        place_groups(whole_row, start_along, slope_along, z0, near, far);
         across = from_zero(across, z0);
-        hold(&around[0], row[0], row[1], from_zero(along, z0));
+        hold(&around[0], row[0], row[1], from_zero(whole_row, z0));
         hold(&around[2], -row[1], row[0], across);
         return true;
+    }
+
+    // Gives each group its places in the row: those of its rays at two depths after z0, and so at all between.
+    void place_groups(const wedge& all, const lanes<N>* start, const lanes<N>* slope, float z0, float near, float far) {
+        using floats = lanes<N>;
+        const float width = all.width(near);
+        places = {};
+        for (std::size_t g = 0; g < groups; ++g) of[g].first = of[g].last = 0;
+        if (!(margin_ < 0.01F * width)) return; // rounding leaves no places apart
+        places = {all.low - all.slowest * z0, all.slowest * forward, all.width(-z0),
+                  (all.fastest - all.slowest) * forward, z0 + near};
+        for (std::size_t g = 0; g < groups; ++g) {
+            const auto place = [&](float depth) {
+                return (start[g] - floats(all.low) + floats(depth) * (slope[g] - floats(all.slowest))) *
+                       floats(1 / all.width(depth));
+            };
+            const floats one = place(near), other = place(far);
+            of[g].first = least(lesser(one, other)) - 2 * margin_ / width;
+            of[g].last = greatest(greater(one, other)) + 2 * margin_ / width;
+        }
     }
 
     /// The least and the greatest of all rays.
@@ -224,12 +253,9 @@ struct ray_packet {
         return {inverse, z0 - start * inverse - 2 * margin_, tree_node<N>::row(side, axis)};
     }
 
-    static wedge wedge_of(float x, float y, const lanes<N>& start_x, const lanes<N>& start_y, const lanes<N>& slope_x,
-                          const lanes<N>& slope_y) {
-        using floats = lanes<N>;
-        const floats from = multiply_add(floats(x), start_x, floats(y) * start_y);
-        const floats more = multiply_add(floats(x), slope_x, floats(y) * slope_y);
-        return {least(from), greatest(from), least(more), greatest(more)};
+    wedge wedge_of(const lanes<N>* start, const lanes<N>* slope) const {
+        const extent from = extent_of(start), more = extent_of(slope);
+        return {least(from.low), greatest(from.high), least(more.low), greatest(more.high)};
     }
 
     // From where forward * z is z0 to where z is 0, with the margin.
