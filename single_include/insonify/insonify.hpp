@@ -5762,6 +5762,39 @@ concept primitive_range = std::copyable<Range> && primitive<range_primitive_t<Ra
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// A point of each of four primitives, side by side.
+struct four_points {
+    lanes<4> x, y, z;
+
+    INSONIFY_FN INSONIFY_INLINE four_points(const lanes<4>& xs, const lanes<4>& ys, const lanes<4>& zs)
+        : x{xs}, y{ys}, z{zs} {}
+    INSONIFY_FN INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
+        : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
+
+    /// Negative where one is not finite.
+    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const {
+        return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z);
+    }
+
+    template <int Width>
+    INSONIFY_FN INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
+        store(x, rows[0] + first);
+        store(y, rows[1] + first);
+        store(z, rows[2] + first);
+    }
+
+  private:
+    INSONIFY_FN INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
+        return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
+    }
+};
+
+/// Half the centres of four boxes, see `build_box::half_centre`.
+struct four_centres {
+    lanes<4> at[3];    ///< by axis
+    bit_lanes<4> wild; ///< negative of what is left out
+};
+
 /// What a tree keeps of its primitives for a leaf: which of them can be hit. For the rest the range is asked.
 ///
 /// Triangles have their own: leaf_triangles.hpp.
@@ -5787,6 +5820,21 @@ struct leaf {
     static build_box box(const Range& range, std::size_t i) {
         const aabb found = bounds(range[i]);
         return is_finite(found) ? build_box{found} : build_box::none();
+    }
+
+    /// The centres of the boxes of four primitives from the first on; after the last one, its own again.
+    static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
+        vec3 at[4];
+        bit_lanes<4> wild{};
+        for (int i = 0; i < 4; ++i) {
+            const build_box one = box(range, std::min(first + static_cast<std::size_t>(i), last));
+            float place[4];
+            store(one.half_centre(), place);
+            at[i] = {place[0], place[1], place[2]};
+            wild[i] = std::uint32_t{one.empty()} << 31U;
+        }
+        const four_points all{at[0], at[1], at[2], at[3]};
+        return {{all.x, all.y, all.z}, wild};
     }
 
     /// Calls visit(hit) for every primitive met between the ray's min_distance and max_distance, which visit may move.
@@ -5861,29 +5909,21 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
     return {u, v, w, !(lowest < -doubt && doubt < highest), told};
 }
 
-/// A corner of four triangles, side by side.
-struct four_points {
-    lanes<4> x, y, z;
+/// Four triangles, side by side.
+struct four_triangles {
+    four_points a, b, c;
 
-    INSONIFY_FN INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
-        : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
+    INSONIFY_FN INSONIFY_INLINE explicit four_triangles(const triangle (&t)[4])
+        : a{t[0].a, t[1].a, t[2].a, t[3].a}, b{t[0].b, t[1].b, t[2].b, t[3].b}, c{t[0].c, t[1].c, t[2].c, t[3].c} {}
 
+    INSONIFY_FN INSONIFY_INLINE four_points lower() const {
+        return {lesser(lesser(a.x, b.x), c.x), lesser(lesser(a.y, b.y), c.y), lesser(lesser(a.z, b.z), c.z)};
+    }
+    INSONIFY_FN INSONIFY_INLINE four_points upper() const {
+        return {greater(greater(a.x, b.x), c.x), greater(greater(a.y, b.y), c.y), greater(greater(a.z, b.z), c.z)};
+    }
     /// Negative where one is not finite.
-    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const {
-        return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z);
-    }
-
-    template <int Width>
-    INSONIFY_FN INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
-        store(x, rows[0] + first);
-        store(y, rows[1] + first);
-        store(z, rows[2] + first);
-    }
-
-  private:
-    INSONIFY_FN INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
-        return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
-    }
+    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const { return a.wild() | b.wild() | c.wild(); }
 };
 
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
@@ -5905,21 +5945,19 @@ struct alignas(64) leaf<Range, Width> {
             const auto in = [&](int i) {
                 return range[slots[first + i] != no_primitive ? slots[first + i] : slots[0]];
             };
-            const triangle t[4] = {in(0), in(1), in(2), in(3)};
-            const four_points a{t[0].a, t[1].a, t[2].a, t[3].a};
-            const four_points b{t[0].b, t[1].b, t[2].b, t[3].b};
-            const four_points c{t[0].c, t[1].c, t[2].c, t[3].c};
-            const bit_lanes<4> wild = a.wild() | b.wild() | c.wild();
+            const four_triangles t{{in(0), in(1), in(2), in(3)}};
+            const four_points lower = t.lower(), upper = t.upper();
+            const bit_lanes<4> wild = t.wild();
             const auto finite = floats(0.0F) <= floats_of<4>(wild);
-            low_x = lesser(low_x, select(finite, lesser(lesser(a.x, b.x), c.x), floats(FLT_MAX)));
-            low_y = lesser(low_y, select(finite, lesser(lesser(a.y, b.y), c.y), floats(FLT_MAX)));
-            low_z = lesser(low_z, select(finite, lesser(lesser(a.z, b.z), c.z), floats(FLT_MAX)));
-            high_x = greater(high_x, select(finite, greater(greater(a.x, b.x), c.x), floats(-FLT_MAX)));
-            high_y = greater(high_y, select(finite, greater(greater(a.y, b.y), c.y), floats(-FLT_MAX)));
-            high_z = greater(high_z, select(finite, greater(greater(a.z, b.z), c.z), floats(-FLT_MAX)));
-            a.put(corner[0], first);
-            b.put(corner[1], first);
-            c.put(corner[2], first);
+            low_x = lesser(low_x, select(finite, lower.x, floats(FLT_MAX)));
+            low_y = lesser(low_y, select(finite, lower.y, floats(FLT_MAX)));
+            low_z = lesser(low_z, select(finite, lower.z, floats(FLT_MAX)));
+            high_x = greater(high_x, select(finite, upper.x, floats(-FLT_MAX)));
+            high_y = greater(high_y, select(finite, upper.y, floats(-FLT_MAX)));
+            high_z = greater(high_z, select(finite, upper.z, floats(-FLT_MAX)));
+            t.a.put(corner[0], first);
+            t.b.put(corner[1], first);
+            t.c.put(corner[2], first);
             const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // all bits, or none
             store_bits<4>(load_bits<4>(slots + first) | left_out, primitive + first);
         }
@@ -5935,6 +5973,17 @@ struct alignas(64) leaf<Range, Width> {
         const lanes<4> wild = floats_of<4>(not_finite<4>(a) | not_finite<4>(b) | not_finite<4>(c));
         if (bits_of(wild < lanes<4>(0.0F)) != 0) return build_box::none();
         return {-lesser(lesser(a, b), c), greater(greater(a, b), c)};
+    }
+
+    INSONIFY_INLINE static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
+        const four_triangles t{{range[first], range[std::min(first + 1, last)], range[std::min(first + 2, last)],
+                                range[std::min(first + 3, last)]}};
+        const four_points lower = t.lower(), upper = t.upper();
+        const auto half_centre = [](const lanes<4>& low, const lanes<4>& high) {
+            return multiply_add(lanes<4>(0.25F), low, lanes<4>(0.25F) * high);
+        };
+        return {{half_centre(lower.x, upper.x), half_centre(lower.y, upper.y), half_centre(lower.z, upper.z)},
+                t.wild()};
     }
 
     /// Calls visit(hit) for every triangle that the ray meets.
@@ -6797,22 +6846,34 @@ class morton_order {
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
         later_t<Policy, std::vector<centre_range>> partial(used_.size());
         const float widest = grid.widest();
-        const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
-        const lanes<4> scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
+        const lanes<4> none(0.0F), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;
-            lanes<4> first(FLT_MAX), last(-FLT_MAX);
-            for (std::size_t i = begin; i < end; ++i) {
+            lanes<4> first[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, last[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
+            for (std::size_t i = begin; i < end; i += 4) {
                 if constexpr (requires { range.prefetch_corners(0); })
-                    if (i + 16 < end) range.prefetch_corners(i + 16);
-                const build_box box = leaf<Range, simd_width>::box(range, i);
-                if (box.empty()) continue;
-                const lanes<4> place = box.half_centre();
-                first = lesser(first, place);
-                last = greater(last, place);
-                *next++ = std::uint64_t{cell_at((place - start) * scale)} << 32U | i;
+                    for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
+                const four_centres centres = leaf<Range, simd_width>::centres(range, i, end - 1);
+                const auto left_out = floats_of<4>(centres.wild) < none;
+                bit_lanes<4> cells{};
+                for (int axis = 0; axis < 3; ++axis) {
+                    const lanes<4>& at = centres.at[axis];
+                    first[axis] = lesser(first[axis], select(left_out, lanes<4>(FLT_MAX), at));
+                    last[axis] = greater(last[axis], select(left_out, lanes<4>(-FLT_MAX), at));
+                    const lanes<4> start(widest > 0 ? grid.begin[axis] : 0.0F);
+                    cells = cells | spread(select(left_out, none, (at - start) * scale)) << axis;
+                }
+                std::uint32_t cell[4];
+                store_bits<4>(cells, cell);
+                const std::uint32_t used = ~bits_of(left_out);
+                for (std::uint32_t k = 0; k < 4 && i + k < end; ++k) {
+                    *next = std::uint64_t{cell[k]} << 32U | (i + k);
+                    next += used >> k & 1U;
+                }
             }
-            partial[begin / block_size_].add(first, last);
+            centre_range& own = partial[begin / block_size_];
+            for (int axis = 0; axis < 3; ++axis)
+                own.begin[axis] = least(first[axis]), own.end[axis] = greatest(last[axis]);
             used_[begin / block_size_] = static_cast<std::uint32_t>(next - (keys_.data() + begin));
         });
         centre_range all;
@@ -6913,14 +6974,13 @@ class morton_order {
         return static_cast<std::uint8_t>(std::bit_width(cell(i - 1) ^ cell(i)));
     }
 
-    // The bits of x, y and z by turns; two zeros come between each coordinate's own.
-    INSONIFY_LAZY static std::uint32_t cell_at(const lanes<4>& place) {
+    // The bits of a coordinate; two zeros come after each, for those of the others.
+    INSONIFY_LAZY static bit_lanes<4> spread(const lanes<4>& place) {
         auto bits = bits_of_whole<4>(greater(lesser(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
         bits = (bits | bits << 16) & 0x30000FFU;
         bits = (bits | bits << 8) & 0x300F00FU;
         bits = (bits | bits << 4) & 0x30C30C3U;
-        bits = (bits | bits << 2) & 0x9249249U;
-        return bits[0] | bits[1] << 1U | bits[2] << 2U;
+        return (bits | bits << 2) & 0x9249249U;
     }
 
     std::size_t block_size_;

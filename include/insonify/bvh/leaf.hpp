@@ -4,8 +4,43 @@
 #include <insonify/bvh/build_box.hpp>
 #include <insonify/bvh/concepts.hpp>
 #include <insonify/bvh/prepared_ray.hpp>
+#include <insonify/core/algorithm.hpp>
+#include <insonify/execution/simd_bits.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// A point of each of four primitives, side by side.
+struct four_points {
+    lanes<4> x, y, z;
+
+    INSONIFY_FN INSONIFY_INLINE four_points(const lanes<4>& xs, const lanes<4>& ys, const lanes<4>& zs)
+        : x{xs}, y{ys}, z{zs} {}
+    INSONIFY_FN INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
+        : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
+
+    /// Negative where one is not finite.
+    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const {
+        return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z);
+    }
+
+    template <int Width>
+    INSONIFY_FN INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
+        store(x, rows[0] + first);
+        store(y, rows[1] + first);
+        store(z, rows[2] + first);
+    }
+
+  private:
+    INSONIFY_FN INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
+        return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
+    }
+};
+
+/// Half the centres of four boxes, see `build_box::half_centre`.
+struct four_centres {
+    lanes<4> at[3];    ///< by axis
+    bit_lanes<4> wild; ///< negative of what is left out
+};
 
 /// What a tree keeps of its primitives for a leaf: which of them can be hit. For the rest the range is asked.
 ///
@@ -32,6 +67,21 @@ struct leaf {
     static build_box box(const Range& range, std::size_t i) {
         const aabb found = bounds(range[i]);
         return is_finite(found) ? build_box{found} : build_box::none();
+    }
+
+    /// The centres of the boxes of four primitives from the first on; after the last one, its own again.
+    static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
+        vec3 at[4];
+        bit_lanes<4> wild{};
+        for (int i = 0; i < 4; ++i) {
+            const build_box one = box(range, std::min(first + static_cast<std::size_t>(i), last));
+            float place[4];
+            store(one.half_centre(), place);
+            at[i] = {place[0], place[1], place[2]};
+            wild[i] = std::uint32_t{one.empty()} << 31U;
+        }
+        const four_points all{at[0], at[1], at[2], at[3]};
+        return {{all.x, all.y, all.z}, wild};
     }
 
     /// Calls visit(hit) for every primitive met between the ray's min_distance and max_distance, which visit may move.

@@ -59,29 +59,21 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t)
     return {u, v, w, !(lowest < -doubt && doubt < highest), told};
 }
 
-/// A corner of four triangles, side by side.
-struct four_points {
-    lanes<4> x, y, z;
+/// Four triangles, side by side.
+struct four_triangles {
+    four_points a, b, c;
 
-    INSONIFY_FN INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
-        : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
+    INSONIFY_FN INSONIFY_INLINE explicit four_triangles(const triangle (&t)[4])
+        : a{t[0].a, t[1].a, t[2].a, t[3].a}, b{t[0].b, t[1].b, t[2].b, t[3].b}, c{t[0].c, t[1].c, t[2].c, t[3].c} {}
 
+    INSONIFY_FN INSONIFY_INLINE four_points lower() const {
+        return {lesser(lesser(a.x, b.x), c.x), lesser(lesser(a.y, b.y), c.y), lesser(lesser(a.z, b.z), c.z)};
+    }
+    INSONIFY_FN INSONIFY_INLINE four_points upper() const {
+        return {greater(greater(a.x, b.x), c.x), greater(greater(a.y, b.y), c.y), greater(greater(a.z, b.z), c.z)};
+    }
     /// Negative where one is not finite.
-    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const {
-        return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z);
-    }
-
-    template <int Width>
-    INSONIFY_FN INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
-        store(x, rows[0] + first);
-        store(y, rows[1] + first);
-        store(z, rows[2] + first);
-    }
-
-  private:
-    INSONIFY_FN INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
-        return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
-    }
+    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const { return a.wild() | b.wild() | c.wild(); }
 };
 
 /// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
@@ -103,21 +95,19 @@ struct alignas(64) leaf<Range, Width> {
             const auto in = [&](int i) {
                 return range[slots[first + i] != no_primitive ? slots[first + i] : slots[0]];
             };
-            const triangle t[4] = {in(0), in(1), in(2), in(3)};
-            const four_points a{t[0].a, t[1].a, t[2].a, t[3].a};
-            const four_points b{t[0].b, t[1].b, t[2].b, t[3].b};
-            const four_points c{t[0].c, t[1].c, t[2].c, t[3].c};
-            const bit_lanes<4> wild = a.wild() | b.wild() | c.wild();
+            const four_triangles t{{in(0), in(1), in(2), in(3)}};
+            const four_points lower = t.lower(), upper = t.upper();
+            const bit_lanes<4> wild = t.wild();
             const auto finite = floats(0.0F) <= floats_of<4>(wild);
-            low_x = lesser(low_x, select(finite, lesser(lesser(a.x, b.x), c.x), floats(FLT_MAX)));
-            low_y = lesser(low_y, select(finite, lesser(lesser(a.y, b.y), c.y), floats(FLT_MAX)));
-            low_z = lesser(low_z, select(finite, lesser(lesser(a.z, b.z), c.z), floats(FLT_MAX)));
-            high_x = greater(high_x, select(finite, greater(greater(a.x, b.x), c.x), floats(-FLT_MAX)));
-            high_y = greater(high_y, select(finite, greater(greater(a.y, b.y), c.y), floats(-FLT_MAX)));
-            high_z = greater(high_z, select(finite, greater(greater(a.z, b.z), c.z), floats(-FLT_MAX)));
-            a.put(corner[0], first);
-            b.put(corner[1], first);
-            c.put(corner[2], first);
+            low_x = lesser(low_x, select(finite, lower.x, floats(FLT_MAX)));
+            low_y = lesser(low_y, select(finite, lower.y, floats(FLT_MAX)));
+            low_z = lesser(low_z, select(finite, lower.z, floats(FLT_MAX)));
+            high_x = greater(high_x, select(finite, upper.x, floats(-FLT_MAX)));
+            high_y = greater(high_y, select(finite, upper.y, floats(-FLT_MAX)));
+            high_z = greater(high_z, select(finite, upper.z, floats(-FLT_MAX)));
+            t.a.put(corner[0], first);
+            t.b.put(corner[1], first);
+            t.c.put(corner[2], first);
             const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // all bits, or none
             store_bits<4>(load_bits<4>(slots + first) | left_out, primitive + first);
         }
@@ -133,6 +123,17 @@ struct alignas(64) leaf<Range, Width> {
         const lanes<4> wild = floats_of<4>(not_finite<4>(a) | not_finite<4>(b) | not_finite<4>(c));
         if (bits_of(wild < lanes<4>(0.0F)) != 0) return build_box::none();
         return {-lesser(lesser(a, b), c), greater(greater(a, b), c)};
+    }
+
+    INSONIFY_INLINE static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
+        const four_triangles t{{range[first], range[std::min(first + 1, last)], range[std::min(first + 2, last)],
+                                range[std::min(first + 3, last)]}};
+        const four_points lower = t.lower(), upper = t.upper();
+        const auto half_centre = [](const lanes<4>& low, const lanes<4>& high) {
+            return multiply_add(lanes<4>(0.25F), low, lanes<4>(0.25F) * high);
+        };
+        return {{half_centre(lower.x, upper.x), half_centre(lower.y, upper.y), half_centre(lower.z, upper.z)},
+                t.wild()};
     }
 
     /// Calls visit(hit) for every triangle that the ray meets.

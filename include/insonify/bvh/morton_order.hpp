@@ -74,22 +74,34 @@ class morton_order {
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
         later_t<Policy, std::vector<centre_range>> partial(used_.size());
         const float widest = grid.widest();
-        const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
-        const lanes<4> scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
+        const lanes<4> none(0.0F), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;
-            lanes<4> first(FLT_MAX), last(-FLT_MAX);
-            for (std::size_t i = begin; i < end; ++i) {
+            lanes<4> first[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, last[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
+            for (std::size_t i = begin; i < end; i += 4) {
                 if constexpr (requires { range.prefetch_corners(0); })
-                    if (i + 16 < end) range.prefetch_corners(i + 16);
-                const build_box box = leaf<Range, simd_width>::box(range, i);
-                if (box.empty()) continue;
-                const lanes<4> place = box.half_centre();
-                first = lesser(first, place);
-                last = greater(last, place);
-                *next++ = std::uint64_t{cell_at((place - start) * scale)} << 32U | i;
+                    for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
+                const four_centres centres = leaf<Range, simd_width>::centres(range, i, end - 1);
+                const auto left_out = floats_of<4>(centres.wild) < none;
+                bit_lanes<4> cells{};
+                for (int axis = 0; axis < 3; ++axis) {
+                    const lanes<4>& at = centres.at[axis];
+                    first[axis] = lesser(first[axis], select(left_out, lanes<4>(FLT_MAX), at));
+                    last[axis] = greater(last[axis], select(left_out, lanes<4>(-FLT_MAX), at));
+                    const lanes<4> start(widest > 0 ? grid.begin[axis] : 0.0F);
+                    cells = cells | spread(select(left_out, none, (at - start) * scale)) << axis;
+                }
+                std::uint32_t cell[4];
+                store_bits<4>(cells, cell);
+                const std::uint32_t used = ~bits_of(left_out);
+                for (std::uint32_t k = 0; k < 4 && i + k < end; ++k) {
+                    *next = std::uint64_t{cell[k]} << 32U | (i + k);
+                    next += used >> k & 1U;
+                }
             }
-            partial[begin / block_size_].add(first, last);
+            centre_range& own = partial[begin / block_size_];
+            for (int axis = 0; axis < 3; ++axis)
+                own.begin[axis] = least(first[axis]), own.end[axis] = greatest(last[axis]);
             used_[begin / block_size_] = static_cast<std::uint32_t>(next - (keys_.data() + begin));
         });
         centre_range all;
@@ -190,14 +202,13 @@ class morton_order {
         return static_cast<std::uint8_t>(std::bit_width(cell(i - 1) ^ cell(i)));
     }
 
-    // The bits of x, y and z by turns; two zeros come between each coordinate's own.
-    INSONIFY_LAZY static std::uint32_t cell_at(const lanes<4>& place) {
+    // The bits of a coordinate; two zeros come after each, for those of the others.
+    INSONIFY_LAZY static bit_lanes<4> spread(const lanes<4>& place) {
         auto bits = bits_of_whole<4>(greater(lesser(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
         bits = (bits | bits << 16) & 0x30000FFU;
         bits = (bits | bits << 8) & 0x300F00FU;
         bits = (bits | bits << 4) & 0x30C30C3U;
-        bits = (bits | bits << 2) & 0x9249249U;
-        return bits[0] | bits[1] << 1U | bits[2] << 2U;
+        return (bits | bits << 2) & 0x9249249U;
     }
 
     std::size_t block_size_;
