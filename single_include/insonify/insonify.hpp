@@ -4137,7 +4137,7 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envel
                 own.axial.template apply<width>(layout.data(), results.values.data() + line * results.samples);
             }
         });
-    if (decimation > 1) std::swap(own.decimated, echoes);
+    if (decimation > 1) std::swap(later<Policy>(own.decimated), later<Policy>(echoes));
     return echoes;
 }
 
@@ -5754,7 +5754,8 @@ using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&
 
 /// A copyable handle to primitives that somebody else owns: `size()` and `[]`. `view<T>` and `mesh_view` are such.
 template <class Range>
-concept primitive_range = std::copyable<Range> && primitive<range_primitive_t<Range>> && requires(const Range& range) {
+concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_assignable_v<Range> &&
+    primitive<range_primitive_t<Range>> && requires(const Range& range) {
     { range.size() } -> std::convertible_to<std::size_t>;
 };
 
@@ -6518,21 +6519,21 @@ struct all_query {
     using order = any_order<Width>;
     std::vector<hit>* hits = nullptr;
 
-    INSONIFY_LAZY void begin(std::size_t i) const { hits[i].clear(); }
+    INSONIFY_LAZY void begin(std::size_t i) const { later<Later>(hits)[i].clear(); }
     template <class Range, int Width, class Order>
     bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
-        if (walk.step(tree, [&](const hit& found) { later<Range>(hits[i]).push_back(found); })) return true;
-        sort(later<Range>(hits[i]));
+        if (walk.step(tree, [&](const hit& found) { later<Range>(hits)[i].push_back(found); })) return true;
+        sort(later<Range>(hits)[i]);
         return false;
     }
     template <class Range, int Width>
     bool step(const bvh_view<Range, Width>& tree, packet_walk<Range, Width>& walk, std::size_t i) const {
         return walk.step_all(tree,
-                             [&](std::uint32_t k, const hit& found) { later<Range>(hits[i + k]).push_back(found); });
+                             [&](std::uint32_t k, const hit& found) { later<Range>(hits)[i + k].push_back(found); });
     }
     template <class Range, int Width>
     void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k) sort(later<Range>(hits[i + k]));
+        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k) sort(later<Range>(hits)[i + k]);
     }
 
   private:
@@ -6648,7 +6649,8 @@ class tree_assembler {
         else
             add_node(policy, top, all, 1, &later);
         std::vector<piece> pieces(later.size());
-        std::vector<std::size_t> order(later.size()); // the largest first, lest one be left over at the end
+        later_t<Policy, std::vector<std::size_t>> order(
+            later.size()); // the largest first, lest one be left over at the end
         for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
         std::sort(order.begin(), order.end(), [&later](std::size_t a, std::size_t b) {
             const std::size_t one = later[a].all.size(), other = later[b].all.size();
@@ -6904,7 +6906,7 @@ class morton_order {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             deal(from, used_[b], digit, places[b], apart.data());
         });
-        std::swap(keys_, apart); // what it holds now is no longer needed
+        std::swap(later<Policy>(keys_), later<Policy>(apart)); // what it holds now is no longer needed
         const auto first = [&next](std::size_t d) { return d > 0 ? next[d - 1] : 0; };
         constexpr std::size_t together = 4; // digits handed out at once
         const float each = 12 * static_cast<float>(count_) / static_cast<float>(next.size());
@@ -7327,7 +7329,7 @@ class sah_splitter {
         above.centres = whole.centres.within(above.box);
         if (whole.size() <= block_size)
             return separate(plane, from, places, whole.size(), to + below.begin, to + middle);
-        std::vector<std::size_t> first(partial.size() + 1); // of each block's below
+        later_t<Policy, std::vector<std::size_t>> first(partial.size() + 1); // of each block's below
         for (std::size_t b = 0; b < partial.size(); ++b) first[b + 1] = first[b] + partial[b].count_below(plane);
         exec::for_each_block(policy, whole.size(), block_size, 5, [&](std::size_t begin, std::size_t end) {
             const std::size_t under = first[begin / block_size];
@@ -7725,8 +7727,8 @@ class bvh {
 
     /// Every hit within the ray's limits, nearest first, each primitive once. Replaces what `hits` held.
     void all(const ray& r, std::vector<hit>& hits) const {
-        hits.clear();
         auto& found = later<Range>(hits);
+        found.clear();
         view_of().for_each_hit(r, [&](const hit& one) { found.push_back(one); });
         std::sort(found.begin(), found.end(), nearer);
     }
@@ -7759,8 +7761,8 @@ class bvh {
     /// The primitives whose bounds overlap a box or a plane, in ascending order. Replaces what `primitives` held.
     template <class Shape>
     void overlapping(const Shape& shape, std::vector<std::uint32_t>& primitives) const {
-        primitives.clear();
         auto& found = later<Range>(primitives);
+        found.clear();
         view_of().for_each_overlap(shape, [&](std::uint32_t p) { found.push_back(p); });
         std::sort(found.begin(), found.end());
     }
@@ -8040,12 +8042,12 @@ class scene {
     INSONIFY_LAZY std::span<vec3> positions(object_id id) {
         object& one = object_of(id);
         one.moved = true;
-        return {one.surface.positions.data(), one.surface.positions.size()};
+        return later_t<Later, std::span<vec3>>{one.surface.positions.data(), one.surface.positions.size()};
     }
     /// The same to be read. @throws usage_error  for an unknown id
     INSONIFY_LAZY std::span<const vec3> positions(object_id id) const {
         const object& one = object_of(id);
-        return {one.surface.positions.data(), one.surface.positions.size()};
+        return later_t<Later, std::span<const vec3>>{one.surface.positions.data(), one.surface.positions.size()};
     }
 
     /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
@@ -11199,7 +11201,7 @@ class persistence {
                     frame.values[i] = share_ * shown_.values[i] + (1 - share_) * frame.values[i];
             });
         at_ = at;
-        std::swap(shown_, frame);
+        std::swap(later<Policy>(shown_), later<Policy>(frame));
         return shown_;
     }
 

@@ -3,6 +3,7 @@
 
 #include <insonify/bvh/node.hpp>
 #include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <array>
 
@@ -39,7 +40,8 @@ class tree_assembler {
         else
             add_node(policy, top, all, 1, &later);
         std::vector<piece> pieces(later.size());
-        std::vector<std::size_t> order(later.size()); // the largest first, lest one be left over at the end
+        later_t<Policy, std::vector<std::size_t>> order(
+            later.size()); // the largest first, lest one be left over at the end
         for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
         std::sort(order.begin(), order.end(), [&later](std::size_t a, std::size_t b) {
             const std::size_t one = later[a].all.size(), other = later[b].all.size();

@@ -63,21 +63,21 @@ struct all_query {
     using order = any_order<Width>;
     std::vector<hit>* hits = nullptr;
 
-    INSONIFY_LAZY void begin(std::size_t i) const { hits[i].clear(); }
+    INSONIFY_LAZY void begin(std::size_t i) const { later<Later>(hits)[i].clear(); }
     template <class Range, int Width, class Order>
     bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
-        if (walk.step(tree, [&](const hit& found) { later<Range>(hits[i]).push_back(found); })) return true;
-        sort(later<Range>(hits[i]));
+        if (walk.step(tree, [&](const hit& found) { later<Range>(hits)[i].push_back(found); })) return true;
+        sort(later<Range>(hits)[i]);
         return false;
     }
     template <class Range, int Width>
     bool step(const bvh_view<Range, Width>& tree, packet_walk<Range, Width>& walk, std::size_t i) const {
         return walk.step_all(tree,
-                             [&](std::uint32_t k, const hit& found) { later<Range>(hits[i + k]).push_back(found); });
+                             [&](std::uint32_t k, const hit& found) { later<Range>(hits)[i + k].push_back(found); });
     }
     template <class Range, int Width>
     void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k) sort(later<Range>(hits[i + k]));
+        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k) sort(later<Range>(hits)[i + k]);
     }
 
   private:

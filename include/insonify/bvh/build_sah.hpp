@@ -109,7 +109,7 @@ class sah_splitter {
         above.centres = whole.centres.within(above.box);
         if (whole.size() <= block_size)
             return separate(plane, from, places, whole.size(), to + below.begin, to + middle);
-        std::vector<std::size_t> first(partial.size() + 1); // of each block's below
+        later_t<Policy, std::vector<std::size_t>> first(partial.size() + 1); // of each block's below
         for (std::size_t b = 0; b < partial.size(); ++b) first[b + 1] = first[b] + partial[b].count_below(plane);
         exec::for_each_block(policy, whole.size(), block_size, 5, [&](std::size_t begin, std::size_t end) {
             const std::size_t under = first[begin / block_size];

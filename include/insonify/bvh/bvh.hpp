@@ -52,8 +52,8 @@ class bvh {
 
     /// Every hit within the ray's limits, nearest first, each primitive once. Replaces what `hits` held.
     void all(const ray& r, std::vector<hit>& hits) const {
-        hits.clear();
         auto& found = later<Range>(hits);
+        found.clear();
         view_of().for_each_hit(r, [&](const hit& one) { found.push_back(one); });
         std::sort(found.begin(), found.end(), nearer);
     }
@@ -86,8 +86,8 @@ class bvh {
     /// The primitives whose bounds overlap a box or a plane, in ascending order. Replaces what `primitives` held.
     template <class Shape>
     void overlapping(const Shape& shape, std::vector<std::uint32_t>& primitives) const {
-        primitives.clear();
         auto& found = later<Range>(primitives);
+        found.clear();
         view_of().for_each_overlap(shape, [&](std::uint32_t p) { found.push_back(p); });
         std::sort(found.begin(), found.end());
     }

@@ -26,7 +26,8 @@ using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&
 
 /// A copyable handle to primitives that somebody else owns: `size()` and `[]`. `view<T>` and `mesh_view` are such.
 template <class Range>
-concept primitive_range = std::copyable<Range> && primitive<range_primitive_t<Range>> && requires(const Range& range) {
+concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_assignable_v<Range> &&
+    primitive<range_primitive_t<Range>> && requires(const Range& range) {
     { range.size() } -> std::convertible_to<std::size_t>;
 };
 

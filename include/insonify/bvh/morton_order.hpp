@@ -131,7 +131,7 @@ class morton_order {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             deal(from, used_[b], digit, places[b], apart.data());
         });
-        std::swap(keys_, apart); // what it holds now is no longer needed
+        std::swap(later<Policy>(keys_), later<Policy>(apart)); // what it holds now is no longer needed
         const auto first = [&next](std::size_t d) { return d > 0 ? next[d - 1] : 0; };
         constexpr std::size_t together = 4; // digits handed out at once
         const float each = 12 * static_cast<float>(count_) / static_cast<float>(next.size());

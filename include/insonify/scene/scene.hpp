@@ -83,12 +83,12 @@ class scene {
     INSONIFY_LAZY std::span<vec3> positions(object_id id) {
         object& one = object_of(id);
         one.moved = true;
-        return {one.surface.positions.data(), one.surface.positions.size()};
+        return later_t<Later, std::span<vec3>>{one.surface.positions.data(), one.surface.positions.size()};
     }
     /// The same to be read. @throws usage_error  for an unknown id
     INSONIFY_LAZY std::span<const vec3> positions(object_id id) const {
         const object& one = object_of(id);
-        return {one.surface.positions.data(), one.surface.positions.size()};
+        return later_t<Later, std::span<const vec3>>{one.surface.positions.data(), one.surface.positions.size()};
     }
 
     /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.

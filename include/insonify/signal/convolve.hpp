@@ -51,7 +51,7 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envel
                 own.axial.template apply<width>(layout.data(), results.values.data() + line * results.samples);
             }
         });
-    if (decimation > 1) std::swap(own.decimated, echoes);
+    if (decimation > 1) std::swap(later<Policy>(own.decimated), later<Policy>(echoes));
     return echoes;
 }
 

@@ -33,7 +33,7 @@ class persistence {
                     frame.values[i] = share_ * shown_.values[i] + (1 - share_) * frame.values[i];
             });
         at_ = at;
-        std::swap(shown_, frame);
+        std::swap(later<Policy>(shown_), later<Policy>(frame));
         return shown_;
     }
 
