@@ -190,14 +190,6 @@ INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
     return static_cast<std::uint32_t>(std::countr_zero(bits));
 #endif
 }
-/// Likewise, of 64 bits.
-INSONIFY_FN inline std::uint32_t lowest_bit(std::uint64_t bits) {
-#if defined(__CUDA_ARCH__)
-    return static_cast<std::uint32_t>(__ffsll(static_cast<long long>(bits)) - 1);
-#else
-    return static_cast<std::uint32_t>(std::countr_zero(bits));
-#endif
-}
 
 /// a * b + c, rounded once where that is one instruction and twice elsewhere: never the compiler's choice.
 INSONIFY_FN inline float multiply_add(float a, float b, float c) {
@@ -5330,7 +5322,7 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
 namespace insonify::inline INSONIFY_ABI {
 
 /// Rays that go much the same way, in up to four groups of as many as there are lanes: a node is asked once for all of
-/// them, a triangle once for each group.
+/// them, a triangle by each group of whose part of the row it has some.
 ///
 /// All have the same longest axis z and walk it in the same direction. Four planes hold them from where the first one
 /// begins; a box or a triangle beyond one of the planes is met by none. In the plane across z, two of them stand along
@@ -5359,15 +5351,25 @@ struct ray_packet {
         float width(float z) const { return high - low + (fastest - slowest) * z; }
     };
     wedge across{};
-    /// Where a point stands in the row as it fans out, u along the row:  (u - low - slowest * z) / (width + widening * z),
-    /// 0 at the edge where the row begins, 1 at its other edge. Rays of a fan keep their place, others nearly.
+    /// Where a point stands in the row as it fans out, 0 where the row begins and 1 where it ends:
+    ///
+    ///     inwards / width,    inwards = u - low - slowest * z,    width = widest + widening * z,    u along the row
+    ///
+    /// As a quotient of two linear functions it only rises or only falls along a ray, and is extreme at the corners of a
+    /// triangle, wherever the width is above 0. Rays of a fan keep their place, others nearly.
     struct ruler {
-        float low = 0, slowest = 0, width = 0, widening = 0;
-        float valid_from = FLT_MAX; ///< nearer points, in terms of forward * z, can be anywhere in the row
+        float low = 0, slowest = 0, widest = 0, widening = 0;
+        float valid_from = 0; ///< in terms of forward * z: nearer points can have any place
 
-        INSONIFY_INLINE lanes<N> of(const lanes<N>& u, const lanes<N>& z) const {
-            const lanes<N> inwards = multiply_add(lanes<N>(-slowest), z, u) - lanes<N>(low);
-            return inwards / greater(lanes<N>(FLT_MIN), multiply_add(lanes<N>(widening), z, lanes<N>(width)));
+        INSONIFY_INLINE lanes<N> inwards(const lanes<N>& u, const lanes<N>& z) const {
+            return multiply_add(lanes<N>(-slowest), z, u) - lanes<N>(low);
+        }
+        INSONIFY_INLINE lanes<N> width(const lanes<N>& z) const {
+            return multiply_add(lanes<N>(widening), z, lanes<N>(widest));
+        }
+        /// Of points that are not valid any finite number.
+        INSONIFY_INLINE static lanes<N> place(const lanes<N>& inwards, const lanes<N>& width) {
+            return inwards / greater(lanes<N>(1e-22F), width);
         }
     };
     ruler places{};
@@ -5393,7 +5395,7 @@ struct ray_packet {
         float min_distance[N];
         float limit[N];    ///< what a hit must not be beyond; below 0: this ray is done
         float end;         ///< of the stretch of forward * z that concerns any of the group's rays
-        float first, last; ///< places in the row
+        float first, last; ///< the places of its rays
     };
     group of[most_groups];
 
@@ -5483,12 +5485,12 @@ struct ray_packet {
             nearest = lesser(nearest, floats(forward) * load<N>(of[g].origin[2]));
             for (const auto& one : of[g].origin) furthest = greater(furthest, absolute(load<N>(one)));
         }
-        const float z0 = least(nearest), most = greatest(furthest), far = greater(reach - z0, 0.0F);
+        const float z0 = least(nearest), most = greatest(furthest), depth = greater(reach - z0, 0.0F);
         if (!(1e-18F < most && most < 1e18F)) return false; // what follows might overflow, or vanish
         float way[2];                                       // from the first to the last, where they leave the tree
         for (int k = 0; k < 2; ++k) {
             const auto at = [&](const group& one, int i) {
-                return one.origin[k][i] + one.shear[k][i] * (forward * (z0 + far) - one.origin[2][i]);
+                return one.origin[k][i] + one.shear[k][i] * (forward * (z0 + depth) - one.origin[2][i]);
             };
             way[k] = at(of[groups - 1], N - 1) - at(of[0], 0);
         }
@@ -5512,9 +5514,9 @@ struct ray_packet {
             start_across[g] = multiply_add(floats(row[0]), start[1][g], floats(-row[1]) * start[0][g]);
             slope_across[g] = multiply_add(floats(row[0]), slope[1][g], floats(-row[1]) * slope[0][g]);
         }
-        const wedge whole_row = wedge_of(start_along, slope_along);
+        const wedge along = wedge_of(start_along, slope_along);
         across = wedge_of(start_across, slope_across);
-        if (!(whole_row.width(far) < longest && across.width(far) < widest)) return false;
+        if (!(along.width(depth) < longest && across.width(depth) < widest)) return false;
         margin_ = 4e-6F * most; // more than shear, plane and its evaluation may round away together
         begin = z0 - margin_;
         const std::uint32_t z = static_cast<std::uint32_t>(axes[2]), backwards = forward < 0;
@@ -5522,31 +5524,34 @@ struct ray_packet {
         exit_row = tree_node<N>::row(1 - backwards, z);
         for (std::uint32_t k = 0; k < 2; ++k)
             slabs[k] = slab_of(start[k], slope[k], z0, static_cast<std::uint32_t>(axes[k]));
-        const float near = greater(far / 16, -reach - z0);
-        place_groups(whole_row, start_along, slope_along, z0, near, far);
-        across = from_zero(across, z0);
-        hold(&around[0], row[0], row[1], from_zero(whole_row, z0));
+        place_groups(along, start_along, slope_along, z0, depth);
+        across = from_zero(across, z0, margin_);
+        hold(&around[0], row[0], row[1], from_zero(along, z0, margin_));
         hold(&around[2], -row[1], row[0], across);
         return true;
     }
 
-    // Gives each group its places in the row: those of its rays at two depths after z0, and so at all between.
-    void place_groups(const wedge& all, const lanes<N>* start, const lanes<N>* slope, float z0, float near, float far) {
+    // Gives each group the places of its rays at two depths after z0, between which they keep.
+    void place_groups(wedge along, const lanes<N>* start, const lanes<N>* slope, float z0, float depth) {
         using floats = lanes<N>;
-        const float width = all.width(near);
-        places = {};
-        for (std::size_t g = 0; g < groups; ++g) of[g].first = of[g].last = 0;
-        if (!(margin_ < 0.01F * width)) return; // rounding leaves no places apart
-        places = {all.low - all.slowest * z0, all.slowest * forward, all.width(-z0),
-                  (all.fastest - all.slowest) * forward, z0 + near};
+        // Where the row is this wide, rounding moves places by less than a hundredth: they count from there on. In a row
+        // that never is they count from the start, with room to each side.
+        const float wide = 400 * margin_;
+        const float needed = greater(0.0F, (wide - along.width(0)) / greater(along.fastest - along.slowest, 1e-30F));
+        const bool opens = needed < depth;
+        const float first = opens ? needed : 0.0F, room = (opens ? 2.0F : 50.0F) * margin_;
+        along.low -= room;
+        along.high += room;
+        const wedge world = from_zero(along, z0, 0);
+        places = {world.low, world.slowest, world.high - world.low, world.fastest - world.slowest, z0 + first};
         for (std::size_t g = 0; g < groups; ++g) {
-            const auto place = [&](float depth) {
-                return (start[g] - floats(all.low) + floats(depth) * (slope[g] - floats(all.slowest))) *
-                       floats(1 / all.width(depth));
+            const auto place = [&](float at) {
+                return (start[g] - floats(along.low) + floats(at) * (slope[g] - floats(along.slowest))) *
+                       floats(1 / along.width(at));
             };
-            const floats one = place(near), other = place(far);
-            of[g].first = least(lesser(one, other)) - 2 * margin_ / width;
-            of[g].last = greatest(greater(one, other)) + 2 * margin_ / width;
+            const floats one = place(first), other = place(depth);
+            of[g].first = least(lesser(one, other)) - 2 * margin_ / along.width(first);
+            of[g].last = greatest(greater(one, other)) + 2 * margin_ / along.width(first);
         }
     }
 
@@ -5581,9 +5586,9 @@ struct ray_packet {
         return {least(from.low), greatest(from.high), least(more.low), greatest(more.high)};
     }
 
-    // From where forward * z is z0 to where z is 0, with the margin.
-    wedge from_zero(const wedge& w, float z0) const {
-        return {w.low - margin_ - w.slowest * z0, w.high + margin_ - w.fastest * z0, w.slowest * forward,
+    // From where forward * z is z0 to where z is 0, and wider on both sides.
+    wedge from_zero(const wedge& w, float z0, float more) const {
+        return {w.low - more - w.slowest * z0, w.high + more - w.fastest * z0, w.slowest * forward,
                 w.fastest * forward};
     }
 
@@ -5643,6 +5648,12 @@ INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const ray_packet<N
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Half the centre of a box: it sorts as the centre does, and two of them never lie infinitely far apart.
+template <class = void>
+INSONIFY_INLINE lanes<4> half_centre(const lanes<4>& lower, const lanes<4>& upper) {
+    return multiply_add(lanes<4>(0.25F), lower, lanes<4>(0.25F) * upper);
+}
+
 /// The box of a primitive as builders move it about: [-lower, -, upper, -], so that the union of two is one maximum.
 struct alignas(32) build_box {
     float row[8];
@@ -5682,10 +5693,9 @@ struct alignas(32) build_box {
         return load<4>(row + 4);
     }
 
-    /// Half the centre: it sorts as the centre does, and two of them never lie infinitely far apart.
     template <class = void>
     INSONIFY_INLINE lanes<4> half_centre() const {
-        return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
+        return insonify::half_centre(-minus_lower(), upper());
     }
     float half_area() const { // 0 of an empty one
         const float x = greater(row[4] + row[0], 0), y = greater(row[5] + row[1], 0), z = greater(row[6] + row[2], 0);
@@ -5753,6 +5763,8 @@ template <class Range>
 using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
 
 /// A copyable handle to primitives that somebody else owns: `size()` and `[]`. `view<T>` and `mesh_view` are such.
+///
+/// (std::copyable asks for more, and takes a compiler long to find out.)
 template <class Range>
 concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_assignable_v<Range> &&
     primitive<range_primitive_t<Range>> && requires(const Range& range) {
@@ -5791,10 +5803,10 @@ struct four_points {
     }
 };
 
-/// Half the centres of four boxes, see `build_box::half_centre`.
+/// The halved centres of the boxes of four primitives, side by side.
 struct four_centres {
     lanes<4> at[3];    ///< by axis
-    bit_lanes<4> wild; ///< negative of what is left out
+    bit_lanes<4> wild; ///< negative where a box is empty or not finite: it is left out
 };
 
 /// What a tree keeps of its primitives for a leaf: which of them can be hit. For the rest the range is asked.
@@ -5824,7 +5836,7 @@ struct leaf {
         return is_finite(found) ? build_box{found} : build_box::none();
     }
 
-    /// The centres of the boxes of four primitives from the first on; after the last one, its own again.
+    /// Of four primitives from the first on; lanes beyond `last` repeat it.
     static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
         vec3 at[4];
         bit_lanes<4> wild{};
@@ -5981,9 +5993,6 @@ struct alignas(64) leaf<Range, Width> {
         const four_triangles t{{range[first], range[std::min(first + 1, last)], range[std::min(first + 2, last)],
                                 range[std::min(first + 3, last)]}};
         const four_points lower = t.lower(), upper = t.upper();
-        const auto half_centre = [](const lanes<4>& low, const lanes<4>& high) {
-            return multiply_add(lanes<4>(0.25F), low, lanes<4>(0.25F) * high);
-        };
         return {{half_centre(lower.x, upper.x), half_centre(lower.y, upper.y), half_centre(lower.z, upper.z)},
                 t.wild()};
     }
@@ -6025,33 +6034,44 @@ struct alignas(64) leaf<Range, Width> {
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
-        floats most(-FLT_MAX), low(FLT_MAX);   // of the corners, across the row, from its two sides
-        floats first(FLT_MAX), last(-FLT_MAX); // of their places in the row
-        floats nearest(FLT_MAX);               // along z
+        floats inwards[3], width[3]; // in the row
+        floats from_low(-FLT_MAX), to_high(FLT_MAX), nearest(FLT_MAX);
         for (int c = 0; c < 3; ++c) {
             const floats at_x = load<Width>(corner[c][x]), at_y = load<Width>(corner[c][y]);
             const floats at_z = load<Width>(corner[c][z]);
             const floats along_row = multiply_add(floats(p.row[0]), at_x, floats(p.row[1]) * at_y);
             const floats across_row = multiply_add(floats(p.row[0]), at_y, floats(-p.row[1]) * at_x);
-            most = greater(most, multiply_add(floats(-p.across.slowest), at_z, across_row));
-            low = lesser(low, multiply_add(floats(-p.across.fastest), at_z, across_row));
-            const floats place = p.places.of(along_row, at_z);
-            first = lesser(first, place);
-            last = greater(last, place);
+            inwards[c] = p.places.inwards(along_row, at_z);
+            width[c] = p.places.width(at_z);
+            from_low = greater(from_low, multiply_add(floats(-p.across.slowest), at_z, across_row));
+            to_high = lesser(to_high, multiply_add(floats(-p.across.fastest), at_z, across_row));
             nearest = lesser(nearest, floats(p.forward) * at_z);
         }
-        const std::uint32_t across = usable() & bits_of(floats(p.across.low) <= most && low <= floats(p.across.high));
+        const std::uint32_t across =
+            usable() & bits_of(floats(p.across.low) <= from_low && to_high <= floats(p.across.high));
         if (across == 0) return;
-        const auto anywhere = nearest < floats(p.places.valid_from);
-        first = select(anywhere, floats(-FLT_MAX), first);
-        last = select(anywhere, floats(FLT_MAX), last);
-        static_assert(ray_packet<Width>::most_rays <= 64);
-        std::uint64_t inside = 0; // a bit for each group and triangle
-        for (std::size_t g = 0; g < p.groups; ++g) {
+        floats first(FLT_MAX), last(-FLT_MAX); // places of corners
+        for (int c = 0; c < 3; ++c) {
+            const floats place = p.places.place(inwards[c], width[c]);
+            first = lesser(first, place);
+            last = greater(last, place);
+        }
+        const auto unknown = nearest < floats(p.places.valid_from);
+        if ((bits_of(unknown) & across) != 0) { // anywhere, unless they lie beyond a side of the whole row
+            const floats zero(0.0F);
+            const floats after = greater(greater(inwards[0], inwards[1]), inwards[2]);
+            const floats before = greater(greater(width[0] - inwards[0], width[1] - inwards[1]), width[2] - inwards[2]);
+            const auto within = zero <= after && zero <= before;
+            first = select(unknown, select(within, floats(-FLT_MAX), floats(FLT_MAX)), first);
+            last = select(unknown, floats(FLT_MAX), last);
+        }
+        static_assert(ray_packet<Width>::most_rays <= 32);
+        std::uint32_t inside = 0; // a bit for each group and triangle
+        for (std::uint32_t g = 0; g < p.groups; ++g) {
             const auto& group = p.of[g];
             const std::uint32_t met = across & bits_of(nearest <= floats(group.end) && floats(group.first) <= last &&
                                                        first <= floats(group.last));
-            inside |= std::uint64_t{met} << (g * Width);
+            inside |= met << (g * Width);
         }
         std::uint32_t lowered = 0; // a bit for each group
         for (; inside != 0; inside &= inside - 1) {
@@ -6643,28 +6663,28 @@ class tree_assembler {
         if (all.size() == 0) return {};
         small_ = std::max<std::size_t>(all.size() / 64, 8192);
         piece top;
-        std::vector<subtree> later;
+        std::vector<subtree> postponed;
         if (all.size() <= small_)
-            later.push_back({all, 1, 0, 0});
+            postponed.push_back({all, 1, 0, 0});
         else
-            add_node(policy, top, all, 1, &later);
-        std::vector<piece> pieces(later.size());
-        later_t<Policy, std::vector<std::size_t>> order(
-            later.size()); // the largest first, lest one be left over at the end
+            add_node(policy, top, all, 1, &postponed);
+        std::vector<piece> pieces(postponed.size());
+        // The largest first, lest one be left over at the end.
+        later_t<Policy, std::vector<std::size_t>> order(postponed.size());
         for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-        std::sort(order.begin(), order.end(), [&later](std::size_t a, std::size_t b) {
-            const std::size_t one = later[a].all.size(), other = later[b].all.size();
+        std::sort(order.begin(), order.end(), [&postponed](std::size_t a, std::size_t b) {
+            const std::size_t one = postponed[a].all.size(), other = postponed[b].all.size();
             return one != other ? one > other : a < b;
         });
-        for_each_index(policy, later.size(), [&](std::size_t i) {
-            const subtree& from = later[order[i]];
+        for_each_index(policy, postponed.size(), [&](std::size_t i) {
+            const subtree& from = postponed[order[i]];
             piece& made = pieces[order[i]];
             const std::size_t leaves = from.all.size() / Width;
             made.nodes.reserve(leaves / 4);
             made.slots.reserve((leaves + leaves / 4) * Width);
             add_node(exec::seq, made, from.all, from.level, nullptr);
         });
-        return joined(policy, top, pieces, later);
+        return joined(policy, top, pieces, postponed);
     }
 
   private:
@@ -6685,7 +6705,7 @@ class tree_assembler {
 
     template <class Policy>
     std::uint32_t add_node(const Policy& policy, piece& tree, const group& all, std::uint32_t level,
-                           std::vector<subtree>* later) {
+                           std::vector<subtree>* postponed) {
         const auto node = static_cast<std::uint32_t>(tree.nodes.size());
         tree.nodes.emplace_back();
         tree.levels = std::max(tree.levels, level);
@@ -6695,10 +6715,10 @@ class tree_assembler {
             std::uint32_t code = no_child;
             if (i < count && children[i].size() <= Width)
                 code = add_leaf(tree, children[i]);
-            else if (i < count && later != nullptr && children[i].size() <= small_)
-                later->push_back({children[i], level + 1, node, i});
+            else if (i < count && postponed != nullptr && children[i].size() <= small_)
+                postponed->push_back({children[i], level + 1, node, i});
             else if (i < count)
-                code = add_node(policy, tree, children[i], level + 1, later);
+                code = add_node(policy, tree, children[i], level + 1, postponed);
             tree.nodes[node][i] = code;
         }
         return node;
@@ -6849,7 +6869,7 @@ class morton_order {
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
         later_t<Policy, std::vector<centre_range>> partial(used_.size());
         const float widest = grid.widest();
-        const lanes<4> none(0.0F), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
+        const lanes<4> zero(0.0F), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;
             lanes<4> first[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, last[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
@@ -6857,14 +6877,14 @@ class morton_order {
                 if constexpr (requires { range.prefetch_corners(0); })
                     for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
                 const four_centres centres = leaf<Range, simd_width>::centres(range, i, end - 1);
-                const auto left_out = floats_of<4>(centres.wild) < none;
+                const auto left_out = floats_of<4>(centres.wild) < zero;
                 bit_lanes<4> cells{};
                 for (int axis = 0; axis < 3; ++axis) {
                     const lanes<4>& at = centres.at[axis];
                     first[axis] = lesser(first[axis], select(left_out, lanes<4>(FLT_MAX), at));
                     last[axis] = greater(last[axis], select(left_out, lanes<4>(-FLT_MAX), at));
                     const lanes<4> start(widest > 0 ? grid.begin[axis] : 0.0F);
-                    cells = cells | spread(select(left_out, none, (at - start) * scale)) << axis;
+                    cells = cells | spread(select(left_out, zero, (at - start) * scale)) << axis;
                 }
                 std::uint32_t cell[4];
                 store_bits<4>(cells, cell);

@@ -83,42 +83,90 @@ TEST_CASE("rays in packets get bit for bit what they get alone, near the origin 
     }
 }
 
-TEST_CASE("the rays of each group stay between its places in the row, and those of a fan keep theirs") {
-    const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
-    const bvh tree{exec::par, m};
-    const std::vector<ray> rays = ray_packet_test::rows(3, 100'000, {0, 0, 0});
-    ray_packet<ray_packet_test::width> packet;
-    const float reach = tree.view_of().reach, leaf_size = tree.view_of().leaf_size;
-    int told = 0, outside = 0;
-    for (std::size_t i = 0; i < rays.size();) {
-        const std::size_t taken = packet.prepare(rays.data() + i, rays.size() - i, reach, leaf_size);
-        for (std::size_t k = 0; k < taken; ++k) {
-            const auto& group = packet.of[k / ray_packet_test::width];
-            for (int step = 0; step <= 40; ++step) {
-                const ray& r = rays[i + k];
-                const dvec3 p = dvec3{r.origin} + 0.1 * step * dvec3{r.direction};
-                const double z = p[packet.axes[2]];
-                if (packet.forward * z < packet.places.valid_from || packet.forward * z > reach) continue;
-                const double u = packet.row[0] * p[packet.axes[0]] + packet.row[1] * p[packet.axes[1]];
-                const double place = (u - packet.places.low - packet.places.slowest * z) /
-                                     (packet.places.width + packet.places.widening * z);
-                ++told;
-                outside += !(group.first <= place && place <= group.last);
+TEST_CASE("every ray stays within the places of its group, and the groups of a fan do not overlap") {
+    using namespace ray_packet_test;
+    using floats = lanes<width>;
+    for (const float offset : {0.0F, 30.0F, 1000.0F}) {
+        const vec3 centre{offset, -offset, offset};
+        const mesh m = bumpy_sphere(centre);
+        const bvh tree{exec::par, m};
+        const float reach = tree.view_of().reach, leaf_size = tree.view_of().leaf_size;
+        const std::vector<ray> rays = rows(3, 100'000, centre);
+        ray_packet<width> packet;
+        int told = 0, outside = 0;
+        for (std::size_t i = 0; i < rays.size();) {
+            const std::size_t taken = packet.prepare(rays.data() + i, rays.size() - i, reach, leaf_size);
+            for (std::size_t k = 0; k < taken; ++k) {
+                const auto& group = packet.of[k / width];
+                for (int step = 0; step <= 40; ++step) {
+                    const ray& r = rays[i + k];
+                    const vec3 p{dvec3{r.origin} + 0.1 * step * dvec3{r.direction}};
+                    const float z = p[packet.axes[2]];
+                    if (packet.forward * z < packet.places.valid_from || packet.forward * z > reach) continue;
+                    const floats u(packet.row[0] * p[packet.axes[0]] + packet.row[1] * p[packet.axes[1]]);
+                    const floats inwards = packet.places.inwards(u, floats(z)), room = packet.places.width(floats(z));
+                    float place[width];
+                    store(packet.places.place(inwards, room), place);
+                    told += packet.groups > 1;
+                    outside += !(group.first <= place[0] && place[0] <= group.last) ||
+                               bits_of(inwards < floats(0.0F)) != 0 || bits_of(room < inwards) != 0;
+                }
+            }
+            i += taken > 0 ? taken : width;
+        }
+        CHECK(told > 100'000);
+        CHECK(outside == 0);
+    }
+    // Fans of four groups, either way along z: from one place within the mesh, from a row, and so near that all is one.
+    for (const float forward : {1.0F, -1.0F})
+        for (const float step : {0.0F, 0.01F}) {
+            std::vector<ray> fan;
+            for (int i = 0; i < 4 * width; ++i) {
+                const auto along = static_cast<float>(i);
+                fan.push_back(
+                    {.origin = {0.1F + step * along, 0.2F, 0.3F}, .direction = {0.01F * along, 0.1F, forward}});
+            }
+            ray_packet<width> packet;
+            REQUIRE(packet.prepare(fan.data(), fan.size(), 1, 1) == fan.size());
+            CHECK(packet.places.valid_from < packet.begin + 0.05F);
+            for (int g = 0; g < 4; ++g) {
+                const float gap = 1 / static_cast<float>(4 * width - 1);
+                CHECK(std::fabs(packet.of[g].first - static_cast<float>(g * width) * gap) < 0.3F * gap);
+                CHECK(std::fabs(packet.of[g].last - static_cast<float>((g + 1) * width - 1) * gap) < 0.3F * gap);
             }
         }
-        i += taken > 0 ? taken : ray_packet_test::width;
-    }
-    CHECK(told > 100'000);
-    CHECK(outside == 0);
+}
 
-    std::vector<ray> fan;
-    for (int i = 0; i < 4 * simd_width; ++i)
-        fan.push_back({.origin = {0.1F, 0.2F, 0.3F}, .direction = {0.001F * static_cast<float>(i), 0.1F, 1}});
-    REQUIRE(packet.prepare(fan.data(), fan.size(), 1, 1) == fan.size());
-    for (int g = 0; g < 4; ++g) {
-        const double gaps = 4 * simd_width - 1;
-        CHECK(packet.of[g].first == doctest::Approx(g * simd_width / gaps).epsilon(0.02));
-        CHECK(packet.of[g].last == doctest::Approx(((g + 1) * simd_width - 1) / gaps).epsilon(0.02));
+TEST_CASE(
+    "rays so close that rounding joins them, far from the origin and behind large faces, get what they get alone") {
+    using namespace ray_packet_test;
+    for (const float offset : {0.0F, 30.0F, 1000.0F}) {
+        const vec3 centre{offset, 2 * offset, -offset};
+        mesh m = bumpy_sphere(centre); // in a box whose sides pass the beginnings of all rays
+        const mesh box = make_box(centre - vec3{2.5F}, centre + vec3{2.5F});
+        const auto first = static_cast<std::uint32_t>(m.positions.size());
+        m.positions.insert(m.positions.end(), box.positions.begin(), box.positions.end());
+        for (const uvec3 face : box.faces) m.faces.push_back(face + uvec3{first});
+        const bvh tree{exec::par, m};
+        std::vector<ray> rays;
+        for (std::uint64_t row = 0; row < 500; ++row) {
+            const vec3 from = centre + 2.0F * random_point(8, 3 * row);
+            const vec3 along = normalize(random_point(8, 3 * row + 1));
+            const float spread = 1e-6F * static_cast<float>(row % 3) * offset;
+            for (int i = 0; i < 4 * width; ++i)
+                rays.push_back({.origin = from,
+                                .direction = along + spread * static_cast<float>(i) * random_point(8, 3 * row + 2)});
+        }
+        CHECK(together(rays, tree.view_of())[4] > 200);
+        std::vector<std::vector<hit>> all(rays.size());
+        tree.all(exec::par, rays, all);
+        int wrong = 0;
+        std::vector<hit> alone;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            tree.all(rays[i], alone);
+            wrong += all[i] != alone || alone.empty();
+        }
+        CHECK(wrong == 0);
     }
 }
 

@@ -34,28 +34,28 @@ class tree_assembler {
         if (all.size() == 0) return {};
         small_ = std::max<std::size_t>(all.size() / 64, 8192);
         piece top;
-        std::vector<subtree> later;
+        std::vector<subtree> postponed;
         if (all.size() <= small_)
-            later.push_back({all, 1, 0, 0});
+            postponed.push_back({all, 1, 0, 0});
         else
-            add_node(policy, top, all, 1, &later);
-        std::vector<piece> pieces(later.size());
-        later_t<Policy, std::vector<std::size_t>> order(
-            later.size()); // the largest first, lest one be left over at the end
+            add_node(policy, top, all, 1, &postponed);
+        std::vector<piece> pieces(postponed.size());
+        // The largest first, lest one be left over at the end.
+        later_t<Policy, std::vector<std::size_t>> order(postponed.size());
         for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-        std::sort(order.begin(), order.end(), [&later](std::size_t a, std::size_t b) {
-            const std::size_t one = later[a].all.size(), other = later[b].all.size();
+        std::sort(order.begin(), order.end(), [&postponed](std::size_t a, std::size_t b) {
+            const std::size_t one = postponed[a].all.size(), other = postponed[b].all.size();
             return one != other ? one > other : a < b;
         });
-        for_each_index(policy, later.size(), [&](std::size_t i) {
-            const subtree& from = later[order[i]];
+        for_each_index(policy, postponed.size(), [&](std::size_t i) {
+            const subtree& from = postponed[order[i]];
             piece& made = pieces[order[i]];
             const std::size_t leaves = from.all.size() / Width;
             made.nodes.reserve(leaves / 4);
             made.slots.reserve((leaves + leaves / 4) * Width);
             add_node(exec::seq, made, from.all, from.level, nullptr);
         });
-        return joined(policy, top, pieces, later);
+        return joined(policy, top, pieces, postponed);
     }
 
   private:
@@ -76,7 +76,7 @@ class tree_assembler {
 
     template <class Policy>
     std::uint32_t add_node(const Policy& policy, piece& tree, const group& all, std::uint32_t level,
-                           std::vector<subtree>* later) {
+                           std::vector<subtree>* postponed) {
         const auto node = static_cast<std::uint32_t>(tree.nodes.size());
         tree.nodes.emplace_back();
         tree.levels = std::max(tree.levels, level);
@@ -86,10 +86,10 @@ class tree_assembler {
             std::uint32_t code = no_child;
             if (i < count && children[i].size() <= Width)
                 code = add_leaf(tree, children[i]);
-            else if (i < count && later != nullptr && children[i].size() <= small_)
-                later->push_back({children[i], level + 1, node, i});
+            else if (i < count && postponed != nullptr && children[i].size() <= small_)
+                postponed->push_back({children[i], level + 1, node, i});
             else if (i < count)
-                code = add_node(policy, tree, children[i], level + 1, later);
+                code = add_node(policy, tree, children[i], level + 1, postponed);
             tree.nodes[node][i] = code;
         }
         return node;

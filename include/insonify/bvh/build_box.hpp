@@ -7,6 +7,12 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Half the centre of a box: it sorts as the centre does, and two of them never lie infinitely far apart.
+template <class = void>
+INSONIFY_INLINE lanes<4> half_centre(const lanes<4>& lower, const lanes<4>& upper) {
+    return multiply_add(lanes<4>(0.25F), lower, lanes<4>(0.25F) * upper);
+}
+
 /// The box of a primitive as builders move it about: [-lower, -, upper, -], so that the union of two is one maximum.
 struct alignas(32) build_box {
     float row[8];
@@ -46,10 +52,9 @@ struct alignas(32) build_box {
         return load<4>(row + 4);
     }
 
-    /// Half the centre: it sorts as the centre does, and two of them never lie infinitely far apart.
     template <class = void>
     INSONIFY_INLINE lanes<4> half_centre() const {
-        return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
+        return insonify::half_centre(-minus_lower(), upper());
     }
     float half_area() const { // 0 of an empty one
         const float x = greater(row[4] + row[0], 0), y = greater(row[5] + row[1], 0), z = greater(row[6] + row[2], 0);

@@ -25,6 +25,8 @@ template <class Range>
 using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
 
 /// A copyable handle to primitives that somebody else owns: `size()` and `[]`. `view<T>` and `mesh_view` are such.
+///
+/// (std::copyable asks for more, and takes a compiler long to find out.)
 template <class Range>
 concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_assignable_v<Range> &&
     primitive<range_primitive_t<Range>> && requires(const Range& range) {

@@ -36,10 +36,10 @@ struct four_points {
     }
 };
 
-/// Half the centres of four boxes, see `build_box::half_centre`.
+/// The halved centres of the boxes of four primitives, side by side.
 struct four_centres {
     lanes<4> at[3];    ///< by axis
-    bit_lanes<4> wild; ///< negative of what is left out
+    bit_lanes<4> wild; ///< negative where a box is empty or not finite: it is left out
 };
 
 /// What a tree keeps of its primitives for a leaf: which of them can be hit. For the rest the range is asked.
@@ -69,7 +69,7 @@ struct leaf {
         return is_finite(found) ? build_box{found} : build_box::none();
     }
 
-    /// The centres of the boxes of four primitives from the first on; after the last one, its own again.
+    /// Of four primitives from the first on; lanes beyond `last` repeat it.
     static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
         vec3 at[4];
         bit_lanes<4> wild{};

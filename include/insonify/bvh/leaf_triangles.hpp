@@ -129,9 +129,6 @@ struct alignas(64) leaf<Range, Width> {
         const four_triangles t{{range[first], range[std::min(first + 1, last)], range[std::min(first + 2, last)],
                                 range[std::min(first + 3, last)]}};
         const four_points lower = t.lower(), upper = t.upper();
-        const auto half_centre = [](const lanes<4>& low, const lanes<4>& high) {
-            return multiply_add(lanes<4>(0.25F), low, lanes<4>(0.25F) * high);
-        };
         return {{half_centre(lower.x, upper.x), half_centre(lower.y, upper.y), half_centre(lower.z, upper.z)},
                 t.wild()};
     }
@@ -173,33 +170,44 @@ struct alignas(64) leaf<Range, Width> {
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
-        floats most(-FLT_MAX), low(FLT_MAX);   // of the corners, across the row, from its two sides
-        floats first(FLT_MAX), last(-FLT_MAX); // of their places in the row
-        floats nearest(FLT_MAX);               // along z
+        floats inwards[3], width[3]; // in the row
+        floats from_low(-FLT_MAX), to_high(FLT_MAX), nearest(FLT_MAX);
         for (int c = 0; c < 3; ++c) {
             const floats at_x = load<Width>(corner[c][x]), at_y = load<Width>(corner[c][y]);
             const floats at_z = load<Width>(corner[c][z]);
             const floats along_row = multiply_add(floats(p.row[0]), at_x, floats(p.row[1]) * at_y);
             const floats across_row = multiply_add(floats(p.row[0]), at_y, floats(-p.row[1]) * at_x);
-            most = greater(most, multiply_add(floats(-p.across.slowest), at_z, across_row));
-            low = lesser(low, multiply_add(floats(-p.across.fastest), at_z, across_row));
-            const floats place = p.places.of(along_row, at_z);
-            first = lesser(first, place);
-            last = greater(last, place);
+            inwards[c] = p.places.inwards(along_row, at_z);
+            width[c] = p.places.width(at_z);
+            from_low = greater(from_low, multiply_add(floats(-p.across.slowest), at_z, across_row));
+            to_high = lesser(to_high, multiply_add(floats(-p.across.fastest), at_z, across_row));
             nearest = lesser(nearest, floats(p.forward) * at_z);
         }
-        const std::uint32_t across = usable() & bits_of(floats(p.across.low) <= most && low <= floats(p.across.high));
+        const std::uint32_t across =
+            usable() & bits_of(floats(p.across.low) <= from_low && to_high <= floats(p.across.high));
         if (across == 0) return;
-        const auto anywhere = nearest < floats(p.places.valid_from);
-        first = select(anywhere, floats(-FLT_MAX), first);
-        last = select(anywhere, floats(FLT_MAX), last);
-        static_assert(ray_packet<Width>::most_rays <= 64);
-        std::uint64_t inside = 0; // a bit for each group and triangle
-        for (std::size_t g = 0; g < p.groups; ++g) {
+        floats first(FLT_MAX), last(-FLT_MAX); // places of corners
+        for (int c = 0; c < 3; ++c) {
+            const floats place = p.places.place(inwards[c], width[c]);
+            first = lesser(first, place);
+            last = greater(last, place);
+        }
+        const auto unknown = nearest < floats(p.places.valid_from);
+        if ((bits_of(unknown) & across) != 0) { // anywhere, unless they lie beyond a side of the whole row
+            const floats zero(0.0F);
+            const floats after = greater(greater(inwards[0], inwards[1]), inwards[2]);
+            const floats before = greater(greater(width[0] - inwards[0], width[1] - inwards[1]), width[2] - inwards[2]);
+            const auto within = zero <= after && zero <= before;
+            first = select(unknown, select(within, floats(-FLT_MAX), floats(FLT_MAX)), first);
+            last = select(unknown, floats(FLT_MAX), last);
+        }
+        static_assert(ray_packet<Width>::most_rays <= 32);
+        std::uint32_t inside = 0; // a bit for each group and triangle
+        for (std::uint32_t g = 0; g < p.groups; ++g) {
             const auto& group = p.of[g];
             const std::uint32_t met = across & bits_of(nearest <= floats(group.end) && floats(group.first) <= last &&
                                                        first <= floats(group.last));
-            inside |= std::uint64_t{met} << (g * Width);
+            inside |= met << (g * Width);
         }
         std::uint32_t lowered = 0; // a bit for each group
         for (; inside != 0; inside &= inside - 1) {

@@ -74,7 +74,7 @@ class morton_order {
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
         later_t<Policy, std::vector<centre_range>> partial(used_.size());
         const float widest = grid.widest();
-        const lanes<4> none(0.0F), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
+        const lanes<4> zero(0.0F), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;
             lanes<4> first[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, last[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
@@ -82,14 +82,14 @@ class morton_order {
                 if constexpr (requires { range.prefetch_corners(0); })
                     for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
                 const four_centres centres = leaf<Range, simd_width>::centres(range, i, end - 1);
-                const auto left_out = floats_of<4>(centres.wild) < none;
+                const auto left_out = floats_of<4>(centres.wild) < zero;
                 bit_lanes<4> cells{};
                 for (int axis = 0; axis < 3; ++axis) {
                     const lanes<4>& at = centres.at[axis];
                     first[axis] = lesser(first[axis], select(left_out, lanes<4>(FLT_MAX), at));
                     last[axis] = greater(last[axis], select(left_out, lanes<4>(-FLT_MAX), at));
                     const lanes<4> start(widest > 0 ? grid.begin[axis] : 0.0F);
-                    cells = cells | spread(select(left_out, none, (at - start) * scale)) << axis;
+                    cells = cells | spread(select(left_out, zero, (at - start) * scale)) << axis;
                 }
                 std::uint32_t cell[4];
                 store_bits<4>(cells, cell);

@@ -7,7 +7,7 @@
 namespace insonify::inline INSONIFY_ABI {
 
 /// Rays that go much the same way, in up to four groups of as many as there are lanes: a node is asked once for all of
-/// them, a triangle once for each group.
+/// them, a triangle by each group of whose part of the row it has some.
 ///
 /// All have the same longest axis z and walk it in the same direction. Four planes hold them from where the first one
 /// begins; a box or a triangle beyond one of the planes is met by none. In the plane across z, two of them stand along
@@ -36,15 +36,25 @@ struct ray_packet {
         float width(float z) const { return high - low + (fastest - slowest) * z; }
     };
     wedge across{};
-    /// Where a point stands in the row as it fans out, u along the row:  (u - low - slowest * z) / (width + widening * z),
-    /// 0 at the edge where the row begins, 1 at its other edge. Rays of a fan keep their place, others nearly.
+    /// Where a point stands in the row as it fans out, 0 where the row begins and 1 where it ends:
+    ///
+    ///     inwards / width,    inwards = u - low - slowest * z,    width = widest + widening * z,    u along the row
+    ///
+    /// As a quotient of two linear functions it only rises or only falls along a ray, and is extreme at the corners of a
+    /// triangle, wherever the width is above 0. Rays of a fan keep their place, others nearly.
     struct ruler {
-        float low = 0, slowest = 0, width = 0, widening = 0;
-        float valid_from = FLT_MAX; ///< nearer points, in terms of forward * z, can be anywhere in the row
+        float low = 0, slowest = 0, widest = 0, widening = 0;
+        float valid_from = 0; ///< in terms of forward * z: nearer points can have any place
 
-        INSONIFY_INLINE lanes<N> of(const lanes<N>& u, const lanes<N>& z) const {
-            const lanes<N> inwards = multiply_add(lanes<N>(-slowest), z, u) - lanes<N>(low);
-            return inwards / greater(lanes<N>(FLT_MIN), multiply_add(lanes<N>(widening), z, lanes<N>(width)));
+        INSONIFY_INLINE lanes<N> inwards(const lanes<N>& u, const lanes<N>& z) const {
+            return multiply_add(lanes<N>(-slowest), z, u) - lanes<N>(low);
+        }
+        INSONIFY_INLINE lanes<N> width(const lanes<N>& z) const {
+            return multiply_add(lanes<N>(widening), z, lanes<N>(widest));
+        }
+        /// Of points that are not valid any finite number.
+        INSONIFY_INLINE static lanes<N> place(const lanes<N>& inwards, const lanes<N>& width) {
+            return inwards / greater(lanes<N>(1e-22F), width);
         }
     };
     ruler places{};
@@ -70,7 +80,7 @@ struct ray_packet {
         float min_distance[N];
         float limit[N];    ///< what a hit must not be beyond; below 0: this ray is done
         float end;         ///< of the stretch of forward * z that concerns any of the group's rays
-        float first, last; ///< places in the row
+        float first, last; ///< the places of its rays
     };
     group of[most_groups];
 
@@ -160,12 +170,12 @@ struct ray_packet {
             nearest = lesser(nearest, floats(forward) * load<N>(of[g].origin[2]));
             for (const auto& one : of[g].origin) furthest = greater(furthest, absolute(load<N>(one)));
         }
-        const float z0 = least(nearest), most = greatest(furthest), far = greater(reach - z0, 0.0F);
+        const float z0 = least(nearest), most = greatest(furthest), depth = greater(reach - z0, 0.0F);
         if (!(1e-18F < most && most < 1e18F)) return false; // what follows might overflow, or vanish
         float way[2];                                       // from the first to the last, where they leave the tree
         for (int k = 0; k < 2; ++k) {
             const auto at = [&](const group& one, int i) {
-                return one.origin[k][i] + one.shear[k][i] * (forward * (z0 + far) - one.origin[2][i]);
+                return one.origin[k][i] + one.shear[k][i] * (forward * (z0 + depth) - one.origin[2][i]);
             };
             way[k] = at(of[groups - 1], N - 1) - at(of[0], 0);
         }
@@ -189,9 +199,9 @@ struct ray_packet {
             start_across[g] = multiply_add(floats(row[0]), start[1][g], floats(-row[1]) * start[0][g]);
             slope_across[g] = multiply_add(floats(row[0]), slope[1][g], floats(-row[1]) * slope[0][g]);
         }
-        const wedge whole_row = wedge_of(start_along, slope_along);
+        const wedge along = wedge_of(start_along, slope_along);
         across = wedge_of(start_across, slope_across);
-        if (!(whole_row.width(far) < longest && across.width(far) < widest)) return false;
+        if (!(along.width(depth) < longest && across.width(depth) < widest)) return false;
         margin_ = 4e-6F * most; // more than shear, plane and its evaluation may round away together
         begin = z0 - margin_;
         const std::uint32_t z = static_cast<std::uint32_t>(axes[2]), backwards = forward < 0;
@@ -199,31 +209,34 @@ struct ray_packet {
         exit_row = tree_node<N>::row(1 - backwards, z);
         for (std::uint32_t k = 0; k < 2; ++k)
             slabs[k] = slab_of(start[k], slope[k], z0, static_cast<std::uint32_t>(axes[k]));
-        const float near = greater(far / 16, -reach - z0);
-        place_groups(whole_row, start_along, slope_along, z0, near, far);
-        across = from_zero(across, z0);
-        hold(&around[0], row[0], row[1], from_zero(whole_row, z0));
+        place_groups(along, start_along, slope_along, z0, depth);
+        across = from_zero(across, z0, margin_);
+        hold(&around[0], row[0], row[1], from_zero(along, z0, margin_));
         hold(&around[2], -row[1], row[0], across);
         return true;
     }
 
-    // Gives each group its places in the row: those of its rays at two depths after z0, and so at all between.
-    void place_groups(const wedge& all, const lanes<N>* start, const lanes<N>* slope, float z0, float near, float far) {
+    // Gives each group the places of its rays at two depths after z0, between which they keep.
+    void place_groups(wedge along, const lanes<N>* start, const lanes<N>* slope, float z0, float depth) {
         using floats = lanes<N>;
-        const float width = all.width(near);
-        places = {};
-        for (std::size_t g = 0; g < groups; ++g) of[g].first = of[g].last = 0;
-        if (!(margin_ < 0.01F * width)) return; // rounding leaves no places apart
-        places = {all.low - all.slowest * z0, all.slowest * forward, all.width(-z0),
-                  (all.fastest - all.slowest) * forward, z0 + near};
+        // Where the row is this wide, rounding moves places by less than a hundredth: they count from there on. In a row
+        // that never is they count from the start, with room to each side.
+        const float wide = 400 * margin_;
+        const float needed = greater(0.0F, (wide - along.width(0)) / greater(along.fastest - along.slowest, 1e-30F));
+        const bool opens = needed < depth;
+        const float first = opens ? needed : 0.0F, room = (opens ? 2.0F : 50.0F) * margin_;
+        along.low -= room;
+        along.high += room;
+        const wedge world = from_zero(along, z0, 0);
+        places = {world.low, world.slowest, world.high - world.low, world.fastest - world.slowest, z0 + first};
         for (std::size_t g = 0; g < groups; ++g) {
-            const auto place = [&](float depth) {
-                return (start[g] - floats(all.low) + floats(depth) * (slope[g] - floats(all.slowest))) *
-                       floats(1 / all.width(depth));
+            const auto place = [&](float at) {
+                return (start[g] - floats(along.low) + floats(at) * (slope[g] - floats(along.slowest))) *
+                       floats(1 / along.width(at));
             };
-            const floats one = place(near), other = place(far);
-            of[g].first = least(lesser(one, other)) - 2 * margin_ / width;
-            of[g].last = greatest(greater(one, other)) + 2 * margin_ / width;
+            const floats one = place(first), other = place(depth);
+            of[g].first = least(lesser(one, other)) - 2 * margin_ / along.width(first);
+            of[g].last = greatest(greater(one, other)) + 2 * margin_ / along.width(first);
         }
     }
 
@@ -258,9 +271,9 @@ struct ray_packet {
         return {least(from.low), greatest(from.high), least(more.low), greatest(more.high)};
     }
 
-    // From where forward * z is z0 to where z is 0, with the margin.
-    wedge from_zero(const wedge& w, float z0) const {
-        return {w.low - margin_ - w.slowest * z0, w.high + margin_ - w.fastest * z0, w.slowest * forward,
+    // From where forward * z is z0 to where z is 0, and wider on both sides.
+    wedge from_zero(const wedge& w, float z0, float more) const {
+        return {w.low - more - w.slowest * z0, w.high + more - w.fastest * z0, w.slowest * forward,
                 w.fastest * forward};
     }
 

@@ -91,14 +91,6 @@ INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
     return static_cast<std::uint32_t>(std::countr_zero(bits));
 #endif
 }
-/// Likewise, of 64 bits.
-INSONIFY_FN inline std::uint32_t lowest_bit(std::uint64_t bits) {
-#if defined(__CUDA_ARCH__)
-    return static_cast<std::uint32_t>(__ffsll(static_cast<long long>(bits)) - 1);
-#else
-    return static_cast<std::uint32_t>(std::countr_zero(bits));
-#endif
-}
 
 /// a * b + c, rounded once where that is one instruction and twice elsewhere: never the compiler's choice.
 INSONIFY_FN inline float multiply_add(float a, float b, float c) {
