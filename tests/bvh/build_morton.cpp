@@ -30,6 +30,15 @@ mesh random_triangles(std::uint64_t seed, std::uint32_t count, float size) {
     return m;
 }
 
+// A primitive of a user's own.
+struct ball {
+    vec3 centre{0, 0, 0};
+    float radius = 0;
+
+    friend aabb bounds(const ball& b) { return {b.centre - vec3{b.radius}, b.centre + vec3{b.radius}}; }
+    friend hit intersect(const ray&, const ball&) { return {}; }
+};
+
 int missed_or_invented(const mesh& m, std::uint64_t seed) {
     const morton_tree tree{exec::par, mesh_view{m}};
     int wrong = 0;
@@ -54,6 +63,23 @@ int missed_or_invented(const mesh& m, std::uint64_t seed) {
 TEST_CASE("a tree along the curve finds what brute force finds") {
     for (const std::uint32_t count : {0U, 1U, 2U, 7U, 8U, 9U, 24U, 25U, 64U, 65U, 300U, 6000U})
         CHECK(build_morton_test::missed_or_invented(build_morton_test::random_triangles(count, count, 0.3F), 7) == 0);
+}
+
+TEST_CASE("a tree along the curve holds all of a user's own primitives but those that are empty or not finite") {
+    using build_morton_test::ball;
+    const float odd[] = {-1, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()};
+    for (std::uint32_t count = 1; count <= 24; ++count)
+        for (std::uint32_t left_out = 0; left_out < count; ++left_out) {
+            std::vector<ball> balls;
+            std::vector<std::uint32_t> expected, found;
+            for (std::uint32_t i = 0; i < count; ++i) {
+                balls.push_back({build_morton_test::random_point(3, i), i == left_out ? odd[count % 3] : 0.1F});
+                if (i != left_out) expected.push_back(i);
+            }
+            const bvh<view<const ball>, simd_width, build_morton> tree{exec::seq, view<const ball>{balls}};
+            tree.overlapping(aabb{vec3{-2}, vec3{2}}, found);
+            CHECK(found == expected);
+        }
 }
 
 TEST_CASE("a tree along the curve holds every primitive once, whatever the policy") {
