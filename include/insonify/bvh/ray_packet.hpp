@@ -7,7 +7,7 @@
 namespace insonify::inline INSONIFY_ABI {
 
 /// Rays that go much the same way, in up to four groups of as many as there are lanes: a node is asked once for all of
-/// them, a triangle by each group of whose part of the row it has some.
+/// them, a triangle by the groups whose part of the row it reaches.
 ///
 /// All have the same longest axis z and walk it in the same direction. Four planes hold them from where the first one
 /// begins; a box or a triangle beyond one of the planes is met by none. In the plane across z, two of them stand along
