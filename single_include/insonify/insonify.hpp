@@ -637,20 +637,22 @@ namespace insonify::inline INSONIFY_ABI::exec {
 ///
 /// The caller of `run` works too, so nested and concurrent calls always progress. Threads without work look out for more
 /// for a moment, then sleep. Jobs live on the caller's stack. Not usable after fork, nor from destructors of statics.
-class thread_pool {
+/// @tparam Later  makes it a template, so that it is compiled only in files that start threads
+template <class Later>
+class basic_thread_pool {
   public:
     static constexpr std::uint32_t most_participants = 1024; ///< of one call, the caller included
 
     /// The pool of the program.
-    INSONIFY_LAZY static thread_pool& instance() {
-        static thread_pool pool;
+    static basic_thread_pool& instance() {
+        static basic_thread_pool pool;
         return pool;
     }
 
-    thread_pool(const thread_pool&) = delete;
-    thread_pool& operator=(const thread_pool&) = delete;
+    basic_thread_pool(const basic_thread_pool&) = delete;
+    basic_thread_pool& operator=(const basic_thread_pool&) = delete;
 
-    ~thread_pool() {
+    ~basic_thread_pool() {
         {
             const std::lock_guard lock{mutex_};
             stopping_ = true;
@@ -694,9 +696,9 @@ class thread_pool {
         job* after = nullptr; // in the pool's list
     };
 
-    thread_pool() = default;
+    basic_thread_pool() = default;
 
-    INSONIFY_LAZY void offer(job& work) {
+    void offer(job& work) {
         const std::uint32_t seats = work.seats; // helpers take them from here on
         {
             const std::lock_guard lock{mutex_};
@@ -713,7 +715,7 @@ class thread_pool {
         for (std::uint32_t i = 0; i < seats; ++i) work_came_.notify_one();
     }
 
-    INSONIFY_LAZY void withdraw(job& work) {
+    void withdraw(job& work) {
         {
             const std::lock_guard lock{mutex_};
             job** place = &jobs_;
@@ -725,7 +727,7 @@ class thread_pool {
         for (std::uint32_t before = helpers_left_; work.inside > 0; before = helpers_left_) helpers_left_.wait(before);
     }
 
-    INSONIFY_LAZY void take_part(job& work) {
+    void take_part(job& work) {
         for (std::size_t i = 0; (i = work.next.fetch_add(1, std::memory_order_relaxed)) < work.count;) {
             try {
                 work.call(work.body, i);
@@ -740,13 +742,13 @@ class thread_pool {
         }
     }
 
-    INSONIFY_LAZY job* open_job() {
+    job* open_job() {
         for (job* work = jobs_; work != nullptr; work = work->after)
             if (work->seats > 0 && work->next.load(std::memory_order_relaxed) < work->count) return work;
         return nullptr;
     }
 
-    INSONIFY_LAZY void serve() {
+    void serve() {
         for (bool worked = false;;) {
             const std::uint32_t before = work_came_; // so that what comes from here on is noticed
             job* work = nullptr;
@@ -781,6 +783,9 @@ class thread_pool {
     std::vector<std::thread> workers_;
     bool stopping_ = false;
 };
+
+/// The pool behind `par`.
+using thread_pool = basic_thread_pool<void>;
 
 } // namespace insonify::inline INSONIFY_ABI::exec
 #endif
@@ -2883,6 +2888,35 @@ struct physical {
 #ifndef INSONIFY_ACOUSTICS_TISSUE_HPP
 #define INSONIFY_ACOUSTICS_TISSUE_HPP
 
+#ifndef INSONIFY_CORE_LATER_HPP
+#define INSONIFY_CORE_LATER_HPP
+
+
+/// For templates that work on what does not depend on their parameters, std::vectors above all. A constexpr function is
+/// instantiated where a compiler reads a call of it, also in a template that nobody uses, and since C++20 those of
+/// std::vector are constexpr. A tenth of what including this library costs clang is saved where types are known only
+/// when the template is used:
+///
+///     INSONIFY_LAZY void grow() { later<Later>(values_).push_back(1); }
+namespace insonify::inline INSONIFY_ABI {
+
+/// What `later_t` asks.
+template <class Later, class T>
+struct later_type {
+    using type = T; ///< whatever Later is
+};
+/// T, as soon as Later is known.
+template <class Later, class T>
+using later_t = typename later_type<Later, T>::type;
+
+/// The value itself, of a type that is told as soon as Later is known.
+template <class Later, class T>
+later_t<Later, T>& later(T& value) {
+    return value;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #include <optional>
 #include <string_view>
 
@@ -3061,7 +3095,7 @@ inline constexpr named_medium all[] = {
 // clang-format on
 
 /// The medium of that name, as a mesh file may give it; none where there is no such name. Case counts.
-INSONIFY_LAZY constexpr std::optional<medium> find(std::string_view name) {
+INSONIFY_LAZY constexpr later_t<Later, std::optional<medium>> find(std::string_view name) {
     for (const named_medium& each : all)
         if (name == each.name) return each.value;
     return std::nullopt;
@@ -3325,9 +3359,9 @@ struct scan_map {
     std::uint32_t samples = 0; ///< along each line
     float depth = 0;           ///< metres
 
-    std::vector<std::uint32_t> first{}; ///< a pixel: index of the upper left one of its four samples, or `outside`
-    std::vector<float> across{};        ///< a pixel: share of the next line
-    std::vector<float> along{};         ///< a pixel: share of the next sample
+    std::vector<std::uint32_t> first; ///< a pixel: index of the upper left one of its four samples, or `outside`
+    std::vector<float> across;        ///< a pixel: share of the next line
+    std::vector<float> along;         ///< a pixel: share of the next sample
 
     /// The index of the sample at the same depth on the next line; that of a full circle's last line is its first.
     INSONIFY_FN std::uint32_t beside(std::uint32_t sample) const {
@@ -3528,35 +3562,6 @@ struct refined : Probe {
 #ifndef INSONIFY_SIGNAL_CONVOLVE_HPP
 #define INSONIFY_SIGNAL_CONVOLVE_HPP
 
-#ifndef INSONIFY_CORE_LATER_HPP
-#define INSONIFY_CORE_LATER_HPP
-
-
-/// For templates that work on what does not depend on their parameters, std::vectors above all. A constexpr function is
-/// instantiated where a compiler reads a call of it, also in a template that nobody uses, and since C++20 those of
-/// std::vector are constexpr. A tenth of what including this library costs clang is saved where types are known only
-/// when the template is used:
-///
-///     INSONIFY_LAZY void grow() { later<Later>(values_).push_back(1); }
-namespace insonify::inline INSONIFY_ABI {
-
-/// What `later_t` asks.
-template <class Later, class T>
-struct later_type {
-    using type = T; ///< whatever Later is
-};
-/// T, as soon as Later is known.
-template <class Later, class T>
-using later_t = typename later_type<Later, T>::type;
-
-/// The value itself, of a type that is told as soon as Later is known.
-template <class Later, class T>
-later_t<Later, T>& later(T& value) {
-    return value;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 #define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 
@@ -6921,7 +6926,11 @@ class morton_order {
             for (std::size_t d = 0; d < next.size(); ++d) next[d] += some[d];
         add_up(next);
         for (auto& place : places)
-            for (std::size_t d = 0; d < next.size(); ++d) next[d] += std::exchange(place[d], next[d]);
+            for (std::size_t d = 0; d < next.size(); ++d) {
+                const std::uint32_t own = place[d];
+                place[d] = next[d];
+                next[d] += own;
+            }
         exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             deal(from, used_[b], digit, places[b], apart.data());
@@ -6971,7 +6980,11 @@ class morton_order {
     template <class Counts>
     static void add_up(Counts& counted) {
         std::uint32_t before = 0;
-        for (std::uint32_t& one : counted) before += std::exchange(one, before);
+        for (std::uint32_t& one : counted) {
+            const std::uint32_t own = one;
+            one = before;
+            before += own;
+        }
     }
 
     // Each key to the next place of its digit. Two at a time, lest each wait until the last one's place is counted on.
@@ -7758,14 +7771,16 @@ class bvh {
     /// Neighbours in the span that go together are asked together (see `ray_packet::prepare`), so keep the lines of a
     /// fan and the pixels of a row side by side. @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void closest(const Policy& policy, std::span<const ray> rays, std::span<hit> hits) const {
+    void closest(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
+                 later_t<Policy, std::span<hit>> hits) const {
         check_sizes(rays.size(), hits.size());
         ask(policy, view_of(), rays, closest_query{hits.data()});
     }
 
     /// 1 for each ray that hits something, 0 for the others. @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void any(const Policy& policy, std::span<const ray> rays, std::span<std::uint8_t> met) const {
+    void any(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
+             later_t<Policy, std::span<std::uint8_t>> met) const {
         check_sizes(rays.size(), met.size());
         ask(policy, view_of(), rays, any_query{met.data()});
     }
@@ -7773,7 +7788,8 @@ class bvh {
     /// Every hit of each ray, nearest first. Replaces what `hits` held, and allocates where that is not enough.
     /// @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void all(const Policy& policy, std::span<const ray> rays, std::span<std::vector<hit>> hits) const {
+    void all(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
+             later_t<Policy, std::span<std::vector<hit>>> hits) const {
         check_sizes(rays.size(), hits.size());
         ask(policy, view_of(), rays, all_query{hits.data()});
     }
@@ -8059,15 +8075,15 @@ class scene {
     /// The object's vertices in its own coordinates, to be moved; call `update` afterwards, and ask again each frame.
     ///
     /// The span ends with `add`, `remove` or assignment. @throws usage_error  for an unknown id
-    INSONIFY_LAZY std::span<vec3> positions(object_id id) {
+    INSONIFY_LAZY later_t<Later, std::span<vec3>> positions(object_id id) {
         object& one = object_of(id);
         one.moved = true;
-        return later_t<Later, std::span<vec3>>{one.surface.positions.data(), one.surface.positions.size()};
+        return {one.surface.positions.data(), one.surface.positions.size()};
     }
     /// The same to be read. @throws usage_error  for an unknown id
-    INSONIFY_LAZY std::span<const vec3> positions(object_id id) const {
+    INSONIFY_LAZY later_t<Later, std::span<const vec3>> positions(object_id id) const {
         const object& one = object_of(id);
-        return later_t<Later, std::span<const vec3>>{one.surface.positions.data(), one.surface.positions.size()};
+        return {one.surface.positions.data(), one.surface.positions.size()};
     }
 
     /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
@@ -8167,7 +8183,7 @@ class scene {
     INSONIFY_LAZY const object& operator[](object_id id) const { return object_of(id); }
 
     /// The first object of this name, if there is one.
-    INSONIFY_LAZY std::optional<object_id> find(std::string_view name) const {
+    INSONIFY_LAZY later_t<Later, std::optional<object_id>> find(std::string_view name) const {
         for (const object& one : objects_)
             if (one.name == name) return one.id;
         return std::nullopt;
@@ -10782,14 +10798,16 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// One named object of a drawing in space, in metres.
 struct drawn_object {
-    std::string name{};                         ///< after `o`; empty: object_ and its number
-    mesh surface{};                             ///< may be empty
-    std::vector<std::vector<vec3>> polylines{}; ///< may be none
+    std::string name;                     ///< after `o`; empty: object_ and its number
+    std::vector<vec3> positions;          ///< of the vertices
+    std::vector<uvec3> faces;             ///< three vertices each, from 0; may be none
+    std::vector<std::uint32_t> polylines; ///< how many vertices each takes, in turn, from the first on; may be none
 };
 
 /// Writes objects as Wavefront OBJ, in metres: faces as `f`, polylines as `l`.
 ///
-/// Compiled where INSONIFY_IMPLEMENTATION is defined. @throws io_error  where the file cannot be written
+/// Compiled where INSONIFY_IMPLEMENTATION is defined. Whether the vertices that faces and polylines name are there is not
+/// checked. @throws io_error  where the file cannot be written
 void write_drawing(const std::string& path, const std::vector<drawn_object>& objects);
 
 /// Writes what a probe looks at as one OBJ file in metres, to be opened in a mesh viewer: why is the picture empty?
@@ -10809,22 +10827,25 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
         throw usage_error{"write_debug_obj: the depth must be a number of metres, from 1 nm to 1000 km"};
 
     const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };
-    later_t<Probe, std::vector<vec3>> outline, end;
-    later_t<Probe, drawn_object> lines{.name = "lines"};
+    later_t<Probe, drawn_object> outline, lines;
+    outline.name = "probe";
+    lines.name = "lines";
+    later_t<Probe, std::vector<vec3>> end;
     for (std::uint32_t i = 0; i <= probe.lines; ++i) {
         const float middle = static_cast<float>(i), border = middle - 0.5F;
-        outline.push_back(point(border, 0));
+        outline.positions.push_back(point(border, 0));
         end.push_back(point(border, depth));
-        if (i < probe.lines) lines.polylines.push_back({point(middle, 0), point(middle, depth)});
+        if (i < probe.lines) lines.positions.insert(lines.positions.end(), {point(middle, 0), point(middle, depth)});
     }
-    outline.insert(outline.end(), end.rbegin(), end.rend());
-    outline.push_back(vec3{outline.front()});
+    outline.positions.insert(outline.positions.end(), end.rbegin(), end.rend());
+    outline.positions.push_back(vec3{outline.positions.front()});
+    outline.polylines.push_back(static_cast<std::uint32_t>(outline.positions.size()));
+    lines.polylines.assign(probe.lines, 2);
 
-    later_t<Probe, std::vector<drawn_object>> drawing{{.name = "probe", .polylines = {std::move(outline)}},
-                                                      std::move(lines)};
+    later_t<Probe, std::vector<drawn_object>> drawing{std::move(outline), std::move(lines)};
     for (const object& one : body.objects()) {
-        drawing.push_back({.name = one.name, .surface = one.surface});
-        for (vec3& p : drawing.back().surface.positions) p = one.at.point(p);
+        drawing.push_back({one.name, one.surface.positions, one.surface.faces, {}});
+        for (vec3& p : drawing.back().positions) p = one.at.point(p);
     }
     write_drawing(path, drawing);
 }
@@ -10976,8 +10997,8 @@ enum class problem {
 
 /// What `diagnose` found; nothing where both are empty.
 struct diagnosis {
-    std::vector<problem> problems{}; ///< the most likely cause first
-    std::string sentence{};          ///< for each problem what is wrong and what to do about it
+    std::vector<problem> problems; ///< the most likely cause first
+    std::string sentence{};        ///< for each problem what is wrong and what to do about it
 };
 
 /// Looks for what makes a picture empty, and says it in plain sentences; `explain` does so for a single mesh.
@@ -11096,9 +11117,9 @@ INSONIFY_LAZY std::string depth_fault(const aabb& box, float depth) {
 template <transducer Probe>
 diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
     using namespace diagnosing;
-    diagnosis found;
+    later_t<Probe, diagnosis> found;
     const auto tell = [&](problem what, const std::string& sentence) -> diagnosis& {
-        later<Probe>(found.problems).push_back(what);
+        found.problems.push_back(what);
         found.sentence += (found.sentence.empty() ? "" : " ") + sentence;
         return found;
     };
@@ -11203,7 +11224,7 @@ class persistence {
   public:
     /// @param share  p of what was shown before: 0 shows every frame as it is, and below 1
     /// @throws usage_error  where the share makes no sense
-    explicit persistence(float share = 0) : share_{share} {
+    INSONIFY_LAZY explicit persistence(float share = 0) : share_{share} {
         if (!(share >= 0 && share < 1))
             throw usage_error{"persistence: the share of the past must be from 0 to below 1"};
     }
@@ -11401,12 +11422,12 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What is true of every sample: maps of one grid.
 struct ground_truth_lines {
-    label_lines label{};      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
-    label_lines medium{};     ///< index into `scene::media()`
-    label_lines surface{};    ///< id of the object whose surface lies in it; `background_label` where none does
-    scan_lines incidence{};   ///< radians between the beam and the normal of that surface; 0 where there is none
-    scan_lines transmitted{}; ///< amplitude that arrives there and comes back, 0 to 1: the map of shadows
-    scan_lines depth{};       ///< metres along the line, whatever the grid
+    label_lines label;      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
+    label_lines medium;     ///< index into `scene::media()`
+    label_lines surface;    ///< id of the object whose surface lies in it; `background_label` where none does
+    scan_lines incidence;   ///< radians between the beam and the normal of that surface; 0 where there is none
+    scan_lines transmitted; ///< amplitude that arrives there and comes back, 0 to 1: the map of shadows
+    scan_lines depth;       ///< metres along the line, whatever the grid
 
     friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };
@@ -11419,9 +11440,9 @@ ground_truth_lines find_truth(const exec::any_policy<false>& policy, const scene
     const std::uint32_t samples =
         check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
     const float spacing = settings.depth / static_cast<float>(samples);
-    const label_lines ids{probe.lines, samples, settings.depth};
-    const scan_lines numbers{probe.lines, samples, settings.depth};
-    ground_truth_lines truth{ids, ids, ids, numbers, numbers, numbers};
+    const later_t<Probe, label_lines> ids{probe.lines, samples, settings.depth};
+    const later_t<Probe, scan_lines> numbers{probe.lines, samples, settings.depth};
+    later_t<Probe, ground_truth_lines> truth{ids, ids, ids, numbers, numbers, numbers};
     std::fill(truth.surface.values.begin(), truth.surface.values.end(), background_label);
 
     const auto rank_of = [&](const layer& one) {
@@ -12057,6 +12078,7 @@ inline void close_file(std::ofstream& file, const std::string& path) {
 #endif
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <locale>
 #include <string>
@@ -12070,28 +12092,23 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
     file.precision(std::numeric_limits<float>::max_digits10);
     file << "# drawn by insonify, in metres\n";
 
-    std::size_t count = 0, next = 1; // OBJ counts vertices from 1, over the whole file
-    const auto write_vertices = [&](const std::vector<vec3>& positions) {
-        for (const vec3& p : positions) file << "v " << p.x << ' ' << p.y << ' ' << p.z << '\n';
-        const std::size_t first = next;
-        next += positions.size();
-        return first;
-    };
+    std::size_t count = 0, first = 1; // OBJ counts vertices from 1, over the whole file
     for (const drawn_object& one : objects) {
         std::string name = one.name.empty() ? "object_" + std::to_string(count) : one.name;
         std::replace_if(
             name.begin(), name.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
         ++count;
         file << "o " << name << '\n';
-        const std::size_t first = write_vertices(one.surface.positions);
-        for (const uvec3& f : one.surface.faces)
+        for (const vec3& p : one.positions) file << "v " << p.x << ' ' << p.y << ' ' << p.z << '\n';
+        for (const uvec3& f : one.faces)
             file << "f " << first + f.x << ' ' << first + f.y << ' ' << first + f.z << '\n';
-        for (const std::vector<vec3>& polyline : one.polylines) {
-            const std::size_t begin = write_vertices(polyline);
+        std::size_t vertex = first;
+        for (const std::uint32_t length : one.polylines) {
             file << 'l';
-            for (std::size_t i = 0; i < polyline.size(); ++i) file << ' ' << begin + i;
+            for (const std::size_t end = vertex + length; vertex < end; ++vertex) file << ' ' << vertex;
             file << '\n';
         }
+        first += one.positions.size();
     }
     io::close_file(file, path);
 }

@@ -119,7 +119,7 @@ TEST_CASE("the debug OBJ of a sector has its far end on a circle, and an empty s
 
 TEST_CASE("names of a drawing stay on their line") {
     const temporary_folder folder;
-    write_drawing(folder.path("a.obj"), {{.name = "two\nlines", .surface = make_box({0, 0, 0}, {1, 1, 1})}});
+    write_drawing(folder.path("a.obj"), {{.name = "two\nlines", .positions = {{0, 0, 0}}}});
     CHECK(folder.read("a.obj").find("o two lines\nv ") != std::string::npos);
 }
 

@@ -2,6 +2,7 @@
 #define INSONIFY_ACOUSTICS_TISSUE_HPP
 
 #include <insonify/acoustics/medium.hpp>
+#include <insonify/core/later.hpp>
 #include <optional>
 #include <string_view>
 
@@ -180,7 +181,7 @@ inline constexpr named_medium all[] = {
 // clang-format on
 
 /// The medium of that name, as a mesh file may give it; none where there is no such name. Case counts.
-INSONIFY_LAZY constexpr std::optional<medium> find(std::string_view name) {
+INSONIFY_LAZY constexpr later_t<Later, std::optional<medium>> find(std::string_view name) {
     for (const named_medium& each : all)
         if (name == each.name) return each.value;
     return std::nullopt;

@@ -63,14 +63,16 @@ class bvh {
     /// Neighbours in the span that go together are asked together (see `ray_packet::prepare`), so keep the lines of a
     /// fan and the pixels of a row side by side. @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void closest(const Policy& policy, std::span<const ray> rays, std::span<hit> hits) const {
+    void closest(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
+                 later_t<Policy, std::span<hit>> hits) const {
         check_sizes(rays.size(), hits.size());
         ask(policy, view_of(), rays, closest_query{hits.data()});
     }
 
     /// 1 for each ray that hits something, 0 for the others. @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void any(const Policy& policy, std::span<const ray> rays, std::span<std::uint8_t> met) const {
+    void any(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
+             later_t<Policy, std::span<std::uint8_t>> met) const {
         check_sizes(rays.size(), met.size());
         ask(policy, view_of(), rays, any_query{met.data()});
     }
@@ -78,7 +80,8 @@ class bvh {
     /// Every hit of each ray, nearest first. Replaces what `hits` held, and allocates where that is not enough.
     /// @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void all(const Policy& policy, std::span<const ray> rays, std::span<std::vector<hit>> hits) const {
+    void all(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
+             later_t<Policy, std::span<std::vector<hit>>> hits) const {
         check_sizes(rays.size(), hits.size());
         ask(policy, view_of(), rays, all_query{hits.data()});
     }

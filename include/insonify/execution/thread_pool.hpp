@@ -17,20 +17,22 @@ namespace insonify::inline INSONIFY_ABI::exec {
 ///
 /// The caller of `run` works too, so nested and concurrent calls always progress. Threads without work look out for more
 /// for a moment, then sleep. Jobs live on the caller's stack. Not usable after fork, nor from destructors of statics.
-class thread_pool {
+/// @tparam Later  makes it a template, so that it is compiled only in files that start threads
+template <class Later>
+class basic_thread_pool {
   public:
     static constexpr std::uint32_t most_participants = 1024; ///< of one call, the caller included
 
     /// The pool of the program.
-    INSONIFY_LAZY static thread_pool& instance() {
-        static thread_pool pool;
+    static basic_thread_pool& instance() {
+        static basic_thread_pool pool;
         return pool;
     }
 
-    thread_pool(const thread_pool&) = delete;
-    thread_pool& operator=(const thread_pool&) = delete;
+    basic_thread_pool(const basic_thread_pool&) = delete;
+    basic_thread_pool& operator=(const basic_thread_pool&) = delete;
 
-    ~thread_pool() {
+    ~basic_thread_pool() {
         {
             const std::lock_guard lock{mutex_};
             stopping_ = true;
@@ -74,9 +76,9 @@ class thread_pool {
         job* after = nullptr; // in the pool's list
     };
 
-    thread_pool() = default;
+    basic_thread_pool() = default;
 
-    INSONIFY_LAZY void offer(job& work) {
+    void offer(job& work) {
         const std::uint32_t seats = work.seats; // helpers take them from here on
         {
             const std::lock_guard lock{mutex_};
@@ -93,7 +95,7 @@ class thread_pool {
         for (std::uint32_t i = 0; i < seats; ++i) work_came_.notify_one();
     }
 
-    INSONIFY_LAZY void withdraw(job& work) {
+    void withdraw(job& work) {
         {
             const std::lock_guard lock{mutex_};
             job** place = &jobs_;
@@ -105,7 +107,7 @@ class thread_pool {
         for (std::uint32_t before = helpers_left_; work.inside > 0; before = helpers_left_) helpers_left_.wait(before);
     }
 
-    INSONIFY_LAZY void take_part(job& work) {
+    void take_part(job& work) {
         for (std::size_t i = 0; (i = work.next.fetch_add(1, std::memory_order_relaxed)) < work.count;) {
             try {
                 work.call(work.body, i);
@@ -120,13 +122,13 @@ class thread_pool {
         }
     }
 
-    INSONIFY_LAZY job* open_job() {
+    job* open_job() {
         for (job* work = jobs_; work != nullptr; work = work->after)
             if (work->seats > 0 && work->next.load(std::memory_order_relaxed) < work->count) return work;
         return nullptr;
     }
 
-    INSONIFY_LAZY void serve() {
+    void serve() {
         for (bool worked = false;;) {
             const std::uint32_t before = work_came_; // so that what comes from here on is noticed
             job* work = nullptr;
@@ -161,6 +163,9 @@ class thread_pool {
     std::vector<std::thread> workers_;
     bool stopping_ = false;
 };
+
+/// The pool behind `par`.
+using thread_pool = basic_thread_pool<void>;
 
 } // namespace insonify::inline INSONIFY_ABI::exec
 #endif

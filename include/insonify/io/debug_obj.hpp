@@ -3,7 +3,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/later.hpp>
-#include <insonify/geometry/mesh.hpp>
+#include <insonify/core/math.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/transducer.hpp>
@@ -17,14 +17,16 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// One named object of a drawing in space, in metres.
 struct drawn_object {
-    std::string name{};                         ///< after `o`; empty: object_ and its number
-    mesh surface{};                             ///< may be empty
-    std::vector<std::vector<vec3>> polylines{}; ///< may be none
+    std::string name;                     ///< after `o`; empty: object_ and its number
+    std::vector<vec3> positions;          ///< of the vertices
+    std::vector<uvec3> faces;             ///< three vertices each, from 0; may be none
+    std::vector<std::uint32_t> polylines; ///< how many vertices each takes, in turn, from the first on; may be none
 };
 
 /// Writes objects as Wavefront OBJ, in metres: faces as `f`, polylines as `l`.
 ///
-/// Compiled where INSONIFY_IMPLEMENTATION is defined. @throws io_error  where the file cannot be written
+/// Compiled where INSONIFY_IMPLEMENTATION is defined. Whether the vertices that faces and polylines name are there is not
+/// checked. @throws io_error  where the file cannot be written
 void write_drawing(const std::string& path, const std::vector<drawn_object>& objects);
 
 /// Writes what a probe looks at as one OBJ file in metres, to be opened in a mesh viewer: why is the picture empty?
@@ -44,22 +46,25 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
         throw usage_error{"write_debug_obj: the depth must be a number of metres, from 1 nm to 1000 km"};
 
     const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };
-    later_t<Probe, std::vector<vec3>> outline, end;
-    later_t<Probe, drawn_object> lines{.name = "lines"};
+    later_t<Probe, drawn_object> outline, lines;
+    outline.name = "probe";
+    lines.name = "lines";
+    later_t<Probe, std::vector<vec3>> end;
     for (std::uint32_t i = 0; i <= probe.lines; ++i) {
         const float middle = static_cast<float>(i), border = middle - 0.5F;
-        outline.push_back(point(border, 0));
+        outline.positions.push_back(point(border, 0));
         end.push_back(point(border, depth));
-        if (i < probe.lines) lines.polylines.push_back({point(middle, 0), point(middle, depth)});
+        if (i < probe.lines) lines.positions.insert(lines.positions.end(), {point(middle, 0), point(middle, depth)});
     }
-    outline.insert(outline.end(), end.rbegin(), end.rend());
-    outline.push_back(vec3{outline.front()});
+    outline.positions.insert(outline.positions.end(), end.rbegin(), end.rend());
+    outline.positions.push_back(vec3{outline.positions.front()});
+    outline.polylines.push_back(static_cast<std::uint32_t>(outline.positions.size()));
+    lines.polylines.assign(probe.lines, 2);
 
-    later_t<Probe, std::vector<drawn_object>> drawing{{.name = "probe", .polylines = {std::move(outline)}},
-                                                      std::move(lines)};
+    later_t<Probe, std::vector<drawn_object>> drawing{std::move(outline), std::move(lines)};
     for (const object& one : body.objects()) {
-        drawing.push_back({.name = one.name, .surface = one.surface});
-        for (vec3& p : drawing.back().surface.positions) p = one.at.point(p);
+        drawing.push_back({one.name, one.surface.positions, one.surface.faces, {}});
+        for (vec3& p : drawing.back().positions) p = one.at.point(p);
     }
     write_drawing(path, drawing);
 }

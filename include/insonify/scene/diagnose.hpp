@@ -30,8 +30,8 @@ enum class problem {
 
 /// What `diagnose` found; nothing where both are empty.
 struct diagnosis {
-    std::vector<problem> problems{}; ///< the most likely cause first
-    std::string sentence{};          ///< for each problem what is wrong and what to do about it
+    std::vector<problem> problems; ///< the most likely cause first
+    std::string sentence{};        ///< for each problem what is wrong and what to do about it
 };
 
 /// Looks for what makes a picture empty, and says it in plain sentences; `explain` does so for a single mesh.
@@ -150,9 +150,9 @@ INSONIFY_LAZY std::string depth_fault(const aabb& box, float depth) {
 template <transducer Probe>
 diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
     using namespace diagnosing;
-    diagnosis found;
+    later_t<Probe, diagnosis> found;
     const auto tell = [&](problem what, const std::string& sentence) -> diagnosis& {
-        later<Probe>(found.problems).push_back(what);
+        found.problems.push_back(what);
         found.sentence += (found.sentence.empty() ? "" : " ") + sentence;
         return found;
     };

@@ -80,15 +80,15 @@ class scene {
     /// The object's vertices in its own coordinates, to be moved; call `update` afterwards, and ask again each frame.
     ///
     /// The span ends with `add`, `remove` or assignment. @throws usage_error  for an unknown id
-    INSONIFY_LAZY std::span<vec3> positions(object_id id) {
+    INSONIFY_LAZY later_t<Later, std::span<vec3>> positions(object_id id) {
         object& one = object_of(id);
         one.moved = true;
-        return later_t<Later, std::span<vec3>>{one.surface.positions.data(), one.surface.positions.size()};
+        return {one.surface.positions.data(), one.surface.positions.size()};
     }
     /// The same to be read. @throws usage_error  for an unknown id
-    INSONIFY_LAZY std::span<const vec3> positions(object_id id) const {
+    INSONIFY_LAZY later_t<Later, std::span<const vec3>> positions(object_id id) const {
         const object& one = object_of(id);
-        return later_t<Later, std::span<const vec3>>{one.surface.positions.data(), one.surface.positions.size()};
+        return {one.surface.positions.data(), one.surface.positions.size()};
     }
 
     /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
@@ -188,7 +188,7 @@ class scene {
     INSONIFY_LAZY const object& operator[](object_id id) const { return object_of(id); }
 
     /// The first object of this name, if there is one.
-    INSONIFY_LAZY std::optional<object_id> find(std::string_view name) const {
+    INSONIFY_LAZY later_t<Later, std::optional<object_id>> find(std::string_view name) const {
         for (const object& one : objects_)
             if (one.name == name) return one.id;
         return std::nullopt;

@@ -15,7 +15,7 @@ class persistence {
   public:
     /// @param share  p of what was shown before: 0 shows every frame as it is, and below 1
     /// @throws usage_error  where the share makes no sense
-    explicit persistence(float share = 0) : share_{share} {
+    INSONIFY_LAZY explicit persistence(float share = 0) : share_{share} {
         if (!(share >= 0 && share < 1))
             throw usage_error{"persistence: the share of the past must be from 0 to below 1"};
     }

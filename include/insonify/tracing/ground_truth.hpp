@@ -4,6 +4,7 @@
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/acoustics/fresnel.hpp>
 #include <insonify/core/algorithm.hpp>
+#include <insonify/core/later.hpp>
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/tracing/label.hpp>
 
@@ -11,12 +12,12 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What is true of every sample: maps of one grid.
 struct ground_truth_lines {
-    label_lines label{};      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
-    label_lines medium{};     ///< index into `scene::media()`
-    label_lines surface{};    ///< id of the object whose surface lies in it; `background_label` where none does
-    scan_lines incidence{};   ///< radians between the beam and the normal of that surface; 0 where there is none
-    scan_lines transmitted{}; ///< amplitude that arrives there and comes back, 0 to 1: the map of shadows
-    scan_lines depth{};       ///< metres along the line, whatever the grid
+    label_lines label;      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
+    label_lines medium;     ///< index into `scene::media()`
+    label_lines surface;    ///< id of the object whose surface lies in it; `background_label` where none does
+    scan_lines incidence;   ///< radians between the beam and the normal of that surface; 0 where there is none
+    scan_lines transmitted; ///< amplitude that arrives there and comes back, 0 to 1: the map of shadows
+    scan_lines depth;       ///< metres along the line, whatever the grid
 
     friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };
@@ -29,9 +30,9 @@ ground_truth_lines find_truth(const exec::any_policy<false>& policy, const scene
     const std::uint32_t samples =
         check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
     const float spacing = settings.depth / static_cast<float>(samples);
-    const label_lines ids{probe.lines, samples, settings.depth};
-    const scan_lines numbers{probe.lines, samples, settings.depth};
-    ground_truth_lines truth{ids, ids, ids, numbers, numbers, numbers};
+    const later_t<Probe, label_lines> ids{probe.lines, samples, settings.depth};
+    const later_t<Probe, scan_lines> numbers{probe.lines, samples, settings.depth};
+    later_t<Probe, ground_truth_lines> truth{ids, ids, ids, numbers, numbers, numbers};
     std::fill(truth.surface.values.begin(), truth.surface.values.end(), background_label);
 
     const auto rank_of = [&](const layer& one) {
