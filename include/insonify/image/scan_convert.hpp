@@ -37,9 +37,9 @@ struct scan_map {
     std::uint32_t samples = 0; ///< along each line
     float depth = 0;           ///< metres
 
-    std::vector<std::uint32_t> first; ///< a pixel: index of the upper left one of its four samples, or `outside`
-    std::vector<float> across;        ///< a pixel: share of the next line
-    std::vector<float> along;         ///< a pixel: share of the next sample
+    std::vector<std::uint32_t> first{}; ///< a pixel: index of the upper left one of its four samples, or `outside`
+    std::vector<float> across{};        ///< a pixel: share of the next line
+    std::vector<float> along{};         ///< a pixel: share of the next sample
 
     /// The index of the sample at the same depth on the next line; that of a full circle's last line is its first.
     INSONIFY_FN std::uint32_t beside(std::uint32_t sample) const {
