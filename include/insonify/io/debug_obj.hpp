@@ -17,10 +17,10 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// One named object of a drawing in space, in metres.
 struct drawn_object {
-    std::string name;                     ///< after `o`; empty: object_ and its number
-    std::vector<vec3> positions;          ///< of the vertices
-    std::vector<uvec3> faces;             ///< three vertices each, from 0; may be none
-    std::vector<std::uint32_t> polylines; ///< how many vertices each takes, in turn, from the first on; may be none
+    std::string name{};                     ///< after `o`; empty: object_ and its number
+    std::vector<vec3> positions{};          ///< of the vertices
+    std::vector<uvec3> faces{};             ///< three vertices each, from 0; may be none
+    std::vector<std::uint32_t> polylines{}; ///< how many vertices each takes, in turn, from the first on; may be none
 };
 
 /// Writes objects as Wavefront OBJ, in metres: faces as `f`, polylines as `l`.
@@ -46,9 +46,7 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
         throw usage_error{"write_debug_obj: the depth must be a number of metres, from 1 nm to 1000 km"};
 
     const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };
-    later_t<Probe, drawn_object> outline, lines;
-    outline.name = "probe";
-    lines.name = "lines";
+    later_t<Probe, drawn_object> outline{.name = "probe"}, lines{.name = "lines"};
     later_t<Probe, std::vector<vec3>> end;
     for (std::uint32_t i = 0; i <= probe.lines; ++i) {
         const float middle = static_cast<float>(i), border = middle - 0.5F;
@@ -63,7 +61,7 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
 
     later_t<Probe, std::vector<drawn_object>> drawing{std::move(outline), std::move(lines)};
     for (const object& one : body.objects()) {
-        drawing.push_back({one.name, one.surface.positions, one.surface.faces, {}});
+        drawing.push_back({.name = one.name, .positions = one.surface.positions, .faces = one.surface.faces});
         for (vec3& p : drawing.back().positions) p = one.at.point(p);
     }
     write_drawing(path, drawing);
