@@ -1,5 +1,5 @@
-# What including insonify costs a compiler, as a markdown table: seconds of user time (medians, what is compared taken in
-# turns), and the size of each example's object.
+# What including insonify costs a compiler, as a markdown table: seconds that it computes, its own and the system's for it,
+# and the size of each example's object. Medians; what is compared is taken in turns, and its ratio is that of each turn.
 #
 #     cmake -P bench/compile_time.cmake
 #     cmake -D CXX=clang++ -D ROUNDS=9 -P bench/compile_time.cmake
@@ -33,10 +33,15 @@ function(compile label source)
     if(failed)
         give_up("${label} was not compiled:\n${fault}")
     endif()
-    # The shell's own user and system time, then those of its children: 0m2.340000s
-    string(REGEX MATCH "\n([0-9]+)m([0-9]+)[.,]([0-9]+)s" _ "${times}")
-    string(SUBSTRING "${CMAKE_MATCH_3}000" 0 3 thousandths)
-    math(EXPR time "(${CMAKE_MATCH_1} * 60 + ${CMAKE_MATCH_2}) * 1000 + 1${thousandths} - 1000")
+    # The shell's own user and system time, then those of its children: 0m2.340000s 0m0.080000s
+    string(REGEX MATCH "\n.+" of_children "${times}")
+    string(REGEX MATCHALL "[0-9]+m[0-9]+[.,][0-9]+s" both "${of_children}")
+    set(time 0)
+    foreach(one IN LISTS both)
+        string(REGEX MATCH "([0-9]+)m([0-9]+)[.,]([0-9]+)s" _ ${one})
+        string(SUBSTRING "${CMAKE_MATCH_3}000" 0 3 thousandths)
+        math(EXPR time "${time} + (${CMAKE_MATCH_1} * 60 + ${CMAKE_MATCH_2}) * 1000 + 1${thousandths} - 1000")
+    endforeach()
     set(times_${label} ${times_${label}} ${time} PARENT_SCOPE)
 endfunction()
 
@@ -83,7 +88,12 @@ message("| including | seconds | ratio | at most |\n|---|---|---|---|")
 function(compare kind must base umbrella)
     median_of("${times_base_${kind}}" before)
     median_of("${times_umbrella_${kind}}" after)
-    math(EXPR ratio "1000 * ${after} / ${before}")
+    set(ratios "")
+    foreach(one other IN ZIP_LISTS times_base_${kind} times_umbrella_${kind})
+        math(EXPR ratio "1000 * ${other} / ${one}")
+        list(APPEND ratios ${ratio})
+    endforeach()
+    median_of("${ratios}" ratio)
     decimal(${before} before)
     decimal(${after} after)
     decimal(${ratio} ratio)
