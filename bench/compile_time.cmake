@@ -1,5 +1,5 @@
-# What including insonify costs a compiler, as a markdown table: seconds that it computes, its own and the system's for it,
-# and the size of each example's object. Medians; what is compared is taken in turns, and its ratio is that of each turn.
+# What including insonify costs a compiler, as a markdown table: seconds of user and system time, and the size of each
+# example's object. All are medians. What is compared is taken in turns; its ratio is the median of each turn's.
 #
 #     cmake -P bench/compile_time.cmake
 #     cmake -D CXX=clang++ -D ROUNDS=9 -P bench/compile_time.cmake

@@ -7,6 +7,11 @@
 #include "../support/meshes.hpp"
 #include "../support/rays.hpp"
 #include "rows.hpp"
+#include <cstddef>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace bench {
 namespace {
@@ -25,6 +30,20 @@ struct workload {
     double must = 0;
 };
 
+// Ours, Embree's rays one by one, and its packets; ask(packets of N, their flags) is called with each kind.
+template <class Packets>
+std::vector<contender> with_packets(const embree_peer& peer, const std::string& before, std::vector<contender> all,
+                                    const Packets& ask) {
+    for (const auto& [kind, flags] : {std::pair{"packets", RTC_INTERSECT_CONTEXT_FLAG_NONE},
+                                      std::pair{"coherent packets", RTC_INTERSECT_CONTEXT_FLAG_COHERENT}}) {
+        all.push_back({before + kind, [&ask, flags] { ask(std::integral_constant<std::size_t, 8>{}, flags); }});
+        if (peer.takes_sixteen())
+            all.push_back(
+                {before + kind + " of 16", [&ask, flags] { ask(std::integral_constant<std::size_t, 16>{}, flags); }});
+    }
+    return all;
+}
+
 void measure_rays(table& into, const std::string& name, const mesh& m) {
     const bvh tree{exec::par, m};
     const embree_peer peer{m};
@@ -37,36 +56,32 @@ void measure_rays(table& into, const std::string& name, const mesh& m) {
         if (into.wants("closest " + one.name)) {
             tree.closest(exec::unseq, one.rays, hits);
             peer.closest(theirs, expected);
-            into.measure(
-                {.work = "closest " + one.name,
-                 .data = name,
-                 .unit = "M rays/s",
-                 .must = one.must,
-                 .different = share_that_differs(hits, expected)},
-                {{"insonify", [&] { tree.closest(exec::unseq, one.rays, hits); }},
-                 {"Embree, one ray", [&] { peer.closest(theirs, expected); }},
-                 {"Embree, packets", [&] { peer.closest_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_NONE); }},
-                 {"Embree, coherent packets",
-                  [&] { peer.closest_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
-                items);
+            into.measure({.work = "closest " + one.name,
+                          .data = name,
+                          .unit = "M rays/s",
+                          .must = one.must,
+                          .different = share_that_differs(hits, expected)},
+                         with_packets(peer, "Embree, ",
+                                      {{"insonify", [&] { tree.closest(exec::unseq, one.rays, hits); }},
+                                       {"Embree, one ray", [&] { peer.closest(theirs, expected); }}},
+                                      [&](auto n, auto flags) { peer.closest_packets<n()>(theirs, expected, flags); }),
+                         items);
         }
         if (into.wants("any " + one.name)) {
             tree.any(exec::unseq, one.rays, met);
             peer.any(theirs, met_too);
             std::size_t different = 0;
             for (std::size_t i = 0; i < met.size(); ++i) different += met[i] != met_too[i];
-            into.measure(
-                {.work = "any " + one.name,
-                 .data = name,
-                 .unit = "M rays/s",
-                 .must = 1.05,
-                 .different = static_cast<double>(different) / items},
-                {{"insonify", [&] { tree.any(exec::unseq, one.rays, met); }},
-                 {"Embree, one ray", [&] { peer.any(theirs, met_too); }},
-                 {"Embree, packets", [&] { peer.any_packets(theirs, met_too, RTC_INTERSECT_CONTEXT_FLAG_NONE); }},
-                 {"Embree, coherent packets",
-                  [&] { peer.any_packets(theirs, met_too, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
-                items);
+            into.measure({.work = "any " + one.name,
+                          .data = name,
+                          .unit = "M rays/s",
+                          .must = 1.05,
+                          .different = static_cast<double>(different) / items},
+                         with_packets(peer, "Embree, ",
+                                      {{"insonify", [&] { tree.any(exec::unseq, one.rays, met); }},
+                                       {"Embree, one ray", [&] { peer.any(theirs, met_too); }}},
+                                      [&](auto n, auto flags) { peer.any_packets<n()>(theirs, met_too, flags); }),
+                         items);
         }
     }
 }
@@ -132,10 +147,9 @@ void measure_all_crossings(table& into, const std::string& name, const mesh& m) 
                       .unit = "M hits/s",
                       .must = one.must,
                       .different = static_cast<double>(different) / static_cast<double>(rays.size())},
-                     {one.way,
-                      {"Embree filter, one ray", [&] { peer.all(theirs, expected); }},
-                      {"Embree filter, coherent packets",
-                       [&] { peer.all_packets(theirs, expected, RTC_INTERSECT_CONTEXT_FLAG_COHERENT); }}},
+                     with_packets(peer, "Embree filter, ",
+                                  {one.way, {"Embree filter, one ray", [&] { peer.all(theirs, expected); }}},
+                                  [&](auto n, auto flags) { peer.all_packets<n()>(theirs, expected, flags); }),
                      static_cast<double>(found));
     }
 }

@@ -17,12 +17,28 @@ namespace bench {
 
 using namespace insonify;
 
+/// Packets of N rays, and what is asked with them.
+template <std::size_t N>
+struct embree_packet;
+template <>
+struct embree_packet<8> : RTCRayHit8 {
+    static constexpr auto intersect = rtcIntersect8;
+    static constexpr auto occluded = rtcOccluded8;
+};
+template <>
+struct embree_packet<16> : RTCRayHit16 {
+    static constexpr auto intersect = rtcIntersect16;
+    static constexpr auto occluded = rtcOccluded16;
+};
+
 /// Rays as Embree takes them, converted outside of what is measured.
 struct embree_rays {
     std::vector<RTCRayHit> single{};
-    std::vector<RTCRayHit8> eight{};
+    std::vector<embree_packet<8>> eight{};
+    std::vector<embree_packet<16>> sixteen{};
 
-    explicit embree_rays(std::span<const ray> rays) : single(rays.size()), eight(rays.size() / 8) {
+    explicit embree_rays(std::span<const ray> rays)
+        : single(rays.size()), eight(rays.size() / 8), sixteen(rays.size() / 16) {
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const ray& r = rays[i];
             RTCRayHit& one = single[i];
@@ -39,24 +55,40 @@ struct embree_rays {
                        static_cast<unsigned>(i),
                        0};
             one.hit = {0, 0, 0, 0, 0, RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID}};
-            if (i / 8 >= eight.size()) continue;
-            RTCRayHit8& packet = eight[i / 8];
-            packet.ray.org_x[i % 8] = one.ray.org_x;
-            packet.ray.org_y[i % 8] = one.ray.org_y;
-            packet.ray.org_z[i % 8] = one.ray.org_z;
-            packet.ray.tnear[i % 8] = one.ray.tnear;
-            packet.ray.dir_x[i % 8] = one.ray.dir_x;
-            packet.ray.dir_y[i % 8] = one.ray.dir_y;
-            packet.ray.dir_z[i % 8] = one.ray.dir_z;
-            packet.ray.time[i % 8] = 0;
-            packet.ray.tfar[i % 8] = one.ray.tfar;
-            packet.ray.mask[i % 8] = ~0U;
-            packet.ray.id[i % 8] = one.ray.id;
-            packet.ray.flags[i % 8] = 0;
-            packet.hit.primID[i % 8] = RTC_INVALID_GEOMETRY_ID;
-            packet.hit.geomID[i % 8] = RTC_INVALID_GEOMETRY_ID;
-            packet.hit.instID[0][i % 8] = RTC_INVALID_GEOMETRY_ID;
+            put(eight, i, one.ray);
+            put(sixteen, i, one.ray);
         }
+    }
+
+    template <std::size_t N>
+    const std::vector<embree_packet<N>>& packets() const {
+        if constexpr (N == 8)
+            return eight;
+        else
+            return sixteen;
+    }
+
+  private:
+    template <std::size_t N>
+    static void put(std::vector<embree_packet<N>>& packets, std::size_t i, const RTCRay& one) {
+        if (i / N >= packets.size()) return;
+        embree_packet<N>& packet = packets[i / N];
+        const std::size_t k = i % N;
+        packet.ray.org_x[k] = one.org_x;
+        packet.ray.org_y[k] = one.org_y;
+        packet.ray.org_z[k] = one.org_z;
+        packet.ray.tnear[k] = one.tnear;
+        packet.ray.dir_x[k] = one.dir_x;
+        packet.ray.dir_y[k] = one.dir_y;
+        packet.ray.dir_z[k] = one.dir_z;
+        packet.ray.time[k] = 0;
+        packet.ray.tfar[k] = one.tfar;
+        packet.ray.mask[k] = ~0U;
+        packet.ray.id[k] = one.id;
+        packet.ray.flags[k] = 0;
+        packet.hit.primID[k] = RTC_INVALID_GEOMETRY_ID;
+        packet.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+        packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
 };
 
@@ -108,16 +140,17 @@ class embree_peer {
         }
     }
 
+    template <std::size_t N>
     void closest_packets(const embree_rays& rays, std::span<hit> hits, RTCIntersectContextFlags flags) const {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         context.flags = flags;
-        alignas(32) static constexpr int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
-        for (std::size_t i = 0; i < rays.eight.size(); ++i) {
-            RTCRayHit8 packet = rays.eight[i];
-            rtcIntersect8(valid, scene_, &context, &packet);
-            for (std::size_t k = 0; k < 8; ++k)
-                hits[8 * i + k] = packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID
+        const auto& packets = rays.packets<N>();
+        for (std::size_t i = 0; i < packets.size(); ++i) {
+            embree_packet<N> packet = packets[i];
+            embree_packet<N>::intersect(every_ray, scene_, &context, &packet);
+            for (std::size_t k = 0; k < N; ++k)
+                hits[N * i + k] = packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID
                                       ? hit{}
                                       : hit{packet.ray.tfar[k], packet.hit.primID[k]};
         }
@@ -133,15 +166,16 @@ class embree_peer {
         }
     }
 
+    template <std::size_t N>
     void any_packets(const embree_rays& rays, std::span<std::uint8_t> met, RTCIntersectContextFlags flags) const {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         context.flags = flags;
-        alignas(32) static constexpr int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
-        for (std::size_t i = 0; i < rays.eight.size(); ++i) {
-            RTCRay8 packet = rays.eight[i].ray;
-            rtcOccluded8(valid, scene_, &context, &packet);
-            for (std::size_t k = 0; k < 8; ++k) met[8 * i + k] = packet.tfar[k] < 0;
+        const auto& packets = rays.packets<N>();
+        for (std::size_t i = 0; i < packets.size(); ++i) {
+            auto packet = packets[i].ray;
+            embree_packet<N>::occluded(every_ray, scene_, &context, &packet);
+            for (std::size_t k = 0; k < N; ++k) met[N * i + k] = packet.tfar[k] < 0;
         }
     }
 
@@ -158,24 +192,32 @@ class embree_peer {
         }
     }
 
-    /// The same, eight rays at a time.
+    /// The same, N rays at a time.
+    template <std::size_t N>
     void all_packets(const embree_rays& rays, std::span<std::vector<hit>> hits, RTCIntersectContextFlags flags) const {
         collector all_hits{.hits = hits.data()};
         rtcInitIntersectContext(&all_hits.context);
         all_hits.context.filter = collect;
         all_hits.context.flags = flags;
-        alignas(32) static constexpr int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
-        for (std::size_t i = 0; i < rays.eight.size(); ++i) {
-            for (std::size_t k = 0; k < 8; ++k) hits[8 * i + k].clear();
-            RTCRayHit8 packet = rays.eight[i];
-            rtcIntersect8(valid, scene_, &all_hits.context, &packet);
-            for (std::size_t k = 0; k < 8; ++k) std::sort(hits[8 * i + k].begin(), hits[8 * i + k].end(), nearer);
+        const auto& packets = rays.packets<N>();
+        for (std::size_t i = 0; i < packets.size(); ++i) {
+            for (std::size_t k = 0; k < N; ++k) hits[N * i + k].clear();
+            embree_packet<N> packet = packets[i];
+            embree_packet<N>::intersect(every_ray, scene_, &all_hits.context, &packet);
+            for (std::size_t k = 0; k < N; ++k) std::sort(hits[N * i + k].begin(), hits[N * i + k].end(), nearer);
         }
     }
 
     RTCScene scene() const { return scene_; }
 
+    /// Whether this machine has registers for packets of 16.
+    bool takes_sixteen() const {
+        return rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
+    }
+
   private:
+    alignas(64) static constexpr int every_ray[16] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+
     struct collector {
         RTCIntersectContext context{};
         std::vector<hit>* hits = nullptr;

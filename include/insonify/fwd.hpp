@@ -15,6 +15,7 @@ struct medium;
 struct mesh;
 struct mesh_view;
 struct phased_array;
+struct radial_array;
 struct pose;
 struct ray;
 class scene;

@@ -633,7 +633,7 @@ inline constexpr bool is_unsequenced_v<standard::parallel_unsequenced_policy> = 
 
 namespace insonify::inline INSONIFY_ABI::exec {
 
-/// The threads behind `par`: one pool a program, started by the first parallel call, grown on demand, joined at exit.
+/// The threads behind `par`: one pool a program (and instruction set that its files are compiled for), started by the first parallel call, grown on demand, joined at exit.
 ///
 /// The caller of `run` works too, so nested and concurrent calls always progress. Threads without work look out for more
 /// for a moment, then sleep. Jobs live on the caller's stack. Not usable after fork, nor from destructors of statics.
@@ -2892,12 +2892,13 @@ struct physical {
 #define INSONIFY_CORE_LATER_HPP
 
 
-/// For templates that work on what does not depend on their parameters, std::vectors above all. A constexpr function is
-/// instantiated where a compiler reads a call of it, also in a template that nobody uses, and since C++20 those of
-/// std::vector are constexpr. A tenth of what including this library costs clang is saved where types are known only
-/// when the template is used:
+/// For templates that work on what does not depend on their parameters: vectors, and what holds them, spans, optionals. Such
+/// a type is completed where a compiler reads the template, also one that nobody uses, and its constexpr functions, which
+/// since C++20 those of std::vector are, are instantiated where it reads a call. Every file that includes this library
+/// would pay for that. So types are told only when the template is used:
 ///
 ///     INSONIFY_LAZY void grow() { later<Later>(values_).push_back(1); }
+///     INSONIFY_LAZY later_t<Later, std::span<float>> values() { return values_; }
 namespace insonify::inline INSONIFY_ABI {
 
 /// What `later_t` asks.
@@ -5372,7 +5373,7 @@ struct ray_packet {
         INSONIFY_INLINE lanes<N> width(const lanes<N>& z) const {
             return multiply_add(lanes<N>(widening), z, lanes<N>(widest));
         }
-        /// Of points that are not valid any finite number.
+        /// Of points that are not valid any number, or an infinite one.
         INSONIFY_INLINE static lanes<N> place(const lanes<N>& inwards, const lanes<N>& width) {
             return inwards / greater(lanes<N>(1e-22F), width);
         }
@@ -5398,9 +5399,9 @@ struct ray_packet {
         float shear[3][N];
         float length[N]; ///< of a step of 1 along z
         float min_distance[N];
-        float limit[N];    ///< what a hit must not be beyond; below 0: this ray is done
-        float end;         ///< of the stretch of forward * z that concerns any of the group's rays
-        float first, last; ///< the places of its rays
+        float limit[N];       ///< what a hit must not be beyond; below 0: this ray is done
+        float end = -FLT_MAX; ///< of the stretch of forward * z that concerns any of the group's rays
+        float first, last;    ///< the places of its rays
     };
     group of[most_groups];
 
@@ -6873,7 +6874,7 @@ class morton_order {
     template <class Policy, class Range>
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
         later_t<Policy, std::vector<centre_range>> partial(used_.size());
-        const float widest = grid.widest();
+        const float widest = lesser(grid.widest(), FLT_MAX);
         const lanes<4> zero(0.0F), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;
@@ -10064,6 +10065,7 @@ struct medium;
 struct mesh;
 struct mesh_view;
 struct phased_array;
+struct radial_array;
 struct pose;
 struct ray;
 class scene;
@@ -10806,8 +10808,9 @@ struct drawn_object {
 
 /// Writes objects as Wavefront OBJ, in metres: faces as `f`, polylines as `l`.
 ///
-/// Compiled where INSONIFY_IMPLEMENTATION is defined. Whether the vertices that faces and polylines name are there is not
-/// checked. @throws io_error  where the file cannot be written
+/// Compiled where INSONIFY_IMPLEMENTATION is defined.
+/// @throws usage_error  for a face or polyline with a vertex that is not there, and nothing is written
+/// @throws io_error     where the file cannot be written
 void write_drawing(const std::string& path, const std::vector<drawn_object>& objects);
 
 /// Writes what a probe looks at as one OBJ file in metres, to be opened in a mesh viewer: why is the picture empty?
@@ -10995,8 +10998,8 @@ enum class problem {
 
 /// What `diagnose` found; nothing where both are empty.
 struct diagnosis {
-    std::vector<problem> problems; ///< the most likely cause first
-    std::string sentence{};        ///< for each problem what is wrong and what to do about it
+    std::vector<problem> problems{}; ///< the most likely cause first
+    std::string sentence{};          ///< for each problem what is wrong and what to do about it
 };
 
 /// Looks for what makes a picture empty, and says it in plain sentences; `explain` does so for a single mesh.
@@ -11420,12 +11423,12 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What is true of every sample: maps of one grid.
 struct ground_truth_lines {
-    label_lines label;      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
-    label_lines medium;     ///< index into `scene::media()`
-    label_lines surface;    ///< id of the object whose surface lies in it; `background_label` where none does
-    scan_lines incidence;   ///< radians between the beam and the normal of that surface; 0 where there is none
-    scan_lines transmitted; ///< amplitude that arrives there and comes back, 0 to 1: the map of shadows
-    scan_lines depth;       ///< metres along the line, whatever the grid
+    label_lines label{};      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
+    label_lines medium{};     ///< index into `scene::media()`
+    label_lines surface{};    ///< id of the object whose surface lies in it; `background_label` where none does
+    scan_lines incidence{};   ///< radians between the beam and the normal of that surface; 0 where there is none
+    scan_lines transmitted{}; ///< amplitude that arrives there and comes back, 0 to 1: the map of shadows
+    scan_lines depth{};       ///< metres along the line, whatever the grid
 
     friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };
@@ -12079,12 +12082,21 @@ inline void close_file(std::ofstream& file, const std::string& path) {
 #include <cstdint>
 #include <limits>
 #include <locale>
+#include <numeric>
 #include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
 void write_drawing(const std::string& path, const std::vector<drawn_object>& objects) {
+    for (const drawn_object& one : objects) {
+        const std::size_t vertices = one.positions.size();
+        bool named = std::accumulate(one.polylines.begin(), one.polylines.end(), std::uint64_t{0}) <= vertices;
+        for (const uvec3& f : one.faces) named = named && std::max({f.x, f.y, f.z}) < vertices;
+        if (!named)
+            throw usage_error{"write_drawing: object '" + one.name +
+                              "' has a face or polyline with a vertex that is not there"};
+    }
     std::ofstream file = io::create_file(path);
     file.imbue(std::locale::classic());
     file.precision(std::numeric_limits<float>::max_digits10);

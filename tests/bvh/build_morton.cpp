@@ -3,6 +3,7 @@
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <algorithm>
+#include <cfenv>
 #include <doctest/doctest.h>
 #include <limits>
 #include <utility>
@@ -139,6 +140,23 @@ TEST_CASE("primitives are in the order of their cells, then in their own, and th
         }
         CHECK(wrong == 0);
     }
+}
+
+TEST_CASE("cells tell primitives apart as far out as floats go") {
+    mesh m;
+    for (const float x : {3.3e38F, -3.3e38F, 1e38F, -1e38F}) {
+        m.faces.push_back(uvec3{static_cast<std::uint32_t>(m.positions.size())});
+        m.positions.push_back({x, 0, 0});
+    }
+    std::feclearexcept(FE_INVALID);
+    const morton_order order{exec::seq, mesh_view{m}};
+    CHECK(std::fetestexcept(FE_INVALID) == 0);
+    REQUIRE(order.size() == 4);
+    CHECK(order.primitive(0) == 1);
+    CHECK(order.primitive(1) == 3);
+    CHECK(order.primitive(2) == 2);
+    CHECK(order.primitive(3) == 0);
+    for (std::size_t i = 1; i < 4; ++i) CHECK(order.cell(i - 1) < order.cell(i));
 }
 
 TEST_CASE("a tree along the curve is at most a quarter dearer than one by area") {

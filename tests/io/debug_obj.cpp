@@ -9,6 +9,7 @@
 #include "temporary_folder.hpp"
 #include <cmath>
 #include <doctest/doctest.h>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -121,6 +122,19 @@ TEST_CASE("names of a drawing stay on their line") {
     const temporary_folder folder;
     write_drawing(folder.path("a.obj"), {{.name = "two\nlines", .positions = {{0, 0, 0}}}});
     CHECK(folder.read("a.obj").find("o two lines\nv ") != std::string::npos);
+}
+
+TEST_CASE("a drawing whose faces or polylines name vertices that are not there is not begun") {
+    const temporary_folder folder;
+    const std::string path = folder.path("a.obj");
+    const std::vector<vec3> three{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    for (const drawn_object& wrong : {drawn_object{.name = "rib", .positions = three, .faces = {{0, 1, 3}}},
+                                      drawn_object{.name = "rib", .positions = three, .polylines = {2, 2}}})
+        CHECK(sentence<usage_error>([&] { write_drawing(path, {wrong}); }) ==
+              "write_drawing: object 'rib' has a face or polyline with a vertex that is not there");
+    CHECK(!std::filesystem::exists(path));
+    write_drawing(path, {{.name = "rib", .positions = three, .faces = {{0, 1, 2}}, .polylines = {2, 1}}});
+    CHECK(folder.read("a.obj").find("f 1 2 3\nl 1 2\nl 3\n") != std::string::npos);
 }
 
 TEST_CASE("write_debug_obj refuses what makes no sense with a sentence") {

@@ -73,7 +73,7 @@ class morton_order {
     template <class Policy, class Range>
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
         later_t<Policy, std::vector<centre_range>> partial(used_.size());
-        const float widest = grid.widest();
+        const float widest = lesser(grid.widest(), FLT_MAX);
         const lanes<4> zero(0.0F), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;

@@ -52,7 +52,7 @@ struct ray_packet {
         INSONIFY_INLINE lanes<N> width(const lanes<N>& z) const {
             return multiply_add(lanes<N>(widening), z, lanes<N>(widest));
         }
-        /// Of points that are not valid any finite number.
+        /// Of points that are not valid any number, or an infinite one.
         INSONIFY_INLINE static lanes<N> place(const lanes<N>& inwards, const lanes<N>& width) {
             return inwards / greater(lanes<N>(1e-22F), width);
         }
@@ -78,9 +78,9 @@ struct ray_packet {
         float shear[3][N];
         float length[N]; ///< of a step of 1 along z
         float min_distance[N];
-        float limit[N];    ///< what a hit must not be beyond; below 0: this ray is done
-        float end;         ///< of the stretch of forward * z that concerns any of the group's rays
-        float first, last; ///< the places of its rays
+        float limit[N];       ///< what a hit must not be beyond; below 0: this ray is done
+        float end = -FLT_MAX; ///< of the stretch of forward * z that concerns any of the group's rays
+        float first, last;    ///< the places of its rays
     };
     group of[most_groups];
 

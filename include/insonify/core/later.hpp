@@ -3,12 +3,13 @@
 
 #include <insonify/core/config.hpp>
 
-/// For templates that work on what does not depend on their parameters, std::vectors above all. A constexpr function is
-/// instantiated where a compiler reads a call of it, also in a template that nobody uses, and since C++20 those of
-/// std::vector are constexpr. A tenth of what including this library costs clang is saved where types are known only
-/// when the template is used:
+/// For templates that work on what does not depend on their parameters: vectors, and what holds them, spans, optionals. Such
+/// a type is completed where a compiler reads the template, also one that nobody uses, and its constexpr functions, which
+/// since C++20 those of std::vector are, are instantiated where it reads a call. Every file that includes this library
+/// would pay for that. So types are told only when the template is used:
 ///
 ///     INSONIFY_LAZY void grow() { later<Later>(values_).push_back(1); }
+///     INSONIFY_LAZY later_t<Later, std::span<float>> values() { return values_; }
 namespace insonify::inline INSONIFY_ABI {
 
 /// What `later_t` asks.

@@ -13,7 +13,7 @@
 
 namespace insonify::inline INSONIFY_ABI::exec {
 
-/// The threads behind `par`: one pool a program, started by the first parallel call, grown on demand, joined at exit.
+/// The threads behind `par`: one pool a program (and instruction set that its files are compiled for), started by the first parallel call, grown on demand, joined at exit.
 ///
 /// The caller of `run` works too, so nested and concurrent calls always progress. Threads without work look out for more
 /// for a moment, then sleep. Jobs live on the caller's stack. Not usable after fork, nor from destructors of statics.

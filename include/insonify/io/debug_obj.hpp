@@ -25,8 +25,9 @@ struct drawn_object {
 
 /// Writes objects as Wavefront OBJ, in metres: faces as `f`, polylines as `l`.
 ///
-/// Compiled where INSONIFY_IMPLEMENTATION is defined. Whether the vertices that faces and polylines name are there is not
-/// checked. @throws io_error  where the file cannot be written
+/// Compiled where INSONIFY_IMPLEMENTATION is defined.
+/// @throws usage_error  for a face or polyline with a vertex that is not there, and nothing is written
+/// @throws io_error     where the file cannot be written
 void write_drawing(const std::string& path, const std::vector<drawn_object>& objects);
 
 /// Writes what a probe looks at as one OBJ file in metres, to be opened in a mesh viewer: why is the picture empty?

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_IO_IMPLEMENTATION_DEBUG_OBJ_HPP
 #define INSONIFY_IO_IMPLEMENTATION_DEBUG_OBJ_HPP
 
+#include <insonify/core/error.hpp>
 #include <insonify/io/debug_obj.hpp>
 #include <insonify/io/implementation_file.hpp>
 #include <algorithm>
@@ -8,12 +9,21 @@
 #include <cstdint>
 #include <limits>
 #include <locale>
+#include <numeric>
 #include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
 void write_drawing(const std::string& path, const std::vector<drawn_object>& objects) {
+    for (const drawn_object& one : objects) {
+        const std::size_t vertices = one.positions.size();
+        bool named = std::accumulate(one.polylines.begin(), one.polylines.end(), std::uint64_t{0}) <= vertices;
+        for (const uvec3& f : one.faces) named = named && std::max({f.x, f.y, f.z}) < vertices;
+        if (!named)
+            throw usage_error{"write_drawing: object '" + one.name +
+                              "' has a face or polyline with a vertex that is not there"};
+    }
     std::ofstream file = io::create_file(path);
     file.imbue(std::locale::classic());
     file.precision(std::numeric_limits<float>::max_digits10);

@@ -30,8 +30,8 @@ enum class problem {
 
 /// What `diagnose` found; nothing where both are empty.
 struct diagnosis {
-    std::vector<problem> problems; ///< the most likely cause first
-    std::string sentence{};        ///< for each problem what is wrong and what to do about it
+    std::vector<problem> problems{}; ///< the most likely cause first
+    std::string sentence{};          ///< for each problem what is wrong and what to do about it
 };
 
 /// Looks for what makes a picture empty, and says it in plain sentences; `explain` does so for a single mesh.
