@@ -126,11 +126,7 @@ class morton_order {
             for (std::size_t d = 0; d < next.size(); ++d) next[d] += some[d];
         add_up(next);
         for (auto& place : places)
-            for (std::size_t d = 0; d < next.size(); ++d) {
-                const std::uint32_t own = place[d];
-                place[d] = next[d];
-                next[d] += own;
-            }
+            for (std::size_t d = 0; d < next.size(); ++d) next[d] += std::exchange(place[d], next[d]);
         exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             deal(from, used_[b], digit, places[b], apart.data());
@@ -180,11 +176,7 @@ class morton_order {
     template <class Counts>
     static void add_up(Counts& counted) {
         std::uint32_t before = 0;
-        for (std::uint32_t& one : counted) {
-            const std::uint32_t own = one;
-            one = before;
-            before += own;
-        }
+        for (std::uint32_t& one : counted) before += std::exchange(one, before);
     }
 
     // Each key to the next place of its digit. Two at a time, lest each wait until the last one's place is counted on.
