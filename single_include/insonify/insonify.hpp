@@ -1325,6 +1325,13 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
     return __builtin_bit_cast(lanes<N>, bits);
 }
 
+/// a where the mask is set, b elsewhere.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, const bit_lanes<N>& a,
+                                                     const bit_lanes<N>& b) {
+    return raw_bits<N>(select(mask, raw_floats<N>(a), raw_floats<N>(b)));
+}
+
 /// Negative where an exponent has all its bits: infinities and NaN; reads the bits, so that it holds under -ffast-math.
 /// The results of several may be joined by |.
 template <int N>
@@ -5301,7 +5308,8 @@ struct prepared_ray {
     }
 };
 
-/// Where the ray enters the boxes of a node's children; `met` has a bit for each box that it meets within its limits.
+/// Where the ray enters the boxes of a node's children that it meets within its limits: FLT_MAX for the others, a bit in
+/// `met` for these.
 template <int Width>
 struct box_entries {
     lanes<Width> distance{};
@@ -5319,7 +5327,8 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
         in = greater(multiply_add(load<Width>(node.sides + r.entry_row[axis]), inverse, entry), in);
         out = lesser(multiply_add(load<Width>(node.sides + r.exit_row[axis]), inverse, exit), out);
     }
-    return {in, bits_of(in <= out)};
+    const auto met = in <= out;
+    return {select(met, in, floats(FLT_MAX)), bits_of(met)};
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -5420,18 +5429,21 @@ struct ray_packet {
         forward = lead.shear.z < 0 ? -1.0F : 1.0F;
         while (groups < most_groups && (groups + 1) * N <= count && take(of[groups], first + groups * N)) ++groups;
         while (groups > 0 && !enclose(reach, leaf_size)) groups /= 2;
-        for (std::size_t g = 0; g < groups; ++g) shorten(of[g]);
+        shorten();
         return groups * N;
     }
 
-    /// Follows the limits of a group's rays.
-    void shorten(group& one) {
+    /// Follows the limits of the rays. Of all groups, since which of them have moved no one foresees.
+    void shorten() {
         using floats = lanes<N>;
-        const floats most = load<N>(one.limit);
-        const floats last = multiply_add(most, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
-        one.end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
-        end = one.end;
-        for (std::size_t g = 0; g < groups; ++g) end = greater(end, of[g].end);
+        end = -FLT_MAX;
+        for (std::size_t g = 0; g < groups; ++g) {
+            group& one = of[g];
+            const floats most = load<N>(one.limit);
+            const floats last = multiply_add(most, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
+            one.end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
+            end = greater(end, one.end);
+        }
     }
 
     /// One of the rays.
@@ -5614,8 +5626,8 @@ struct ray_packet {
     float margin_ = 0;
 };
 
-/// Where the packet enters the boxes of a node's children, in terms of forward * z - begin; `met` has a bit for each
-/// box that some ray may meet.
+/// Where the packet enters the boxes of a node's children, in terms of forward * z - begin; FLT_MAX where it meets none.
+/// @return a bit for each box that some ray may meet
 template <int N>
 INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const ray_packet<N>& p, lanes<N>& entry) {
     using floats = lanes<N>;
@@ -5632,7 +5644,7 @@ INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const ray_packet<N
                          multiply_add(floats(one.weight[2]), load<N>(node.sides + one.row[2]), weighted(0)));
         met = met && floats(one.bound) <= most;
     }
-    entry = in - floats(p.begin);
+    entry = select(met, in - floats(p.begin), floats(FLT_MAX));
     return bits_of(met);
 }
 
@@ -6034,8 +6046,8 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     /// Calls visit(group, its first ray, primitive, distances) for every triangle that one of a group's rays may meet; a
-    /// visit returns whether it has lowered limits. The same arithmetic as above, so that a ray gets the same answer alone
-    /// and in a packet.
+    /// visit returns the rays whose limits it has lowered, a bit each. The same arithmetic as above, so that a ray gets the
+    /// same answer alone and in a packet.
     template <class Visit>
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
@@ -6079,14 +6091,12 @@ struct alignas(64) leaf<Range, Width> {
                                                        first <= floats(group.last));
             inside |= met << (g * Width);
         }
-        std::uint32_t lowered = 0; // a bit for each group
+        std::uint32_t lowered = 0;
         for (; inside != 0; inside &= inside - 1) {
             const std::uint32_t g = lowest_bit(inside) / Width, i = lowest_bit(inside) % Width;
-            floats distance;
-            if (meet_group(p, g, i, distance))
-                lowered |= std::uint32_t{visit(p.of[g], g * Width, primitive[i], distance)} << g;
+            lowered |= visit(p.of[g], g * Width, primitive[i], meet_group(p, g, i));
         }
-        for (; lowered != 0; lowered &= lowered - 1) p.shorten(p.of[lowest_bit(lowered)]);
+        if (lowered != 0) p.shorten();
     }
 
     INSONIFY_FN triangle corners(std::uint32_t i) const {
@@ -6096,9 +6106,8 @@ struct alignas(64) leaf<Range, Width> {
     }
 
   private:
-    // How far along each ray of a group triangle i is met, FLT_MAX where it is not. @return whether it may be met at all
-    INSONIFY_INLINE bool meet_group(const ray_packet<Width>& p, std::size_t g, std::uint32_t i,
-                                    lanes<Width>& distance) const {
+    // How far along each ray of a group triangle i is met, FLT_MAX where it is not.
+    INSONIFY_INLINE lanes<Width> meet_group(const ray_packet<Width>& p, std::size_t g, std::uint32_t i) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
         const auto& group = p.of[g];
@@ -6110,19 +6119,16 @@ struct alignas(64) leaf<Range, Width> {
             t.y[c] = multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
         }
         const triangle_hits<Width> met = meet(t);
-        const std::uint32_t possible = bits_of(met.possible);
-        if (possible == 0) return false;
-        distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
-        std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
-        if (doubtful == 0) return true;
+        const floats distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
+        std::uint32_t doubtful = bits_of(met.possible) & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
+        if (doubtful == 0) return distance;
         alignas(sizeof(floats)) float exact[Width];
         store(distance, exact);
         for (; doubtful != 0; doubtful &= doubtful - 1) {
             const std::uint32_t k = lowest_bit(doubtful);
             exact[k] = intersect(p.one(g, k), corners(i)).distance;
         }
-        distance = load<Width>(exact);
-        return true;
+        return load<Width>(exact);
     }
 };
 
@@ -6184,7 +6190,7 @@ INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values,
 #endif
 
 /// Where a walk through a tree goes next, and what waits until then, as children's codes; in two orders, for two kinds of
-/// questions:
+/// questions, both without branches on which children are met, since no one foresees that:
 ///
 ///     start()               to the root
 ///     go_down(node, ...)    to one of the node's children that are met, of which there is one at least
@@ -6200,55 +6206,37 @@ template <int Width>
 struct nearest_first {
     std::uint32_t next = 0;
     std::uint32_t waiting = 0;
-    std::int64_t stack[most_waiting<Width>];
+    std::uint32_t
+        stack[most_waiting<Width>]; // with room for all of the last node's children, which `pack_lanes` writes
+    std::uint32_t begins[most_waiting<Width>]; // of each, the bits of its distance
 
     INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
 
-    /// @param distance  where each child begins  @param met  a bit for each
+    /// @param distance  where each child begins, FLT_MAX for those that are not met  @param met  a bit for each
     INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>& distance,
                                              std::uint32_t met) {
-        const std::uint32_t first = lowest_bit(met);
-        next = node.child[first];
-        if ((met &= met - 1) == 0) return;
-        alignas(sizeof(float) * Width) float distances[Width];
-        store(distance, distances);
-        std::int64_t nearest = key_of(distances[first], next);
-        do {
-            const std::uint32_t i = lowest_bit(met);
-            const std::int64_t key = key_of(distances[i], node.child[i]);
-            stack[waiting++] = key < nearest ? nearest : key;
-            nearest = key < nearest ? key : nearest;
-        } while ((met &= met - 1) != 0);
-        next = static_cast<std::uint32_t>(nearest);
+        const std::uint32_t nearest = lowest_bit(met & bits_of(distance == lanes<Width>(least(distance))));
+        next = node.child[nearest];
+        met &= ~(1U << nearest);
+        pack_lanes<Width>(raw_bits<Width>(distance), met, begins + waiting);
+        waiting += pack_lanes<Width>(load_bits<Width>(node.child), met, stack + waiting);
     }
 
     INSONIFY_FN INSONIFY_INLINE bool go_back(float limit) {
         do {
             if (waiting == 0) return false;
-            next = static_cast<std::uint32_t>(stack[--waiting]);
-        } while (distance_of(stack[waiting]) > limit);
+            next = stack[--waiting];
+        } while (__builtin_bit_cast(float, begins[waiting]) > limit);
         return true;
-    }
-
-  private:
-    // A distance in the upper half, so that keys order as distances do (but among negative ones, where the order does not
-    // matter), and a child's code in the lower.
-    INSONIFY_FN static std::int64_t key_of(float distance, std::uint32_t child) {
-        return static_cast<std::int64_t>(std::uint64_t{__builtin_bit_cast(std::uint32_t, distance)} << 32U | child);
-    }
-    INSONIFY_FN static float distance_of(std::int64_t key) {
-        return __builtin_bit_cast(float, static_cast<std::uint32_t>(static_cast<std::uint64_t>(key) >> 32U));
     }
 };
 
-/// As they come, without a branch, since no one foresees what a ray meets: for whether anything is hit, and for all that
-/// is.
+/// As they come: for whether anything is hit, and for all that is.
 template <int Width>
 struct any_order {
     std::uint32_t next = 0;
     std::uint32_t waiting = 0;
-    std::uint32_t
-        stack[most_waiting<Width>]; // with room for all of the last node's children, which `pack_lanes` writes
+    std::uint32_t stack[most_waiting<Width>];
 
     INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
 
@@ -6358,7 +6346,7 @@ struct tree_walk {
     /// @return false where there is nothing to meet
     INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
         r.prepare(source, tree.reach);
-        limit = source.max_distance;
+        limit = lesser(source.max_distance, FLT_MAX); // so that no box is met beyond
         way.start();
         return r.legal && !tree.nodes.empty();
     }
@@ -6418,7 +6406,7 @@ struct packet_walk {
 
     /// Calls visit(group, its first ray, primitive, distance) for every triangle that one of a group's rays may meet, with
     /// the distances of these rays, FLT_MAX for those that miss it, their limits not yet looked at. Nodes are taken nearest
-    /// first; visit returns whether it has lowered limits. @return false at the end of the way
+    /// first; visit returns the rays whose limits it has lowered, a bit each. @return false at the end of the way
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
         if ((way.next & leaf_bit) == 0) {
@@ -6448,12 +6436,16 @@ struct packet_walk {
                 std::uint32_t& held = best[first + lowest_bit(left)];
                 if (primitive < held) held = primitive;
             }
-            std::uint32_t left = bits_of(nearer);
-            if (left == 0) return false;
             store(select(nearer, distance, limit), group.limit);
-            for (; left != 0; left &= left - 1) best[first + lowest_bit(left)] = primitive;
-            return true;
+            take(nearer, primitive, first);
+            return bits_of(nearer);
         });
+    }
+
+    /// How far along each ray of a group the nearest hit lies, FLT_MAX where there is none.
+    floats nearest(std::size_t g) const {
+        const auto met = floats(0.0F) <= floats_of<Width>(load_bits<Width>(best + g * Width));
+        return select(met, load<Width>(rays.of[g].limit), floats(FLT_MAX));
     }
 
     /// A step towards any hit of each ray, which ends up in `best`.
@@ -6462,11 +6454,9 @@ struct packet_walk {
             const floats limit = load<Width>(group.limit);
             const auto met =
                 load<Width>(group.min_distance) <= distance && distance < floats(FLT_MAX) && distance <= limit;
-            std::uint32_t left = bits_of(met);
-            if (left == 0) return false;
             store(select(met, floats(-1.0F), limit), group.limit);
-            for (; left != 0; left &= left - 1) best[first + lowest_bit(left)] = primitive;
-            return true;
+            take(met, primitive, first);
+            return bits_of(met);
         });
     }
 
@@ -6480,8 +6470,15 @@ struct packet_walk {
                                               distance < floats(FLT_MAX) && distance <= load<Width>(group.limit));
                  left != 0; left &= left - 1)
                 visit(first + lowest_bit(left), hit{found[lowest_bit(left)], primitive});
-            return false;
+            return 0U;
         });
+    }
+
+  private:
+    // For those of a group's rays that have met it.
+    INSONIFY_INLINE void take(const lane_mask<Width>& met, std::uint32_t primitive, std::uint32_t first) {
+        std::uint32_t* const held = best + first;
+        store_bits<Width>(select_bits<Width>(met, bit_lanes<Width>{} + primitive, load_bits<Width>(held)), held);
     }
 };
 
@@ -6514,9 +6511,11 @@ struct closest_query {
     }
     template <class Range, int Width>
     void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k)
-            hits[i + k] =
-                walk.best[k] == no_primitive ? hit{} : hit{walk.rays.of[k / Width].limit[k % Width], walk.best[k]};
+        for (std::size_t g = 0; g < walk.rays.groups; ++g) {
+            float distance[Width];
+            store(walk.nearest(g), distance);
+            for (std::size_t k = 0; k < Width; ++k) hits[i + g * Width + k] = {distance[k], walk.best[g * Width + k]};
+        }
     }
 };
 

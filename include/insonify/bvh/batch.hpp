@@ -32,9 +32,11 @@ struct closest_query {
     }
     template <class Range, int Width>
     void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k)
-            hits[i + k] =
-                walk.best[k] == no_primitive ? hit{} : hit{walk.rays.of[k / Width].limit[k % Width], walk.best[k]};
+        for (std::size_t g = 0; g < walk.rays.groups; ++g) {
+            float distance[Width];
+            store(walk.nearest(g), distance);
+            for (std::size_t k = 0; k < Width; ++k) hits[i + g * Width + k] = {distance[k], walk.best[g * Width + k]};
+        }
     }
 };
 

@@ -164,8 +164,8 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     /// Calls visit(group, its first ray, primitive, distances) for every triangle that one of a group's rays may meet; a
-    /// visit returns whether it has lowered limits. The same arithmetic as above, so that a ray gets the same answer alone
-    /// and in a packet.
+    /// visit returns the rays whose limits it has lowered, a bit each. The same arithmetic as above, so that a ray gets the
+    /// same answer alone and in a packet.
     template <class Visit>
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
@@ -209,14 +209,12 @@ struct alignas(64) leaf<Range, Width> {
                                                        first <= floats(group.last));
             inside |= met << (g * Width);
         }
-        std::uint32_t lowered = 0; // a bit for each group
+        std::uint32_t lowered = 0;
         for (; inside != 0; inside &= inside - 1) {
             const std::uint32_t g = lowest_bit(inside) / Width, i = lowest_bit(inside) % Width;
-            floats distance;
-            if (meet_group(p, g, i, distance))
-                lowered |= std::uint32_t{visit(p.of[g], g * Width, primitive[i], distance)} << g;
+            lowered |= visit(p.of[g], g * Width, primitive[i], meet_group(p, g, i));
         }
-        for (; lowered != 0; lowered &= lowered - 1) p.shorten(p.of[lowest_bit(lowered)]);
+        if (lowered != 0) p.shorten();
     }
 
     INSONIFY_FN triangle corners(std::uint32_t i) const {
@@ -226,9 +224,8 @@ struct alignas(64) leaf<Range, Width> {
     }
 
   private:
-    // How far along each ray of a group triangle i is met, FLT_MAX where it is not. @return whether it may be met at all
-    INSONIFY_INLINE bool meet_group(const ray_packet<Width>& p, std::size_t g, std::uint32_t i,
-                                    lanes<Width>& distance) const {
+    // How far along each ray of a group triangle i is met, FLT_MAX where it is not.
+    INSONIFY_INLINE lanes<Width> meet_group(const ray_packet<Width>& p, std::size_t g, std::uint32_t i) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
         const auto& group = p.of[g];
@@ -240,19 +237,16 @@ struct alignas(64) leaf<Range, Width> {
             t.y[c] = multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
         }
         const triangle_hits<Width> met = meet(t);
-        const std::uint32_t possible = bits_of(met.possible);
-        if (possible == 0) return false;
-        distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
-        std::uint32_t doubtful = possible & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
-        if (doubtful == 0) return true;
+        const floats distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
+        std::uint32_t doubtful = bits_of(met.possible) & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
+        if (doubtful == 0) return distance;
         alignas(sizeof(floats)) float exact[Width];
         store(distance, exact);
         for (; doubtful != 0; doubtful &= doubtful - 1) {
             const std::uint32_t k = lowest_bit(doubtful);
             exact[k] = intersect(p.one(g, k), corners(i)).distance;
         }
-        distance = load<Width>(exact);
-        return true;
+        return load<Width>(exact);
     }
 };
 

@@ -68,7 +68,8 @@ struct prepared_ray {
     }
 };
 
-/// Where the ray enters the boxes of a node's children; `met` has a bit for each box that it meets within its limits.
+/// Where the ray enters the boxes of a node's children that it meets within its limits: FLT_MAX for the others, a bit in
+/// `met` for these.
 template <int Width>
 struct box_entries {
     lanes<Width> distance{};
@@ -86,7 +87,8 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
         in = greater(multiply_add(load<Width>(node.sides + r.entry_row[axis]), inverse, entry), in);
         out = lesser(multiply_add(load<Width>(node.sides + r.exit_row[axis]), inverse, exit), out);
     }
-    return {in, bits_of(in <= out)};
+    const auto met = in <= out;
+    return {select(met, in, floats(FLT_MAX)), bits_of(met)};
 }
 
 } // namespace insonify::inline INSONIFY_ABI

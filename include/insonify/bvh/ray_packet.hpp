@@ -99,18 +99,21 @@ struct ray_packet {
         forward = lead.shear.z < 0 ? -1.0F : 1.0F;
         while (groups < most_groups && (groups + 1) * N <= count && take(of[groups], first + groups * N)) ++groups;
         while (groups > 0 && !enclose(reach, leaf_size)) groups /= 2;
-        for (std::size_t g = 0; g < groups; ++g) shorten(of[g]);
+        shorten();
         return groups * N;
     }
 
-    /// Follows the limits of a group's rays.
-    void shorten(group& one) {
+    /// Follows the limits of the rays. Of all groups, since which of them have moved no one foresees.
+    void shorten() {
         using floats = lanes<N>;
-        const floats most = load<N>(one.limit);
-        const floats last = multiply_add(most, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
-        one.end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
-        end = one.end;
-        for (std::size_t g = 0; g < groups; ++g) end = greater(end, of[g].end);
+        end = -FLT_MAX;
+        for (std::size_t g = 0; g < groups; ++g) {
+            group& one = of[g];
+            const floats most = load<N>(one.limit);
+            const floats last = multiply_add(most, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
+            one.end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
+            end = greater(end, one.end);
+        }
     }
 
     /// One of the rays.
@@ -293,8 +296,8 @@ struct ray_packet {
     float margin_ = 0;
 };
 
-/// Where the packet enters the boxes of a node's children, in terms of forward * z - begin; `met` has a bit for each
-/// box that some ray may meet.
+/// Where the packet enters the boxes of a node's children, in terms of forward * z - begin; FLT_MAX where it meets none.
+/// @return a bit for each box that some ray may meet
 template <int N>
 INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const ray_packet<N>& p, lanes<N>& entry) {
     using floats = lanes<N>;
@@ -311,7 +314,7 @@ INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const ray_packet<N
                          multiply_add(floats(one.weight[2]), load<N>(node.sides + one.row[2]), weighted(0)));
         met = met && floats(one.bound) <= most;
     }
-    entry = in - floats(p.begin);
+    entry = select(met, in - floats(p.begin), floats(FLT_MAX));
     return bits_of(met);
 }
 

@@ -95,7 +95,7 @@ struct tree_walk {
     /// @return false where there is nothing to meet
     INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
         r.prepare(source, tree.reach);
-        limit = source.max_distance;
+        limit = lesser(source.max_distance, FLT_MAX); // so that no box is met beyond
         way.start();
         return r.legal && !tree.nodes.empty();
     }

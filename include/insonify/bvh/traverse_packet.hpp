@@ -26,7 +26,7 @@ struct packet_walk {
 
     /// Calls visit(group, its first ray, primitive, distance) for every triangle that one of a group's rays may meet, with
     /// the distances of these rays, FLT_MAX for those that miss it, their limits not yet looked at. Nodes are taken nearest
-    /// first; visit returns whether it has lowered limits. @return false at the end of the way
+    /// first; visit returns the rays whose limits it has lowered, a bit each. @return false at the end of the way
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
         if ((way.next & leaf_bit) == 0) {
@@ -56,12 +56,16 @@ struct packet_walk {
                 std::uint32_t& held = best[first + lowest_bit(left)];
                 if (primitive < held) held = primitive;
             }
-            std::uint32_t left = bits_of(nearer);
-            if (left == 0) return false;
             store(select(nearer, distance, limit), group.limit);
-            for (; left != 0; left &= left - 1) best[first + lowest_bit(left)] = primitive;
-            return true;
+            take(nearer, primitive, first);
+            return bits_of(nearer);
         });
+    }
+
+    /// How far along each ray of a group the nearest hit lies, FLT_MAX where there is none.
+    floats nearest(std::size_t g) const {
+        const auto met = floats(0.0F) <= floats_of<Width>(load_bits<Width>(best + g * Width));
+        return select(met, load<Width>(rays.of[g].limit), floats(FLT_MAX));
     }
 
     /// A step towards any hit of each ray, which ends up in `best`.
@@ -70,11 +74,9 @@ struct packet_walk {
             const floats limit = load<Width>(group.limit);
             const auto met =
                 load<Width>(group.min_distance) <= distance && distance < floats(FLT_MAX) && distance <= limit;
-            std::uint32_t left = bits_of(met);
-            if (left == 0) return false;
             store(select(met, floats(-1.0F), limit), group.limit);
-            for (; left != 0; left &= left - 1) best[first + lowest_bit(left)] = primitive;
-            return true;
+            take(met, primitive, first);
+            return bits_of(met);
         });
     }
 
@@ -88,8 +90,15 @@ struct packet_walk {
                                               distance < floats(FLT_MAX) && distance <= load<Width>(group.limit));
                  left != 0; left &= left - 1)
                 visit(first + lowest_bit(left), hit{found[lowest_bit(left)], primitive});
-            return false;
+            return 0U;
         });
+    }
+
+  private:
+    // For those of a group's rays that have met it.
+    INSONIFY_INLINE void take(const lane_mask<Width>& met, std::uint32_t primitive, std::uint32_t first) {
+        std::uint32_t* const held = best + first;
+        store_bits<Width>(select_bits<Width>(met, bit_lanes<Width>{} + primitive, load_bits<Width>(held)), held);
     }
 };
 

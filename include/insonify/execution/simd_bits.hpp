@@ -126,6 +126,13 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
     return __builtin_bit_cast(lanes<N>, bits);
 }
 
+/// a where the mask is set, b elsewhere.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, const bit_lanes<N>& a,
+                                                     const bit_lanes<N>& b) {
+    return raw_bits<N>(select(mask, raw_floats<N>(a), raw_floats<N>(b)));
+}
+
 /// Negative where an exponent has all its bits: infinities and NaN; reads the bits, so that it holds under -ffast-math.
 /// The results of several may be joined by |.
 template <int N>
