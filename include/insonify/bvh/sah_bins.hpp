@@ -2,7 +2,8 @@
 #define INSONIFY_BVH_SAH_BINS_HPP
 
 #include <insonify/bvh/build_box.hpp>
-#include <insonify/core/algorithm.hpp>
+#include <insonify/execution/simd_bits.hpp>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -50,14 +51,22 @@ class sah_bins {
 
     /// Adds boxes, and writes down which bins they fall into, so that those who move them agree.
     INSONIFY_LAZY void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
-        const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale);
+        const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale), zero(0.0F);
         const lanes<4> last(static_cast<float>(bins_ - 1));
-        const std::size_t half = count / 2; // neighbours share bins: each would wait until the last one is in
-        for (std::size_t i = 0; i < half; ++i) {
-            places[i] = add(boxes[i], begin, scale, last);
-            places[half + i] = add(boxes[half + i], begin, scale, last);
+        for (std::size_t i = 0; i < count; ++i) {
+            float at[4];
+            store(greater(lesser((boxes[i].half_centre() - begin) * scale, last), zero), at);
+            const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
+            places[i] = static_cast<std::uint32_t>(x | y << 8 | z << 16);
         }
-        if (count > 2 * half) places[2 * half] = add(boxes[2 * half], begin, scale, last);
+        const std::size_t quarter = count / 4; // neighbours share bins: each would wait until the last one is in
+        for (std::size_t i = 0; i < quarter; ++i) {
+            add(boxes[i], places[i]);
+            add(boxes[quarter + i], places[quarter + i]);
+            add(boxes[2 * quarter + i], places[2 * quarter + i]);
+            add(boxes[3 * quarter + i], places[3 * quarter + i]);
+        }
+        for (std::size_t i = 4 * quarter; i < count; ++i) add(boxes[i], places[i]);
     }
 
     INSONIFY_LAZY void add(const sah_bins& other) {
@@ -83,30 +92,31 @@ class sah_bins {
     /// The plane of least cost with primitives on both sides; axis -1 where there is none.
     template <int Width>
     sah_plane cheapest() const {
+        sides below, above;
+        side low[3], high[3];
+        for (int k = 1, back = bins_ - 1; k < bins_; ++k, --back)
+            for (int axis = 0; axis < 3; ++axis) {
+                low[axis].add(box_[axis][k - 1], count_[axis][k - 1]);
+                high[axis].add(box_[axis][back], count_[axis][back]);
+                below.put(axis, k, low[axis]);
+                above.put(axis, back, high[axis]);
+            }
         sah_plane best;
         float least_cost = FLT_MAX;
         for (int axis = 0; axis < 3; ++axis) {
-            float cost[sah_grid::most]; // of a plane below each bin; where it divides nothing none is dearer
-            std::fill_n(cost, sah_grid::most, FLT_MAX);
-            side above, below;
-            for (int k = bins_ - 1; k > 0; --k) {
-                above.add(box_[axis][k], count_[axis][k]);
-                cost[k] = above.template cost<Width>();
-            }
-            for (int k = 1; k < bins_; ++k) {
-                below.add(box_[axis][k - 1], count_[axis][k - 1]);
-                cost[k] += below.template cost<Width>();
-            }
+            float cost[sah_grid::most];
             lanes<simd_width> cheap(FLT_MAX); // the least is found without branches, which no one could foresee
-            for (int k = 0; k < sah_grid::most; k += simd_width) cheap = lesser(cheap, load<simd_width>(cost + k));
+            for (int k = 0; k < sah_grid::most; k += simd_width) {
+                const auto both = below.template cost<Width>(axis, k) + above.template cost<Width>(axis, k);
+                store(both, cost + k);
+                cheap = lesser(cheap, both);
+            }
             const float here = least(cheap);
             if (!(here < least_cost)) continue;
             least_cost = here;
             int k = 1;
             while (cost[k] != here) ++k;
-            best.axis = axis;
-            best.bin = static_cast<std::uint32_t>(k);
-            best.below = count_below(best);
+            best = {axis, static_cast<std::uint32_t>(k), below.held[axis][k]};
         }
         return best;
     }
@@ -122,29 +132,38 @@ class sah_bins {
             upper = greater(upper, box.upper());
             held += count;
         }
-        template <int Width>
-        INSONIFY_INLINE float cost() const {
+    };
+
+    // The same side of all planes, by axis and the bin that each lies below.
+    struct sides {
+        float area[3][sah_grid::most] = {}; // halved
+        std::uint32_t held[3][sah_grid::most] = {};
+
+        INSONIFY_INLINE void put(int axis, int bin, const side& one) {
             float size[4];
-            store(minus_lower + upper, size);
-            const float area = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
-            return held != 0 ? area * static_cast<float>((held + Width - 1) / Width) : FLT_MAX;
+            store(one.minus_lower + one.upper, size);
+            area[axis][bin] = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+            held[axis][bin] = one.held;
+        }
+        // Of several planes: the area times the number of leaves; FLT_MAX where the side is empty.
+        template <int Width>
+        INSONIFY_INLINE lanes<simd_width> cost(int axis, int bin) const {
+            using floats = lanes<simd_width>;
+            const auto all = load_bits<simd_width>(held[axis] + bin);
+            const auto any = floats(0.0F) < floats_of<simd_width>(all);
+            const auto leaves = floats_of<simd_width>((all + (Width - 1U)) >> (std::bit_width(Width + 0U) - 1));
+            return select(any, load<simd_width>(area[axis] + bin), floats(FLT_MAX)) * greater(leaves, floats(1.0F));
         }
     };
 
-    // @return its bins along x, y and z, a byte each
+    // @param place  its bins along x, y and z, a byte each
     template <class = void>
-    INSONIFY_INLINE std::uint32_t add(const build_box& box, const lanes<4>& begin, const lanes<4>& scale,
-                                      const lanes<4>& last) {
-        float at[4];
-        store(greater(lesser((box.half_centre() - begin) * scale, last), lanes<4>(0.0F)), at);
-        const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
-        box_[0][x].add(box);
-        box_[1][y].add(box);
-        box_[2][z].add(box);
-        ++count_[0][x];
-        ++count_[1][y];
-        ++count_[2][z];
-        return static_cast<std::uint32_t>(x | y << 8 | z << 16);
+    INSONIFY_INLINE void add(const build_box& box, std::uint32_t place) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::uint32_t bin = place >> (8 * axis) & 0xFFU;
+            box_[axis][bin].add(box);
+            ++count_[axis][bin];
+        }
     }
 
     int bins_;
