@@ -5068,21 +5068,6 @@ struct box_rows {
         side[row(1, 1)] = b.upper.y;
         side[row(1, 2)] = b.upper.z;
     }
-    /// The box around all.
-    INSONIFY_FN aabb all() const {
-        const auto lowest = [this](std::uint32_t axis) { return least(load<Width>(sides + row(0, axis))); };
-        const auto highest = [this](std::uint32_t axis) { return greatest(load<Width>(sides + row(1, axis))); };
-        return {{lowest(0), lowest(1), lowest(2)}, {highest(0), highest(1), highest(2)}};
-    }
-    /// The surface of all, halved; square metres.
-    INSONIFY_FN float half_area() const {
-        using floats = lanes<Width>;
-        const auto size = [this](int axis) {
-            return greater(load<Width>(sides + (3 + axis) * Width) - load<Width>(sides + axis * Width), floats(0.0F));
-        };
-        const floats x = size(0), y = size(1), z = size(2);
-        return sum(x * y + y * z + z * x);
-    }
 };
 
 /// The boxes of the children, and their codes. 256 bytes at a width of 8: four lines of cache.
@@ -5093,7 +5078,7 @@ struct alignas(64) tree_node : box_rows<Width> {
 
 /// Sums of the halved surfaces of boxes, square metres.
 struct box_areas {
-    double all = 0;
+    double nodes = 0;
     double leaves = 0;
 };
 
@@ -5791,8 +5776,13 @@ concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_as
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// Of fewer primitives, some 2 MB of faces and corners, all is in the cache already: they are not asked for ahead
+/// (bench/bvh.cpp refits a small mesh and a large one).
+inline constexpr std::size_t most_at_hand = std::size_t{1} << 17U;
 
 /// A point of each of four primitives, side by side.
 struct four_points {
@@ -6879,8 +6869,10 @@ class morton_order {
             std::uint64_t* next = keys_.data() + begin;
             lanes<4> first[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, last[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
             for (std::size_t i = begin; i < end; i += 4) {
-                if constexpr (requires { range.prefetch_corners(0); })
-                    for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
+                if constexpr (requires { range.prefetch_corners(0); }) {
+                    if (range.size() >= most_at_hand)
+                        for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
+                }
                 const four_centres centres = leaf<Range, simd_width>::centres(range, i, end - 1);
                 const auto left_out = floats_of<4>(centres.wild) < zero;
                 bit_lanes<4> cells{};
@@ -7099,6 +7091,7 @@ topology<Width> build_morton::operator()(const Policy& policy, const Range& rang
 #ifndef INSONIFY_BVH_SAH_BINS_HPP
 #define INSONIFY_BVH_SAH_BINS_HPP
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -7146,14 +7139,22 @@ class sah_bins {
 
     /// Adds boxes, and writes down which bins they fall into, so that those who move them agree.
     INSONIFY_LAZY void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
-        const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale);
+        const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale), zero(0.0F);
         const lanes<4> last(static_cast<float>(bins_ - 1));
-        const std::size_t half = count / 2; // neighbours share bins: each would wait until the last one is in
-        for (std::size_t i = 0; i < half; ++i) {
-            places[i] = add(boxes[i], begin, scale, last);
-            places[half + i] = add(boxes[half + i], begin, scale, last);
+        for (std::size_t i = 0; i < count; ++i) {
+            float at[4];
+            store(greater(lesser((boxes[i].half_centre() - begin) * scale, last), zero), at);
+            const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
+            places[i] = static_cast<std::uint32_t>(x | y << 8 | z << 16);
         }
-        if (count > 2 * half) places[2 * half] = add(boxes[2 * half], begin, scale, last);
+        const std::size_t quarter = count / 4; // neighbours share bins: each would wait until the last one is in
+        for (std::size_t i = 0; i < quarter; ++i) {
+            add(boxes[i], places[i]);
+            add(boxes[quarter + i], places[quarter + i]);
+            add(boxes[2 * quarter + i], places[2 * quarter + i]);
+            add(boxes[3 * quarter + i], places[3 * quarter + i]);
+        }
+        for (std::size_t i = 4 * quarter; i < count; ++i) add(boxes[i], places[i]);
     }
 
     INSONIFY_LAZY void add(const sah_bins& other) {
@@ -7179,30 +7180,31 @@ class sah_bins {
     /// The plane of least cost with primitives on both sides; axis -1 where there is none.
     template <int Width>
     sah_plane cheapest() const {
+        sides below, above;
+        side low[3], high[3];
+        for (int k = 1, back = bins_ - 1; k < bins_; ++k, --back)
+            for (int axis = 0; axis < 3; ++axis) {
+                low[axis].add(box_[axis][k - 1], count_[axis][k - 1]);
+                high[axis].add(box_[axis][back], count_[axis][back]);
+                below.put(axis, k, low[axis]);
+                above.put(axis, back, high[axis]);
+            }
         sah_plane best;
         float least_cost = FLT_MAX;
         for (int axis = 0; axis < 3; ++axis) {
-            float cost[sah_grid::most]; // of a plane below each bin; where it divides nothing none is dearer
-            std::fill_n(cost, sah_grid::most, FLT_MAX);
-            side above, below;
-            for (int k = bins_ - 1; k > 0; --k) {
-                above.add(box_[axis][k], count_[axis][k]);
-                cost[k] = above.template cost<Width>();
-            }
-            for (int k = 1; k < bins_; ++k) {
-                below.add(box_[axis][k - 1], count_[axis][k - 1]);
-                cost[k] += below.template cost<Width>();
-            }
+            float cost[sah_grid::most];
             lanes<simd_width> cheap(FLT_MAX); // the least is found without branches, which no one could foresee
-            for (int k = 0; k < sah_grid::most; k += simd_width) cheap = lesser(cheap, load<simd_width>(cost + k));
+            for (int k = 0; k < sah_grid::most; k += simd_width) {
+                const auto both = below.template cost<Width>(axis, k) + above.template cost<Width>(axis, k);
+                store(both, cost + k);
+                cheap = lesser(cheap, both);
+            }
             const float here = least(cheap);
             if (!(here < least_cost)) continue;
             least_cost = here;
             int k = 1;
             while (cost[k] != here) ++k;
-            best.axis = axis;
-            best.bin = static_cast<std::uint32_t>(k);
-            best.below = count_below(best);
+            best = {axis, static_cast<std::uint32_t>(k), below.held[axis][k]};
         }
         return best;
     }
@@ -7218,29 +7220,38 @@ class sah_bins {
             upper = greater(upper, box.upper());
             held += count;
         }
-        template <int Width>
-        INSONIFY_INLINE float cost() const {
+    };
+
+    // The same side of all planes, by axis and the bin that each lies below.
+    struct sides {
+        float area[3][sah_grid::most] = {}; // halved
+        std::uint32_t held[3][sah_grid::most] = {};
+
+        INSONIFY_INLINE void put(int axis, int bin, const side& one) {
             float size[4];
-            store(minus_lower + upper, size);
-            const float area = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
-            return held != 0 ? area * static_cast<float>((held + Width - 1) / Width) : FLT_MAX;
+            store(one.minus_lower + one.upper, size);
+            area[axis][bin] = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+            held[axis][bin] = one.held;
+        }
+        // Of several planes: the area times the number of leaves; FLT_MAX where the side is empty.
+        template <int Width>
+        INSONIFY_INLINE lanes<simd_width> cost(int axis, int bin) const {
+            using floats = lanes<simd_width>;
+            const auto all = load_bits<simd_width>(held[axis] + bin);
+            const auto any = floats(0.0F) < floats_of<simd_width>(all);
+            const auto leaves = floats_of<simd_width>((all + (Width - 1U)) >> (std::bit_width(Width + 0U) - 1));
+            return select(any, load<simd_width>(area[axis] + bin), floats(FLT_MAX)) * greater(leaves, floats(1.0F));
         }
     };
 
-    // @return its bins along x, y and z, a byte each
+    // @param place  its bins along x, y and z, a byte each
     template <class = void>
-    INSONIFY_INLINE std::uint32_t add(const build_box& box, const lanes<4>& begin, const lanes<4>& scale,
-                                      const lanes<4>& last) {
-        float at[4];
-        store(greater(lesser((box.half_centre() - begin) * scale, last), lanes<4>(0.0F)), at);
-        const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
-        box_[0][x].add(box);
-        box_[1][y].add(box);
-        box_[2][z].add(box);
-        ++count_[0][x];
-        ++count_[1][y];
-        ++count_[2][z];
-        return static_cast<std::uint32_t>(x | y << 8 | z << 16);
+    INSONIFY_INLINE void add(const build_box& box, std::uint32_t place) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::uint32_t bin = place >> (8 * axis) & 0xFFU;
+            box_[axis][bin].add(box);
+            ++count_[axis][bin];
+        }
     }
 
     int bins_;
@@ -7410,7 +7421,7 @@ namespace insonify::inline INSONIFY_ABI {
 template <primitive_range Range, int Width>
 struct tree_shape {
     large_array<leaf<Range, Width>> leaves{};
-    large_array<aabb> boxes{}; ///< of each leaf
+    large_array<aabb> boxes{}; ///< of each node, then of each leaf
     aabb box{};                ///< around all
     float reach = 0;           ///< no coordinate of a box is further from 0
     float leaf_size = 0;       ///< metres: the mean of leaves, as squares
@@ -7419,19 +7430,18 @@ struct tree_shape {
     /// So that `refit` allocates nothing.
     void make_room(const topology<Width>& tree) {
         leaves.reserve(tree.leaves());
-        boxes.reserve(tree.leaves());
+        boxes.reserve(tree.nodes.size() + tree.leaves());
     }
 };
 
 /// Of a large mesh, whose faces lie anywhere: asks for the faces of a leaf further on, and for the corners of those that are
-/// there by now. A small one is in the cache already (bench/bvh.cpp refits both).
+/// there by now.
 template <primitive_range Range, int Width>
 INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
                                 const Range& range) {
     if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
-        constexpr std::size_t to_faces = 8, to_corners = 4;  // leaves
-        constexpr std::size_t small = std::size_t{1} << 17U; // triangles: some 2 MB of faces and corners
-        if (range.size() < small) return;
+        constexpr std::size_t to_faces = 8, to_corners = 4; // leaves
+        if (range.size() < most_at_hand) return;
         const std::uint32_t* const slots = tree.slots.data() + std::size_t{leaf} * Width;
         if (leaf_end - leaf > to_faces)
             for (const std::uint32_t *slot = slots + to_faces * Width, *end = slot + Width; slot != end; ++slot)
@@ -7447,23 +7457,27 @@ INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf,
 template <primitive_range Range, int Width>
 box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part& part, const Range& range,
                      tree_shape<Range, Width>& shape) {
+    aabb* const of_nodes = shape.boxes.data();
+    aabb* const of_leaves = of_nodes + tree.nodes.size();
     box_areas area;
     for (std::uint32_t i = part.first_leaf; i < part.leaf_end; ++i) {
         look_ahead(tree, i, part.leaf_end, range);
-        const aabb box = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
-        shape.boxes[i] = box;
-        area.leaves += static_cast<double>(box.half_area());
+        of_leaves[i] = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
+        area.leaves += static_cast<double>(of_leaves[i].half_area());
     }
+    const aabb none;
     for (std::uint32_t i = part.end; i-- > part.begin;) { // children come after their parent
         tree_node<Width>& node = tree.nodes[i];
+        aabb all;
         for (int k = 0; k < Width; ++k) {
             const std::uint32_t child = node.child[k];
-            if (child == no_child)
-                node.set_box(k, {});
-            else
-                node.set_box(k, (child & leaf_bit) == 0 ? tree.nodes[child].all() : shape.boxes[child ^ leaf_bit]);
+            const aabb* const boxes = (child & leaf_bit) != 0 ? of_leaves : of_nodes;
+            const aabb& box = child != no_child ? boxes[child & ~leaf_bit] : none;
+            node.set_box(k, box);
+            all = merged(all, box);
         }
-        area.all += static_cast<double>(node.half_area());
+        of_nodes[i] = all;
+        area.nodes += static_cast<double>(all.half_area());
     }
     return area;
 }
@@ -7476,7 +7490,7 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
 template <exec::policy Policy, primitive_range Range, int Width>
 void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree_shape<Range, Width>& shape) {
     shape.leaves.resize(tree.leaves());
-    shape.boxes.resize(tree.leaves());
+    shape.boxes.resize(tree.nodes.size() + tree.leaves());
     shape.box = {};
     shape.reach = shape.leaf_size = 0;
     shape.cost = 0;
@@ -7486,12 +7500,12 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
     const auto& first = tree.parts[0];
     box_areas area = refit_part(tree, {0, first.begin, 0, first.first_leaf}, range, shape);
     for (const auto& part : tree.parts) {
-        area.all += part.areas.all;
+        area.nodes += part.areas.nodes;
         area.leaves += part.areas.leaves;
     }
-    shape.box = tree.nodes[0].all();
+    shape.box = shape.boxes[0];
     const auto root_area = static_cast<double>(shape.box.half_area());
-    shape.cost = root_area > 0 ? area.all / root_area : 0;
+    shape.cost = root_area > 0 ? (area.nodes + area.leaves) / root_area - 1 : 0;
     shape.leaf_size = static_cast<float>(std::sqrt(area.leaves / static_cast<double>(tree.leaves())));
     if (shape.box.empty()) return;
     const vec3 farthest = greater(absolute(shape.box.lower), absolute(shape.box.upper));
@@ -7587,8 +7601,9 @@ class bvh_storage {
                 .leaves = tree_.leaves(),
                 .levels = tree_.levels,
                 .cost = shape_.cost,
-                .bytes = tree_.nodes.size() * sizeof(tree_node<Width>) + tree_.slots.size() * sizeof(std::uint32_t) +
-                         tree_.leaves() * (sizeof(leaf<Range, Width>) + sizeof(aabb))};
+                .bytes = tree_.nodes.size() * (sizeof(tree_node<Width>) + sizeof(aabb)) +
+                         tree_.leaves() * (sizeof(leaf<Range, Width>) + sizeof(aabb)) +
+                         tree_.slots.size() * sizeof(std::uint32_t)};
     }
 
   private:

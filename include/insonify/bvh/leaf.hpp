@@ -6,8 +6,13 @@
 #include <insonify/bvh/prepared_ray.hpp>
 #include <insonify/core/algorithm.hpp>
 #include <insonify/execution/simd_bits.hpp>
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// Of fewer primitives, some 2 MB of faces and corners, all is in the cache already: they are not asked for ahead
+/// (bench/bvh.cpp refits a small mesh and a large one).
+inline constexpr std::size_t most_at_hand = std::size_t{1} << 17U;
 
 /// A point of each of four primitives, side by side.
 struct four_points {

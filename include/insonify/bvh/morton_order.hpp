@@ -79,8 +79,10 @@ class morton_order {
             std::uint64_t* next = keys_.data() + begin;
             lanes<4> first[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, last[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
             for (std::size_t i = begin; i < end; i += 4) {
-                if constexpr (requires { range.prefetch_corners(0); })
-                    for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
+                if constexpr (requires { range.prefetch_corners(0); }) {
+                    if (range.size() >= most_at_hand)
+                        for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
+                }
                 const four_centres centres = leaf<Range, simd_width>::centres(range, i, end - 1);
                 const auto left_out = floats_of<4>(centres.wild) < zero;
                 bit_lanes<4> cells{};

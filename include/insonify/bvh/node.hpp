@@ -54,21 +54,6 @@ struct box_rows {
         side[row(1, 1)] = b.upper.y;
         side[row(1, 2)] = b.upper.z;
     }
-    /// The box around all.
-    INSONIFY_FN aabb all() const {
-        const auto lowest = [this](std::uint32_t axis) { return least(load<Width>(sides + row(0, axis))); };
-        const auto highest = [this](std::uint32_t axis) { return greatest(load<Width>(sides + row(1, axis))); };
-        return {{lowest(0), lowest(1), lowest(2)}, {highest(0), highest(1), highest(2)}};
-    }
-    /// The surface of all, halved; square metres.
-    INSONIFY_FN float half_area() const {
-        using floats = lanes<Width>;
-        const auto size = [this](int axis) {
-            return greater(load<Width>(sides + (3 + axis) * Width) - load<Width>(sides + axis * Width), floats(0.0F));
-        };
-        const floats x = size(0), y = size(1), z = size(2);
-        return sum(x * y + y * z + z * x);
-    }
 };
 
 /// The boxes of the children, and their codes. 256 bytes at a width of 8: four lines of cache.
@@ -79,7 +64,7 @@ struct alignas(64) tree_node : box_rows<Width> {
 
 /// Sums of the halved surfaces of boxes, square metres.
 struct box_areas {
-    double all = 0;
+    double nodes = 0;
     double leaves = 0;
 };
 

@@ -10,7 +10,7 @@ namespace insonify::inline INSONIFY_ABI {
 template <primitive_range Range, int Width>
 struct tree_shape {
     large_array<leaf<Range, Width>> leaves{};
-    large_array<aabb> boxes{}; ///< of each leaf
+    large_array<aabb> boxes{}; ///< of each node, then of each leaf
     aabb box{};                ///< around all
     float reach = 0;           ///< no coordinate of a box is further from 0
     float leaf_size = 0;       ///< metres: the mean of leaves, as squares
@@ -19,19 +19,18 @@ struct tree_shape {
     /// So that `refit` allocates nothing.
     void make_room(const topology<Width>& tree) {
         leaves.reserve(tree.leaves());
-        boxes.reserve(tree.leaves());
+        boxes.reserve(tree.nodes.size() + tree.leaves());
     }
 };
 
 /// Of a large mesh, whose faces lie anywhere: asks for the faces of a leaf further on, and for the corners of those that are
-/// there by now. A small one is in the cache already (bench/bvh.cpp refits both).
+/// there by now.
 template <primitive_range Range, int Width>
 INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
                                 const Range& range) {
     if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
-        constexpr std::size_t to_faces = 8, to_corners = 4;  // leaves
-        constexpr std::size_t small = std::size_t{1} << 17U; // triangles: some 2 MB of faces and corners
-        if (range.size() < small) return;
+        constexpr std::size_t to_faces = 8, to_corners = 4; // leaves
+        if (range.size() < most_at_hand) return;
         const std::uint32_t* const slots = tree.slots.data() + std::size_t{leaf} * Width;
         if (leaf_end - leaf > to_faces)
             for (const std::uint32_t *slot = slots + to_faces * Width, *end = slot + Width; slot != end; ++slot)
@@ -47,23 +46,27 @@ INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf,
 template <primitive_range Range, int Width>
 box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part& part, const Range& range,
                      tree_shape<Range, Width>& shape) {
+    aabb* const of_nodes = shape.boxes.data();
+    aabb* const of_leaves = of_nodes + tree.nodes.size();
     box_areas area;
     for (std::uint32_t i = part.first_leaf; i < part.leaf_end; ++i) {
         look_ahead(tree, i, part.leaf_end, range);
-        const aabb box = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
-        shape.boxes[i] = box;
-        area.leaves += static_cast<double>(box.half_area());
+        of_leaves[i] = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
+        area.leaves += static_cast<double>(of_leaves[i].half_area());
     }
+    const aabb none;
     for (std::uint32_t i = part.end; i-- > part.begin;) { // children come after their parent
         tree_node<Width>& node = tree.nodes[i];
+        aabb all;
         for (int k = 0; k < Width; ++k) {
             const std::uint32_t child = node.child[k];
-            if (child == no_child)
-                node.set_box(k, {});
-            else
-                node.set_box(k, (child & leaf_bit) == 0 ? tree.nodes[child].all() : shape.boxes[child ^ leaf_bit]);
+            const aabb* const boxes = (child & leaf_bit) != 0 ? of_leaves : of_nodes;
+            const aabb& box = child != no_child ? boxes[child & ~leaf_bit] : none;
+            node.set_box(k, box);
+            all = merged(all, box);
         }
-        area.all += static_cast<double>(node.half_area());
+        of_nodes[i] = all;
+        area.nodes += static_cast<double>(all.half_area());
     }
     return area;
 }
@@ -76,7 +79,7 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
 template <exec::policy Policy, primitive_range Range, int Width>
 void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree_shape<Range, Width>& shape) {
     shape.leaves.resize(tree.leaves());
-    shape.boxes.resize(tree.leaves());
+    shape.boxes.resize(tree.nodes.size() + tree.leaves());
     shape.box = {};
     shape.reach = shape.leaf_size = 0;
     shape.cost = 0;
@@ -86,12 +89,12 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
     const auto& first = tree.parts[0];
     box_areas area = refit_part(tree, {0, first.begin, 0, first.first_leaf}, range, shape);
     for (const auto& part : tree.parts) {
-        area.all += part.areas.all;
+        area.nodes += part.areas.nodes;
         area.leaves += part.areas.leaves;
     }
-    shape.box = tree.nodes[0].all();
+    shape.box = shape.boxes[0];
     const auto root_area = static_cast<double>(shape.box.half_area());
-    shape.cost = root_area > 0 ? area.all / root_area : 0;
+    shape.cost = root_area > 0 ? (area.nodes + area.leaves) / root_area - 1 : 0;
     shape.leaf_size = static_cast<float>(std::sqrt(area.leaves / static_cast<double>(tree.leaves())));
     if (shape.box.empty()) return;
     const vec3 farthest = greater(absolute(shape.box.lower), absolute(shape.box.upper));

@@ -94,8 +94,9 @@ class bvh_storage {
                 .leaves = tree_.leaves(),
                 .levels = tree_.levels,
                 .cost = shape_.cost,
-                .bytes = tree_.nodes.size() * sizeof(tree_node<Width>) + tree_.slots.size() * sizeof(std::uint32_t) +
-                         tree_.leaves() * (sizeof(leaf<Range, Width>) + sizeof(aabb))};
+                .bytes = tree_.nodes.size() * (sizeof(tree_node<Width>) + sizeof(aabb)) +
+                         tree_.leaves() * (sizeof(leaf<Range, Width>) + sizeof(aabb)) +
+                         tree_.slots.size() * sizeof(std::uint32_t)};
     }
 
   private:
