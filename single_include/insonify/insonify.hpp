@@ -5020,7 +5020,6 @@ INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
 #endif
 #include <bit>
 #include <cstdint>
-#include <vector>
 
 /// A tree in three arrays: the nodes (whose children are whose, made by a builder, and the boxes around them, which
 /// follow moving primitives), the slots, which say whose primitives are whose, and the leaves, which hold what rays ask
@@ -5037,13 +5036,17 @@ inline constexpr std::uint32_t no_primitive = ~0U;
 inline constexpr std::uint32_t leaf_bit = 0x80000000U;
 inline constexpr std::uint32_t no_child = ~0U;
 
+/// The logarithm of a width, to base 2.
+template <int Width>
+inline constexpr std::uint32_t width_bits = static_cast<std::uint32_t>(std::bit_width(static_cast<unsigned>(Width)) -
+                                                                       1);
+
 /// No tree is deeper, whatever the primitives: builders halve by number once a node stands this far down ...
 inline constexpr std::uint32_t free_levels = 24;
 
 /// ... which ends within as many more levels as 2^32 primitives take.
 template <int Width>
-inline constexpr std::uint32_t
-    most_levels = free_levels + 33 / static_cast<std::uint32_t>(std::bit_width(static_cast<unsigned>(Width)) - 1);
+inline constexpr std::uint32_t most_levels = free_levels + 33 / width_bits<Width>;
 
 /// Boxes side by side for SIMD: three rows of lower sides, x, y, z, then three of upper ones.
 template <int Width>
@@ -5073,6 +5076,7 @@ struct box_rows {
 /// The boxes of the children, and their codes. 256 bytes at a width of 8: four lines of cache.
 template <int Width>
 struct alignas(64) tree_node : box_rows<Width> {
+    static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
     std::uint32_t child[Width];
 };
 
@@ -5293,8 +5297,8 @@ struct prepared_ray {
     }
 };
 
-/// Where the ray enters the boxes of a node's children that it meets within its limits: FLT_MAX for the others, a bit in
-/// `met` for these.
+/// Where the ray enters the boxes of a node's children, with a bit in `met`, that it meets within its limits; FLT_MAX for
+/// the others.
 template <int Width>
 struct box_entries {
     lanes<Width> distance{};
@@ -5302,6 +5306,7 @@ struct box_entries {
 };
 
 /// Slab test of all children at once. Conservative: rounding never loses a box.
+/// @param max_distance  FLT_MAX at most
 template <int Width>
 INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& node, const prepared_ray<Width>& r,
                                                      float max_distance) {
@@ -5611,7 +5616,8 @@ struct ray_packet {
     float margin_ = 0;
 };
 
-/// Where the packet enters the boxes of a node's children, in terms of forward * z - begin; FLT_MAX where it meets none.
+/// Where the packet enters the boxes of a node's children, in terms of forward * z - begin; FLT_MAX for those that it
+/// does not meet.
 /// @return a bit for each box that some ray may meet
 template <int N>
 INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const ray_packet<N>& p, lanes<N>& entry) {
@@ -5899,8 +5905,9 @@ struct triangle_hits {
 
     /// Along the ray; of those that are certain.
     INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
-        // First, lest large numbers overflow, or small ones vanish. The others divide by 1: their sum may be 0.
-        const lanes<N> one(1.0F), share = one / select(certain, u + v + w, one);
+        // First, lest large numbers overflow, or small ones vanish. The others' sum may be 0: they divide by `scale`. Not by
+        // 1, for clang inverts constants by itself, and then divides by 0 all the same.
+        const lanes<N> share = lanes<N>(1.0F) / select(certain, u + v + w, scale);
         lanes<N> shares[3] = {u * share, v * share, w * share};
 #if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // -ffast-math, or a part of it
         asm("" : "+m"(shares));                      // or the compiler changes the order back
@@ -6036,7 +6043,7 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     /// Calls visit(group, its first ray, primitive, distances) for every triangle that one of a group's rays may meet; a
-    /// visit returns the rays whose limits it has lowered, a bit each. The same arithmetic as above, so that a ray gets the
+    /// visit returns 0 where it has lowered no limit. The same arithmetic as above, so that a ray gets the
     /// same answer alone and in a packet.
     template <class Visit>
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
@@ -6187,7 +6194,7 @@ INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values,
 ///     go_back(limit)        to what has waited; false where nothing does, which is the end of the way
 namespace insonify::inline INSONIFY_ABI {
 
-/// Each level takes one from what waits and adds at most Width.
+/// Each level takes one from what waits and adds at most Width; `pack_lanes` writes as many in any case.
 template <int Width>
 inline constexpr std::uint32_t most_waiting = most_levels<Width>*(Width - 1) + 1;
 
@@ -6196,16 +6203,17 @@ template <int Width>
 struct nearest_first {
     std::uint32_t next = 0;
     std::uint32_t waiting = 0;
-    std::uint32_t
-        stack[most_waiting<Width>]; // with room for all of the last node's children, which `pack_lanes` writes
+    std::uint32_t stack[most_waiting<Width>];
     std::uint32_t begins[most_waiting<Width>]; // of each, the bits of its distance
 
     INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
 
-    /// @param distance  where each child begins, FLT_MAX for those that are not met  @param met  a bit for each
+    /// @param distance  where each child begins: FLT_MAX at most, and that for those that are not met
+    /// @param met       a bit for each
     INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>& distance,
                                              std::uint32_t met) {
-        const std::uint32_t nearest = lowest_bit(met & bits_of(distance == lanes<Width>(least(distance))));
+        const std::uint32_t tied = met & bits_of(distance == lanes<Width>(least(distance)));
+        const std::uint32_t nearest = lowest_bit(tied | 1U << (Width - 1)); // no lane beyond, whatever the numbers
         next = node.child[nearest];
         met &= ~(1U << nearest);
         pack_lanes<Width>(raw_bits<Width>(distance), met, begins + waiting);
@@ -6336,7 +6344,8 @@ struct tree_walk {
     /// @return false where there is nothing to meet
     INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
         r.prepare(source, tree.reach);
-        limit = lesser(source.max_distance, FLT_MAX); // so that no box is met beyond
+        const bool endless = __builtin_bit_cast(std::uint32_t, source.max_distance) == 0x7F800000U; // read as bits, for
+        limit = endless ? FLT_MAX : source.max_distance; // under -ffast-math there is no infinity, and a NaN would trap
         way.start();
         return r.legal && !tree.nodes.empty();
     }
@@ -6396,7 +6405,7 @@ struct packet_walk {
 
     /// Calls visit(group, its first ray, primitive, distance) for every triangle that one of a group's rays may meet, with
     /// the distances of these rays, FLT_MAX for those that miss it, their limits not yet looked at. Nodes are taken nearest
-    /// first; visit returns the rays whose limits it has lowered, a bit each. @return false at the end of the way
+    /// first; visit returns 0 where it has lowered none. @return false at the end of the way
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
         if ((way.next & leaf_bit) == 0) {
@@ -7091,7 +7100,6 @@ topology<Width> build_morton::operator()(const Policy& policy, const Range& rang
 #ifndef INSONIFY_BVH_SAH_BINS_HPP
 #define INSONIFY_BVH_SAH_BINS_HPP
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -7239,7 +7247,7 @@ class sah_bins {
             using floats = lanes<simd_width>;
             const auto all = load_bits<simd_width>(held[axis] + bin);
             const auto any = floats(0.0F) < floats_of<simd_width>(all);
-            const auto leaves = floats_of<simd_width>((all + (Width - 1U)) >> (std::bit_width(Width + 0U) - 1));
+            const auto leaves = floats_of<simd_width>((all + (Width - 1U)) >> width_bits<Width>);
             return select(any, load<simd_width>(area[axis] + bin), floats(FLT_MAX)) * greater(leaves, floats(1.0F));
         }
     };
@@ -7425,7 +7433,7 @@ struct tree_shape {
     aabb box{};                ///< around all
     float reach = 0;           ///< no coordinate of a box is further from 0
     float leaf_size = 0;       ///< metres: the mean of leaves, as squares
-    double cost = 0; ///< expected nodes and leaves that a random ray visits: areas of all boxes over that of the whole
+    double cost = 0; ///< expected nodes and leaves below the root that a random ray visits: their areas over the root's
 
     /// So that `refit` allocates nothing.
     void make_room(const topology<Width>& tree) {
@@ -7453,7 +7461,7 @@ INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf,
 }
 
 /// Fits the leaves of a part to their primitives, one after the other, and then the boxes in its nodes to their children,
-/// which are leaves, among them, or fitted already. @return the areas of those boxes
+/// which are leaves, among them, or fitted already. @return the areas of the boxes around each
 template <primitive_range Range, int Width>
 box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part& part, const Range& range,
                      tree_shape<Range, Width>& shape) {
@@ -7472,7 +7480,7 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
         for (int k = 0; k < Width; ++k) {
             const std::uint32_t child = node.child[k];
             const aabb* const boxes = (child & leaf_bit) != 0 ? of_leaves : of_nodes;
-            const aabb& box = child != no_child ? boxes[child & ~leaf_bit] : none;
+            const aabb box = child != no_child ? boxes[child & ~leaf_bit] : none;
             node.set_box(k, box);
             all = merged(all, box);
         }
@@ -7504,8 +7512,9 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
         area.leaves += part.areas.leaves;
     }
     shape.box = shape.boxes[0];
-    const auto root_area = static_cast<double>(shape.box.half_area());
-    shape.cost = root_area > 0 ? (area.nodes + area.leaves) / root_area - 1 : 0;
+    const float root_area = shape.box.half_area();
+    const bool measured = root_area > 0 && is_finite(root_area);
+    shape.cost = measured ? (area.nodes + area.leaves) / static_cast<double>(root_area) - 1 : 0; // 1: the root's own
     shape.leaf_size = static_cast<float>(std::sqrt(area.leaves / static_cast<double>(tree.leaves())));
     if (shape.box.empty()) return;
     const vec3 farthest = greater(absolute(shape.box.lower), absolute(shape.box.upper));

@@ -106,6 +106,41 @@ TEST_CASE("a ray is legal where it can meet anything, and meets the nearer side 
     CHECK(wrong == 0);
 }
 
+TEST_CASE("a ray enters the boxes that it meets within its limits, and the others at FLT_MAX") {
+    tree_node<simd_width> node{};
+    for (int i = 0; i < simd_width; ++i) { // one behind the other, every other one aside
+        const vec3 place{i % 2 == 0 ? 0.0F : 10.0F, 0, static_cast<float>(i)};
+        node.set_box(i, {place - vec3{1, 1, 0}, place + vec3{1, 1, 0.5F}});
+    }
+    prepared_ray<simd_width> r;
+    r.prepare({.origin = {0.2F, 0.1F, -1}, .min_distance = 1.2F, .max_distance = 3.5F}, 20);
+    const auto boxes = enter(node, r, r.source.max_distance);
+    CHECK(boxes.met == 0b101U);
+    float distance[simd_width];
+    store(boxes.distance, distance);
+    for (int i = 0; i < simd_width; ++i)
+        CHECK(distance[i] == (i == 0 ? 1.2F : i == 2 ? doctest::Approx(3).epsilon(1e-5) : doctest::Approx(FLT_MAX)));
+}
+
+TEST_CASE("what lies further than numbers go is not met, whatever the limit") {
+    mesh sphere = make_sphere({0, 0, 0}, 1, 2);
+    for (vec3& p : sphere.positions) p *= 1e11F; // 1e40 steps away
+    const bvh tree{exec::seq, sphere};
+    std::vector<ray> rays;
+    for (std::uint64_t i = 0; i < 512; ++i) {
+        const vec3 along{hash_uniform(13, 2 * i) - 0.5F, hash_uniform(13, 2 * i + 1) - 0.5F, 1};
+        rays.push_back({.direction = 1e-29F * along, .max_distance = std::numeric_limits<float>::infinity()});
+    }
+    std::vector<hit> hits(rays.size());
+    std::vector<std::uint8_t> met(rays.size());
+    tree.closest(exec::seq, rays, hits);
+    tree.any(exec::seq, rays, met);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        REQUIRE_FALSE((hits[i] || met[i] != 0));
+        REQUIRE_FALSE((tree.closest(rays[i]) || tree.any(rays[i])));
+    }
+}
+
 TEST_CASE("a ray with a NaN anywhere meets nothing and changes no neighbour's hit") {
     const mesh ball = make_sphere({0, 0, 0}, 0.4F, 4);
     const bvh tree{exec::par, ball};

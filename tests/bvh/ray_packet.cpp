@@ -225,6 +225,27 @@ TEST_CASE("rays that do not go together make no packet") {
     }
 }
 
+TEST_CASE("a packet enters the boxes that some of its rays may meet, and the others at FLT_MAX") {
+    tree_node<simd_width> node{};
+    for (int i = 0; i < simd_width; ++i) { // one behind the other, every other one aside
+        const vec3 place{i % 2 == 0 ? 0.0F : 10.0F, 0, static_cast<float>(i)};
+        node.set_box(i, {place - vec3{1, 1, 0}, place + vec3{1, 1, 0.5F}});
+    }
+    std::vector<ray> rays;
+    for (int i = 0; i < simd_width; ++i)
+        rays.push_back({.origin = {0.01F * static_cast<float>(i), 0, -1}, .max_distance = 3.5F});
+    ray_packet<simd_width> together;
+    REQUIRE(together.prepare(rays.data(), rays.size(), 20, 1) == simd_width);
+    lanes<simd_width> entry(0.0F);
+    CHECK(enter(node, together, entry) == 0b101U);
+    float begins[simd_width];
+    store(entry, begins);
+    for (int i = 0; i < simd_width; ++i)
+        CHECK(begins[i] == (i == 0   ? doctest::Approx(1).epsilon(1e-3)
+                            : i == 2 ? doctest::Approx(3).epsilon(1e-3)
+                                     : doctest::Approx(FLT_MAX)));
+}
+
 TEST_CASE("a limit that is no number stops its own ray of a packet only") {
     const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
     const bvh tree{exec::par, m};

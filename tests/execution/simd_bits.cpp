@@ -28,8 +28,8 @@ void check() {
         CHECK(result[N - 1] == value);
         store(select(load<N>(x) < lanes<N>(1.0F), load<N>(x), lanes<N>(0.0F)), result);
         CHECK(result[N - 1] == (value < 1 ? value : 0));
-        const bit_lanes<N> not_a_number = steps_of_bits<N>(0xFFFFFFFFU, 0), small = steps_of_bits<N>(3, 0); // as bits
-        store_bits<N>(select_bits<N>(load<N>(x) < lanes<N>(1.0F), not_a_number, small), stored);
+        const bit_lanes<N> not_a_number = steps_of_bits<N>(0xFFFFFFFFU, 0), three = steps_of_bits<N>(3, 0); // as bits
+        store_bits<N>(select_bits<N>(load<N>(x) < lanes<N>(1.0F), not_a_number, three), stored);
         CHECK(stored[N - 1] == (value < 1 ? 0xFFFFFFFFU : 3U));
         CHECK((N == 1 || stored[0] == 0xFFFFFFFFU)); // x is 0 there
         store(floats_of<N>((not_finite<N>(load<N>(x)) | not_number<N>(load<N>(x))) >> 31), result);

@@ -27,8 +27,9 @@ struct triangle_hits {
 
     /// Along the ray; of those that are certain.
     INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
-        // First, lest large numbers overflow, or small ones vanish. The others divide by 1: their sum may be 0.
-        const lanes<N> one(1.0F), share = one / select(certain, u + v + w, one);
+        // First, lest large numbers overflow, or small ones vanish. The others' sum may be 0: they divide by `scale`. Not by
+        // 1, for clang inverts constants by itself, and then divides by 0 all the same.
+        const lanes<N> share = lanes<N>(1.0F) / select(certain, u + v + w, scale);
         lanes<N> shares[3] = {u * share, v * share, w * share};
 #if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // -ffast-math, or a part of it
         asm("" : "+m"(shares));                      // or the compiler changes the order back
@@ -164,7 +165,7 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     /// Calls visit(group, its first ray, primitive, distances) for every triangle that one of a group's rays may meet; a
-    /// visit returns the rays whose limits it has lowered, a bit each. The same arithmetic as above, so that a ray gets the
+    /// visit returns 0 where it has lowered no limit. The same arithmetic as above, so that a ray gets the
     /// same answer alone and in a packet.
     template <class Visit>
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {

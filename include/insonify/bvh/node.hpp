@@ -2,11 +2,9 @@
 #define INSONIFY_BVH_NODE_HPP
 
 #include <insonify/bvh/large_array.hpp>
-#include <insonify/execution/simd.hpp>
 #include <insonify/geometry/aabb.hpp>
 #include <bit>
 #include <cstdint>
-#include <vector>
 
 /// A tree in three arrays: the nodes (whose children are whose, made by a builder, and the boxes around them, which
 /// follow moving primitives), the slots, which say whose primitives are whose, and the leaves, which hold what rays ask
@@ -23,13 +21,17 @@ inline constexpr std::uint32_t no_primitive = ~0U;
 inline constexpr std::uint32_t leaf_bit = 0x80000000U;
 inline constexpr std::uint32_t no_child = ~0U;
 
+/// The logarithm of a width, to base 2.
+template <int Width>
+inline constexpr std::uint32_t width_bits = static_cast<std::uint32_t>(std::bit_width(static_cast<unsigned>(Width)) -
+                                                                       1);
+
 /// No tree is deeper, whatever the primitives: builders halve by number once a node stands this far down ...
 inline constexpr std::uint32_t free_levels = 24;
 
 /// ... which ends within as many more levels as 2^32 primitives take.
 template <int Width>
-inline constexpr std::uint32_t
-    most_levels = free_levels + 33 / static_cast<std::uint32_t>(std::bit_width(static_cast<unsigned>(Width)) - 1);
+inline constexpr std::uint32_t most_levels = free_levels + 33 / width_bits<Width>;
 
 /// Boxes side by side for SIMD: three rows of lower sides, x, y, z, then three of upper ones.
 template <int Width>
@@ -59,6 +61,7 @@ struct box_rows {
 /// The boxes of the children, and their codes. 256 bytes at a width of 8: four lines of cache.
 template <int Width>
 struct alignas(64) tree_node : box_rows<Width> {
+    static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
     std::uint32_t child[Width];
 };
 

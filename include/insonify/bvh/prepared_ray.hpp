@@ -68,8 +68,8 @@ struct prepared_ray {
     }
 };
 
-/// Where the ray enters the boxes of a node's children that it meets within its limits: FLT_MAX for the others, a bit in
-/// `met` for these.
+/// Where the ray enters the boxes of a node's children, with a bit in `met`, that it meets within its limits; FLT_MAX for
+/// the others.
 template <int Width>
 struct box_entries {
     lanes<Width> distance{};
@@ -77,6 +77,7 @@ struct box_entries {
 };
 
 /// Slab test of all children at once. Conservative: rounding never loses a box.
+/// @param max_distance  FLT_MAX at most
 template <int Width>
 INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& node, const prepared_ray<Width>& r,
                                                      float max_distance) {

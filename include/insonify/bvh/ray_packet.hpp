@@ -296,7 +296,8 @@ struct ray_packet {
     float margin_ = 0;
 };
 
-/// Where the packet enters the boxes of a node's children, in terms of forward * z - begin; FLT_MAX where it meets none.
+/// Where the packet enters the boxes of a node's children, in terms of forward * z - begin; FLT_MAX for those that it
+/// does not meet.
 /// @return a bit for each box that some ray may meet
 template <int N>
 INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const ray_packet<N>& p, lanes<N>& entry) {

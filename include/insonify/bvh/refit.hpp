@@ -14,7 +14,7 @@ struct tree_shape {
     aabb box{};                ///< around all
     float reach = 0;           ///< no coordinate of a box is further from 0
     float leaf_size = 0;       ///< metres: the mean of leaves, as squares
-    double cost = 0; ///< expected nodes and leaves that a random ray visits: areas of all boxes over that of the whole
+    double cost = 0; ///< expected nodes and leaves below the root that a random ray visits: their areas over the root's
 
     /// So that `refit` allocates nothing.
     void make_room(const topology<Width>& tree) {
@@ -42,7 +42,7 @@ INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf,
 }
 
 /// Fits the leaves of a part to their primitives, one after the other, and then the boxes in its nodes to their children,
-/// which are leaves, among them, or fitted already. @return the areas of those boxes
+/// which are leaves, among them, or fitted already. @return the areas of the boxes around each
 template <primitive_range Range, int Width>
 box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part& part, const Range& range,
                      tree_shape<Range, Width>& shape) {
@@ -61,7 +61,7 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
         for (int k = 0; k < Width; ++k) {
             const std::uint32_t child = node.child[k];
             const aabb* const boxes = (child & leaf_bit) != 0 ? of_leaves : of_nodes;
-            const aabb& box = child != no_child ? boxes[child & ~leaf_bit] : none;
+            const aabb box = child != no_child ? boxes[child & ~leaf_bit] : none;
             node.set_box(k, box);
             all = merged(all, box);
         }
@@ -93,8 +93,9 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
         area.leaves += part.areas.leaves;
     }
     shape.box = shape.boxes[0];
-    const auto root_area = static_cast<double>(shape.box.half_area());
-    shape.cost = root_area > 0 ? (area.nodes + area.leaves) / root_area - 1 : 0;
+    const float root_area = shape.box.half_area();
+    const bool measured = root_area > 0 && is_finite(root_area);
+    shape.cost = measured ? (area.nodes + area.leaves) / static_cast<double>(root_area) - 1 : 0; // 1: the root's own
     shape.leaf_size = static_cast<float>(std::sqrt(area.leaves / static_cast<double>(tree.leaves())));
     if (shape.box.empty()) return;
     const vec3 farthest = greater(absolute(shape.box.lower), absolute(shape.box.upper));

@@ -2,8 +2,8 @@
 #define INSONIFY_BVH_SAH_BINS_HPP
 
 #include <insonify/bvh/build_box.hpp>
+#include <insonify/bvh/node.hpp>
 #include <insonify/execution/simd_bits.hpp>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -151,7 +151,7 @@ class sah_bins {
             using floats = lanes<simd_width>;
             const auto all = load_bits<simd_width>(held[axis] + bin);
             const auto any = floats(0.0F) < floats_of<simd_width>(all);
-            const auto leaves = floats_of<simd_width>((all + (Width - 1U)) >> (std::bit_width(Width + 0U) - 1));
+            const auto leaves = floats_of<simd_width>((all + (Width - 1U)) >> width_bits<Width>);
             return select(any, load<simd_width>(area[axis] + bin), floats(FLT_MAX)) * greater(leaves, floats(1.0F));
         }
     };

@@ -12,7 +12,7 @@
 ///     go_back(limit)        to what has waited; false where nothing does, which is the end of the way
 namespace insonify::inline INSONIFY_ABI {
 
-/// Each level takes one from what waits and adds at most Width.
+/// Each level takes one from what waits and adds at most Width; `pack_lanes` writes as many in any case.
 template <int Width>
 inline constexpr std::uint32_t most_waiting = most_levels<Width>*(Width - 1) + 1;
 
@@ -21,16 +21,17 @@ template <int Width>
 struct nearest_first {
     std::uint32_t next = 0;
     std::uint32_t waiting = 0;
-    std::uint32_t
-        stack[most_waiting<Width>]; // with room for all of the last node's children, which `pack_lanes` writes
+    std::uint32_t stack[most_waiting<Width>];
     std::uint32_t begins[most_waiting<Width>]; // of each, the bits of its distance
 
     INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
 
-    /// @param distance  where each child begins, FLT_MAX for those that are not met  @param met  a bit for each
+    /// @param distance  where each child begins: FLT_MAX at most, and that for those that are not met
+    /// @param met       a bit for each
     INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>& distance,
                                              std::uint32_t met) {
-        const std::uint32_t nearest = lowest_bit(met & bits_of(distance == lanes<Width>(least(distance))));
+        const std::uint32_t tied = met & bits_of(distance == lanes<Width>(least(distance)));
+        const std::uint32_t nearest = lowest_bit(tied | 1U << (Width - 1)); // no lane beyond, whatever the numbers
         next = node.child[nearest];
         met &= ~(1U << nearest);
         pack_lanes<Width>(raw_bits<Width>(distance), met, begins + waiting);

@@ -95,7 +95,8 @@ struct tree_walk {
     /// @return false where there is nothing to meet
     INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
         r.prepare(source, tree.reach);
-        limit = lesser(source.max_distance, FLT_MAX); // so that no box is met beyond
+        const bool endless = __builtin_bit_cast(std::uint32_t, source.max_distance) == 0x7F800000U; // read as bits, for
+        limit = endless ? FLT_MAX : source.max_distance; // under -ffast-math there is no infinity, and a NaN would trap
         way.start();
         return r.legal && !tree.nodes.empty();
     }

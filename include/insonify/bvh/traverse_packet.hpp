@@ -26,7 +26,7 @@ struct packet_walk {
 
     /// Calls visit(group, its first ray, primitive, distance) for every triangle that one of a group's rays may meet, with
     /// the distances of these rays, FLT_MAX for those that miss it, their limits not yet looked at. Nodes are taken nearest
-    /// first; visit returns the rays whose limits it has lowered, a bit each. @return false at the end of the way
+    /// first; visit returns 0 where it has lowered none. @return false at the end of the way
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
         if ((way.next & leaf_bit) == 0) {

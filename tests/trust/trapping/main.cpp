@@ -3,6 +3,7 @@
 #include <cfenv>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 using namespace insonify;
 
@@ -68,6 +69,20 @@ int main() {
         std::puts("a ray that passes far away has met something");
         return 1;
     }
+    const mesh box = make_box({-1, -1, -1}, {1, 1, 1}, 3);
+    const bvh of_box{exec::par, box};
+    std::vector<ray> along_sides; // side by side, so that whole packets see faces edge on
+    for (int i = 0; i < 256; ++i)
+        along_sides.push_back({.origin = {static_cast<float>(i % 64 - 32) / 32, static_cast<float>(i / 64 - 1), -3}});
+    along_sides[70].max_distance = std::numeric_limits<float>::infinity();
+    along_sides[100].max_distance = std::numeric_limits<float>::quiet_NaN();
+    hits.resize(along_sides.size());
+    of_box.closest(exec::par_unseq, along_sides, hits);
+    for (std::size_t i = 0; i < hits.size(); ++i)
+        if (hits[i] != of_box.closest(along_sides[i]) || (i / 64 == 1 && i % 64 > 0 && i != 100 && !hits[i])) {
+            std::puts("rays along the sides of a box get something else together than alone");
+            return 1;
+        }
     body.update(exec::par, trees::wait);
     scene nothing{tissue::fat};
     draw(exec::seq, nothing.build(exec::seq), linear_array{.lines = 1}, pose{});
