@@ -6488,7 +6488,7 @@ struct packet_walk {
 /// Many rays at once. Neighbours that go together walk in packets, the others alone; several of either take turns, so
 /// that the memory of one comes while another is worked on.
 ///
-/// Against one ray after the other: 1.4 to 1.7 times as fast where rays have nothing in common, 1.4 to 2.4 times along a fan
+/// Against one ray after the other: 1.8 to 2.9 times as fast where rays have nothing in common, 2 to 3 times along a fan
 /// (bench/bvh.cpp).
 namespace insonify::inline INSONIFY_ABI {
 
@@ -7567,7 +7567,7 @@ class bvh_storage {
     /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
     /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
     ///
-    /// Counted in refits, a rebuild by `build_sah` costs 15 to 19, by `build_morton` 3 to 5; the latter's trees are
+    /// Counted in refits, a rebuild by `build_sah` costs 16 to 21, by `build_morton` 4 to 5; the latter's trees are
     /// about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16 updates it costs a
     /// refit each.
     /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,
