@@ -5038,8 +5038,7 @@ inline constexpr std::uint32_t no_child = ~0U;
 
 /// The logarithm of a width, to base 2.
 template <int Width>
-inline constexpr std::uint32_t width_bits = static_cast<std::uint32_t>(std::bit_width(static_cast<unsigned>(Width)) -
-                                                                       1);
+inline constexpr auto width_bits = static_cast<std::uint32_t>(std::countr_zero(static_cast<unsigned>(Width)));
 
 /// No tree is deeper, whatever the primitives: builders halve by number once a node stands this far down ...
 inline constexpr std::uint32_t free_levels = 24;
@@ -6043,8 +6042,8 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     /// Calls visit(group, its first ray, primitive, distances) for every triangle that one of a group's rays may meet; a
-    /// visit returns 0 where it has lowered no limit. The same arithmetic as above, so that a ray gets the
-    /// same answer alone and in a packet.
+    /// visit returns 0 where it has lowered no limit. The same arithmetic as above, so that a ray gets the same answer alone
+    /// and in a packet.
     template <class Visit>
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
@@ -7567,9 +7566,9 @@ class bvh_storage {
     /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
     /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
     ///
-    /// Counted in refits, a rebuild by `build_sah` costs 16 to 21, by `build_morton` 4 to 5; the latter's trees are
-    /// about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16 updates it costs a
-    /// refit each.
+    /// Counted in refits, a rebuild by `build_sah` costs 14 to 22, by `build_morton` 3 to 7 (the README's table); the
+    /// latter's trees are about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16
+    /// updates it costs about a refit each.
     /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,
     /// because it was not finite, has become so. Where there is no memory for the former, refitting must do.
     /// @throws geometry_error  where the number of primitives has changed

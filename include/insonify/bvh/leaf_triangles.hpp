@@ -165,8 +165,8 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     /// Calls visit(group, its first ray, primitive, distances) for every triangle that one of a group's rays may meet; a
-    /// visit returns 0 where it has lowered no limit. The same arithmetic as above, so that a ray gets the
-    /// same answer alone and in a packet.
+    /// visit returns 0 where it has lowered no limit. The same arithmetic as above, so that a ray gets the same answer alone
+    /// and in a packet.
     template <class Visit>
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;

@@ -23,8 +23,7 @@ inline constexpr std::uint32_t no_child = ~0U;
 
 /// The logarithm of a width, to base 2.
 template <int Width>
-inline constexpr std::uint32_t width_bits = static_cast<std::uint32_t>(std::bit_width(static_cast<unsigned>(Width)) -
-                                                                       1);
+inline constexpr auto width_bits = static_cast<std::uint32_t>(std::countr_zero(static_cast<unsigned>(Width)));
 
 /// No tree is deeper, whatever the primitives: builders halve by number once a node stands this far down ...
 inline constexpr std::uint32_t free_levels = 24;

@@ -51,9 +51,9 @@ class bvh_storage {
     /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
     /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
     ///
-    /// Counted in refits, a rebuild by `build_sah` costs 16 to 21, by `build_morton` 4 to 5; the latter's trees are
-    /// about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16 updates it costs a
-    /// refit each.
+    /// Counted in refits, a rebuild by `build_sah` costs 14 to 22, by `build_morton` 3 to 7 (the README's table); the
+    /// latter's trees are about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16
+    /// updates it costs about a refit each.
     /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,
     /// because it was not finite, has become so. Where there is no memory for the former, refitting must do.
     /// @throws geometry_error  where the number of primitives has changed
