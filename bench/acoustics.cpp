@@ -21,7 +21,13 @@ void echoes_of_a_run(benchmark::State& state) {
     const echo_line line{samples, 20_um, 7.5_MHz};
     const std::vector<float> amplitude(128, 0.5F);
     for (auto _ : state) {
-        line.add(10_mm, 25_um, 128, amplitude.data(), amplitude.data(), 1, 0.999F);
+        line.scatterers({.depth = 10_mm,
+                         .step = 25_um,
+                         .count = 128,
+                         .real = amplitude.data(),
+                         .imaginary = amplitude.data(),
+                         .first_level = 1,
+                         .last_level = 0.88F});
         benchmark::ClobberMemory();
     }
     state.SetItemsProcessed(state.iterations() * 128);

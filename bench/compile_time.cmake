@@ -1,5 +1,5 @@
-# What including insonify costs a compiler, as a markdown table: seconds of user and system time, and the size of each
-# example's object. All are medians. What is compared is taken in turns; its ratio is the median of each turn's.
+# Compile time as a markdown table: user time in seconds for the ten lines of the README, with INSONIFY_IMPLEMENTATION and
+# without, and for each example; and the size of the example's object file. All values are medians.
 #
 #     cmake -P bench/compile_time.cmake
 #     cmake -D CXX=clang++ -D ROUNDS=9 -P bench/compile_time.cmake
@@ -24,7 +24,7 @@ function(give_up what)
     message(FATAL_ERROR "${what}")
 endfunction()
 
-# Compiles once; appends the milliseconds to the list `times_<label>` of the caller.
+# Compiles once and appends the user time in milliseconds to the caller's list `times_<label>`.
 function(compile label source)
     execute_process(
         COMMAND sh -c "\"$@\" && times" sh
@@ -33,15 +33,10 @@ function(compile label source)
     if(failed)
         give_up("${label} was not compiled:\n${fault}")
     endif()
-    # The shell's own user and system time, then those of its children: 0m2.340000s 0m0.080000s
-    string(REGEX MATCH "\n.+" of_children "${times}")
-    string(REGEX MATCHALL "[0-9]+m[0-9]+[.,][0-9]+s" both "${of_children}")
-    set(time 0)
-    foreach(one IN LISTS both)
-        string(REGEX MATCH "([0-9]+)m([0-9]+)[.,]([0-9]+)s" _ ${one})
-        string(SUBSTRING "${CMAKE_MATCH_3}000" 0 3 thousandths)
-        math(EXPR time "${time} + (${CMAKE_MATCH_1} * 60 + ${CMAKE_MATCH_2}) * 1000 + 1${thousandths} - 1000")
-    endforeach()
+    # `times` prints the user and system time of the shell, and on the second line those of its children.
+    string(REGEX MATCH "\n([0-9]+)m([0-9]+)[.,]([0-9]+)s" user "${times}")
+    string(SUBSTRING "${CMAKE_MATCH_3}000" 0 3 thousandths)
+    math(EXPR time "(${CMAKE_MATCH_1} * 60 + ${CMAKE_MATCH_2}) * 1000 + 1${thousandths} - 1000")
     set(times_${label} ${times_${label}} ${time} PARENT_SCOPE)
 endfunction()
 
@@ -53,7 +48,7 @@ function(median_of times result)
     set(${result} ${median} PARENT_SCOPE)
 endfunction()
 
-# Thousandths as a number with two digits behind the point.
+# Thousandths as a decimal number with two digits after the point.
 function(decimal thousandths result)
     math(EXPR hundredths "(${thousandths} + 5) / 10 + 100000")
     string(REGEX REPLACE "^1(...)(..)$" "\\1.\\2" number ${hundredths})
@@ -72,37 +67,32 @@ cmake_host_system_information(RESULT machine QUERY PROCESSOR_DESCRIPTION)
 string(TIMESTAMP date "%Y-%m-%d" UTC)
 message("${compiler}; ${machine}; ${date}; commit ${commit}; medians of ${ROUNDS}, of the examples of ${EXAMPLE_ROUNDS}\n")
 
-# The umbrella against what it cannot do without.
-set(needed "#include <glm/glm.hpp>\n#include <thread>\n#include <vector>\n")
-file(WRITE ${out}/base_simd.cpp "${needed}#include <experimental/simd>\n")
-file(WRITE ${out}/base_scalar.cpp "${needed}")
-file(WRITE ${out}/umbrella.cpp "#include <insonify/insonify.hpp>\n")
+# The first program of the README.
+file(READ ${project}/README.md program)
+string(REGEX REPLACE "^.*\n```cpp\n(#define INSONIFY_IMPLEMENTATION[^\n]*\n)" "\\1" program "${program}")
+string(REGEX REPLACE "\n```\n.*$" "\n" program "${program}")
+if(NOT program MATCHES "^#define INSONIFY_IMPLEMENTATION.*int main\\(.*b_mode")
+    give_up("README.md has no program that begins with INSONIFY_IMPLEMENTATION")
+endif()
+file(WRITE ${out}/with.cpp "${program}")
+string(FIND "${program}" "\n" line_end)
+string(SUBSTRING "${program}" ${line_end} -1 program)
+file(WRITE ${out}/without.cpp "${program}")
 foreach(round RANGE 1 ${ROUNDS})
-    compile(base_simd ${out}/base_simd.cpp)
-    compile(umbrella_simd ${out}/umbrella.cpp)
-    compile(base_scalar ${out}/base_scalar.cpp)
-    compile(umbrella_scalar ${out}/umbrella.cpp -D INSONIFY_NO_SIMD)
+    compile(with ${out}/with.cpp -O2)
+    compile(without ${out}/without.cpp -O2)
 endforeach()
 
-message("| including | seconds | ratio | at most |\n|---|---|---|---|")
-function(compare kind must base umbrella)
-    median_of("${times_base_${kind}}" before)
-    median_of("${times_umbrella_${kind}}" after)
-    set(ratios "")
-    foreach(one other IN ZIP_LISTS times_base_${kind} times_umbrella_${kind})
-        math(EXPR ratio "1000 * ${other} / ${one}")
-        list(APPEND ratios ${ratio})
-    endforeach()
-    median_of("${ratios}" ratio)
-    decimal(${before} before)
-    decimal(${after} after)
-    decimal(${ratio} ratio)
-    message("| ${base} | ${before} | 1 | |\n| ${umbrella} | ${after} | **${ratio}** | ${must} |")
+message("| the ten lines of the README, -O2 | user time, s | must be below |\n|---|---|---|")
+function(add_row label what must)
+    median_of("${times_${label}}" time)
+    decimal(${time} time)
+    message("| ${what} | ${time} | ${must} |")
 endfunction()
-compare(simd 1.3 "glm, thread, vector, experimental/simd" "insonify")
-compare(scalar 1.5 "glm, thread, vector" "insonify, INSONIFY_NO_SIMD")
+add_row(with "with INSONIFY_IMPLEMENTATION" 13)
+add_row(without "without" 7)
 
-message("\n| example, -O3 | seconds | object, KiB |\n|---|---|---|")
+message("\n| example, -O3 | user time, s | object, KiB |\n|---|---|---|")
 file(GLOB examples ${project}/examples/*.cpp)
 foreach(round RANGE 1 ${EXAMPLE_ROUNDS})
     foreach(source IN LISTS examples)

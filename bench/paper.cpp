@@ -102,8 +102,8 @@ std::vector<double> complete_frames(const std::string& name, const std::vector<m
     peer.trace(embree_pixels::rays::recursive, embree_pixels::shade::intensities, recursive);
     peer.trace(embree_pixels::rays::packets, embree_pixels::shade::intensities, packets);
     paper::frames<> beams, slice;
-    beams(search::rays, body);
-    slice(search::slices, body);
+    beams(paper::rays, body);
+    slice(paper::slices, body);
     compare(name + ", Embree hit by hit", recursive, theirs);
     compare(name + ", Embree's packets", packets, theirs);
     compare(name + ", beams", beams.lines.values, theirs);
@@ -116,8 +116,8 @@ std::vector<double> complete_frames(const std::string& name, const std::vector<m
          {"Embree packets",
           [&] { peer.trace(embree_pixels::rays::packets, embree_pixels::shade::intensities, packets); }},
          {"pixels", [&] { trace_pixels(exec::par_unseq, body, probe, at, model, frame, camera); }},
-         {"beams", [&] { beams(search::rays, body); }},
-         {"slice", [&] { slice(search::slices, body); }}});
+         {"beams", [&] { beams(paper::rays, body); }},
+         {"slice", [&] { slice(paper::slices, body); }}});
 }
 const std::vector<std::string> complete_curves{
     "Embree, hit by hit", "Embree, filter", "Embree, packets", "pixels", "beams", "slice"};
@@ -130,15 +130,15 @@ std::vector<double> frames_without_intensities(const std::vector<mesh>& objects)
     return milliseconds_of(
         {{"Embree", [&] { peer.trace(embree_pixels::rays::single, embree_pixels::shade::crossings, theirs); }},
          {"Embree packets", [&] { peer.trace(embree_pixels::rays::packets, embree_pixels::shade::crossings, theirs); }},
-         {"beams", [&] { beams(search::rays, body); }},
-         {"slice", [&] { slice(search::slices, body); }}});
+         {"beams", [&] { beams(paper::rays, body); }},
+         {"slice", [&] { slice(paper::slices, body); }}});
 }
 
-/// Every vertex moves before each frame; the trees follow, or nobody needs them.
+/// Every vertex moves before each frame; rays refit the tree first, slices need none.
 std::vector<double> moving_frames(const mesh& cube) {
     const std::vector<vec3>& rest = cube.positions;
     embree_pixels rebuilt{{cube}, RTC_BUILD_QUALITY_MEDIUM}, refitted{{cube}, RTC_BUILD_QUALITY_REFIT};
-    scene followed = paper::scene_of({cube}), treeless = paper::scene_of({cube}, trees::wait);
+    scene refitted_scene = paper::scene_of({cube}), treeless = paper::scene_of({cube});
     std::vector<float> theirs;
     paper::frames<> own;
     const auto peer = [&](embree_pixels& body) {
@@ -151,17 +151,17 @@ std::vector<double> moving_frames(const mesh& cube) {
                              paper::deform({body.positions(), rest.size()}, rest, ++number);
                          }};
     };
-    const auto ours = [&](scene& body, trees upkeep, search by) {
+    const auto ours = [&](scene& body, straight_lines how) {
         return contender{
             "ours",
-            [&, upkeep, by] {
-                body.update(exec::par_unseq, upkeep);
-                own(by, body);
+            [&, how] {
+                body.update(exec::par_unseq);
+                own(how, body);
             },
             [&, number = 0U]() mutable { paper::deform(body.positions(body.objects()[0].id), rest, ++number); }};
     };
-    contender check[] = {peer(rebuilt), peer(refitted), ours(followed, trees::follow, search::rays),
-                         ours(treeless, trees::wait, search::slices)};
+    contender check[] = {peer(rebuilt), peer(refitted), ours(refitted_scene, paper::rays),
+                         ours(treeless, paper::slices)};
     std::vector<float> first;
     for (contender& one : check) {
         one.prepare();
@@ -176,7 +176,7 @@ std::vector<double> moving_frames(const mesh& cube) {
 /// Test 2, no tree: every ray asks every triangle. So slow that only one of so many rays is traced and the time
 /// multiplied; the slice is measured whole.
 std::vector<double> frames_without_tree(const mesh& cube) {
-    const scene body = paper::scene_of({cube}, trees::wait);
+    const scene body = paper::scene_of({cube});
     const mesh_view triangles{cube};
     const auto crossings_along = [&](const ray& r) {
         const sheared_ray prepared{r};
@@ -201,7 +201,8 @@ std::vector<double> frames_without_tree(const mesh& cube) {
                               exec::for_each_index(exec::par, pixels / pixel_step, [&](std::size_t i) {
                                   const std::size_t pixel = i * pixel_step;
                                   const float depth = (static_cast<float>(pixel % frame.samples) + 0.5F) * 0.1_mm;
-                                  const ray line = world_beam(probe, at, static_cast<float>(pixel / frame.samples));
+                                  const ray line =
+                                      detail::world_beam(probe, at, static_cast<float>(pixel / frame.samples));
                                   const vec3 point = line.at(depth);
                                   met[i] = crossings_along({point, -line.direction, 0, depth}) +
                                            crossings_along({point, line.direction, 0, model.reflection_length});
@@ -210,13 +211,13 @@ std::vector<double> frames_without_tree(const mesh& cube) {
                          {"beams",
                           [&] {
                               exec::for_each_index(exec::par, probe.lines / beam_step, [&](std::size_t i) {
-                                  ray line = world_beam(probe, at, static_cast<float>(i * beam_step));
+                                  ray line = detail::world_beam(probe, at, static_cast<float>(i * beam_step));
                                   line.max_distance = frame.depth;
                                   met[i] = crossings_along(line);
                               });
                           }},
-                         {"slice", [&] { slice(search::slices, body); }},
-                         {"slice, b", [&] { cut(search::slices, body); }}});
+                         {"slice", [&] { slice(paper::slices, body); }},
+                         {"slice, b", [&] { cut(paper::slices, body); }}});
     found[0] *= static_cast<double>(pixel_step);
     found[1] *= static_cast<double>(beam_step);
     return found;

@@ -27,7 +27,7 @@ void beam_of_a_line(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations());
 }
 void fan_of_all_lines(benchmark::State& state) {
-    line_fan fan;
+    detail::line_fan fan;
     for (auto _ : state) benchmark::DoNotOptimize(fan.assign(probe));
     state.SetItemsProcessed(state.iterations() * probe.lines);
 }

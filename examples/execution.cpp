@@ -1,5 +1,5 @@
-// One algorithm, any policy: seq, par, unseq, par_unseq with the standard's meaning, and policies of one's own. The
-// standard's objects (std::execution::par) may stand in the same place.
+// One algorithm, any execution policy: seq, par, unseq and par_unseq as in the standard, the objects of std::execution,
+// and your own.
 #include <insonify/insonify.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -7,8 +7,7 @@
 
 namespace mine {
 
-/// Runs everything on two threads: the odd indices on one, the even ones on the other. The function below is all that a
-/// policy is.
+/// Two threads: one for the odd indices, one for the even ones. A policy needs nothing but the function below.
 struct odd_and_even {};
 
 template <class Body>
@@ -37,10 +36,10 @@ int main() {
     const bool threads_change_nothing = lines(exec::par) == scalar && lines(exec::par.threads(3)) == scalar &&
                                         lines(mine::odd_and_even{}) == scalar && lines(exec::par_unseq) == simd;
 
-    float deviation = 0; // of SIMD from scalar: rounding alone
+    float deviation = 0; // of SIMD from scalar: rounding only
     for (std::size_t i = 0; i < scalar.size(); ++i)
         deviation = std::max(deviation, std::fabs(scalar[i] - simd[i]) / scalar[i]);
-    std::printf("threads change %s; SIMD deviates by %.1e\n", threads_change_nothing ? "nothing" : "the result",
+    std::printf("threads change %s; SIMD differs by %.1e\n", threads_change_nothing ? "nothing" : "the result",
                 deviation);
     return threads_change_nothing && deviation < 1e-5F ? 0 : 1;
 }

@@ -1,6 +1,6 @@
-// The main job: meshes and media in, a B-mode picture out. `first_image some.obj` draws a file in millimetres; without
-// one it draws the built-in phantom.
-#define INSONIFY_IMPLEMENTATION // in exactly one file of a program: the OBJ reader and the PNG writer are compiled there
+// A first image: meshes and media in, a B-mode image out. `first_image mesh.obj` draws a file in millimetres; without a
+// file it draws the built-in phantom.
+#define INSONIFY_IMPLEMENTATION // in exactly one file of a program: compiles the OBJ reader and the PNG writer there
 #include <insonify/insonify.hpp>
 #include "nerve_block_phantom.hpp"
 #include <cstdio>
@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
         write_png("first_image.png", picture);
         if (argc > 1) return 0;
 
-        // What must be seen: a bright line on the bone, its shadow below, and blood darker than the muscle beside it.
+        // The image must show a bright bone surface with a shadow below, and blood darker than muscle.
         const auto grey_at = [&](float x, float z) { // mean of 9 x 3 pixels
             const float pitch = nerve_block::probe.width / static_cast<float>(picture.size.x);
             const auto column = static_cast<std::uint32_t>(x / pitch + 0.5F * static_cast<float>(picture.size.x));
@@ -34,8 +34,8 @@ int main(int argc, char** argv) {
             for (std::uint32_t i = 0; i < 27; ++i) sum += picture(column - 4 + i % 9, row - 1 + i / 9) / 27;
             return sum;
         };
-        float bone = 0;                               // 28 mm deep, displayed where its travel time puts it
-        for (float x = 10_mm; x < 12_mm; x += 0.2_mm) // its roughness speckles
+        float bone = 0;                               // at a displayed depth of 28 mm
+        for (float x = 10_mm; x < 12_mm; x += 0.2_mm) // a rough surface has speckle, too
             for (float z = 27_mm; z < 29_mm; z += 0.1_mm) bone = std::max(bone, grey_at(x, z));
         const float shadow = grey_at(11_mm, 35_mm);
         const float blood = grey_at(-9_mm, 17_mm), muscle = grey_at(9_mm, 26_mm);

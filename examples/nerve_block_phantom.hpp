@@ -8,13 +8,13 @@
 #include <insonify/scene/scene.hpp>
 #include <string>
 
-/// A limb as an anaesthetist sees it before a nerve block, made of formulas: no file is needed.
+/// A procedural phantom of a limb for a nerve block.
 ///
 ///     scene body = nerve_block_phantom().build(exec::par);
 ///     image seen = b_mode(exec::par_unseq, body, nerve_block::probe, pose{}, nerve_block::settings);
 ///
-/// The world is the frame of a probe at `pose{}`: x lateral, y along the limb, z depth, the skin 0.4 mm below the face
-/// under a film of gel. Structures run along y and change gently with it: slide the probe within 20 mm to either side.
+/// World coordinates are those of a probe at `pose{}`: x lateral, y along the limb, z depth, with the skin 0.4 mm below
+/// the face under a film of gel. Structures run along y and vary smoothly: the probe can slide by 20 mm to either side.
 namespace nerve_block {
 
 using namespace insonify;
@@ -25,9 +25,9 @@ inline constexpr vec2 nerve_centre{3_mm, 17.5_mm}; ///< x, z at y = 0
 inline constexpr vec2 bone_centre{11_mm, 36_mm};
 inline constexpr float bone_radius = 8_mm;
 
-/// A body along the limb: `section(y, turn)` is the point {x, z} of its outline, turn from 0 to 1 and starting at the
-/// left, first over the side that the probe sees, then back below. Closed, outward.
-/// @param around  vertices of an outline, even
+/// A closed surface along the limb: `section(y, turn)` is the point {x, z} of its outline for turn from 0 to 1, from
+/// the left along the side towards the probe, then back along the other side.
+/// @param around  number of vertices of an outline, even
 template <class Section>
 mesh make_along_limb(float from, float to, std::uint32_t rings, std::uint32_t around, const Section& section) {
     mesh body;
@@ -46,7 +46,7 @@ mesh make_along_limb(float from, float to, std::uint32_t rings, std::uint32_t ar
             const std::uint32_t a = ring * around + i, b = ring * around + (i + 1) % around;
             add_quad(a, a + around, b + around, b);
         }
-    const std::uint32_t last = rings * around; // the ends: quads between the upper side and the lower
+    const std::uint32_t last = rings * around; // the ends: quads between the upper and the lower side
     for (std::uint32_t i = 0; i + 1 < around / 2; ++i) {
         const std::uint32_t across = around - 1 - i;
         add_quad(i, i + 1, across - 1, across);
@@ -60,10 +60,10 @@ inline float wave(float x, float y, float across, float along, float phase) {
     return std::sin(2 * pi * (x / across + phase)) * std::cos(2 * pi * (y / along + 0.37F * phase));
 }
 
-/// From 0 far left of `middle` to 1 far right of it.
+/// A smooth step from 0 to 1 at `middle`.
 inline float step(float x, float middle, float width) { return 0.5F + 0.5F * std::tanh((x - middle) / width); }
 
-/// Where the layers begin and end, metres below the face of the probe at (x, y).
+/// Depths of the layers' boundaries in metres at (x, y).
 inline float skin_top(float x, float y) { return 0.4_mm + 0.05_mm * wave(x, y, 26_mm, 60_mm, 0.2F); }
 inline float fat_top(float x, float y) { return skin_top(x, y) + 1.4_mm + 0.1_mm * wave(x, y, 17_mm, 40_mm, 0.6F); }
 inline float fascia_top(float x, float y) {
@@ -82,7 +82,7 @@ inline float lower_muscle_top(float x, float y) {
 
 inline constexpr float half_length = 30_mm; ///< of the phantom along the limb
 
-/// Everything between two depths, as far to either side as `half_width`.
+/// A layer between two depths, `half_width` to either side.
 template <class Top, class Bottom>
 mesh make_layer(float half_width, const Top& top, const Bottom& bottom) {
     return make_along_limb(-half_length, half_length, 12, 80, [&](float y, float turn) -> vec2 {
@@ -91,13 +91,13 @@ mesh make_layer(float half_width, const Top& top, const Bottom& bottom) {
     });
 }
 
-/// A round cord along the limb that winds a little.
+/// A round cord along the limb, slightly winding.
 struct cord {
     vec2 centre{};    ///< x, z at y = 0
     vec2 radii{};     ///< across, in depth
-    vec2 drift{};     ///< how far the centre strays
-    float phase = 0;  ///< of that, in turns
-    float corner = 0; ///< share of the radius by which three edges stand out from an ellipse
+    vec2 drift{};     ///< amplitude of the centre's displacement
+    float phase = 0;  ///< of the displacement, in turns
+    float corner = 0; ///< fraction of the radius by which three edges protrude from an ellipse
     float length = 2 * half_length;
     std::uint32_t around = 48;
 
@@ -115,9 +115,9 @@ struct cord {
     }
 };
 
-/// A short sheet of connective tissue: thick in its middle, thin at its edges.
-/// @param middle  {x, z} of its middle at y
-/// @param bend    z in metres that it deviates from straight, at -1 to 1 across
+/// A short sheet of connective tissue, thicker in the middle than at its edges.
+/// @param middle  {x, z} of its centre at y
+/// @param bend    deviation from a plane, metres along z, at -1 to 1 across
 template <class Middle, class Bend>
 mesh make_sheet(float width, float thickness, const Middle& middle, const Bend& bend) {
     return make_along_limb(-half_length + 1_mm, half_length - 1_mm, 12, 14, [&](float y, float turn) -> vec2 {
@@ -127,7 +127,7 @@ mesh make_sheet(float width, float thickness, const Middle& middle, const Bend& 
     });
 }
 
-/// The sheets between the bundles of fibres of both muscles, the perimysium: rows of short, slightly tilted ones.
+/// Perimysium, the sheets between the fascicles of both muscles: rows of short, slightly tilted sheets.
 inline void add_perimysium(scene& body) {
     std::uint64_t drawn = 0;
     const auto uniform = [&](float low, float high) { return low + (high - low) * hash_uniform(2011, drawn++); };
@@ -159,7 +159,7 @@ inline void add_perimysium(scene& body) {
         });
 }
 
-/// A nerve is a honeycomb: dark fascicles in bright connective tissue, under a sheath.
+/// A nerve: hypoechoic fascicles in hyperechoic connective tissue, in a sheath (the "honeycomb").
 inline void add_nerve(scene& body) {
     constexpr medium sheath{1075, 1630, 1.2_dB_per_cm, 1, 2.2F * tissue::nerve.backscatter, 20_um};
     constexpr medium between{1065, 1610, 1.0_dB_per_cm, 1, 1.5F * tissue::nerve.backscatter, 10_um};
@@ -187,8 +187,8 @@ inline void add_nerve(scene& body) {
         }
 }
 
-/// An injection needle of 22 gauge: a steel tube, bevelled at 30 degrees. In its own frame it advances along z and ends
-/// at z = 0, on the side of x; the bevel faces -x.
+/// An injection needle of 22 gauge: a steel tube with a bevel of 30 degrees. Its axis is z, its tip is at z = 0 on the
+/// side of +x, and the bevel faces -x.
 inline mesh make_needle(float length) {
     constexpr std::uint32_t around = 32;
     constexpr float outer = 0.359_mm, inner = 0.2065_mm, bevel = 1.73F; // the cotangent of 30 degrees
@@ -201,7 +201,7 @@ inline mesh make_needle(float length) {
             needle.positions.push_back(radius * out + vec3{0, 0, -length});
             needle.positions.push_back(radius * out + vec3{0, 0, cut(radius)});
         }
-        // of each angle: 0 outer rear, 1 outer front, 2 inner rear, 3 inner front
+        // vertices of each angle: 0 outer rear, 1 outer front, 2 inner rear, 3 inner front
         const std::uint32_t a = 4 * i, b = 4 * ((i + 1) % around);
         const auto add_quad = [&](std::uint32_t p, std::uint32_t q) {
             needle.faces.insert(needle.faces.end(), {{a + p, b + p, b + q}, {a + p, b + q, a + q}});
@@ -214,22 +214,23 @@ inline mesh make_needle(float length) {
     return needle;
 }
 
-/// Where to `place` the needle: its tip at a point, going down to the right at an angle to the skin, and turned out of
-/// the slice plane by another (radians).
+/// The pose of the needle: its tip at a point, advancing to the right.
+/// @param down   angle to the skin, radians
+/// @param aside  angle to the slice plane, radians
 inline pose needle_at(vec3 tip, float down, float aside) {
     const vec3 advance{std::cos(down) * std::cos(aside), -std::sin(aside), std::sin(down) * std::cos(aside)};
     return look_at(tip, tip + advance, {-std::sin(down), 0, std::cos(down)});
 }
 
-/// As the phantom has it: at the nerve, in the slice plane of a probe at `pose{}` but for a degree.
+/// Its pose in the phantom: the tip at the nerve, within a degree of the slice plane of a probe at `pose{}`.
 inline pose needle_pose() { return needle_at({0.35_mm, 0, 15.5_mm}, 38_deg, 1_deg); }
 
 } // namespace nerve_block
 
-/// The phantom, yet to be built: gel, skin, fat with its fasciae, two muscles, bone, artery, vein, nerve and needle.
+/// The phantom: gel, skin, fat with its fasciae, two muscles, bone, artery, vein, nerve and needle. Call `build` on it.
 ///
-/// Each layer reaches from its top to the bottom of the phantom; of nested bodies the smaller one's medium counts. What
-/// displaces the muscles has priority 1, the needle 2.
+/// Each layer extends to the bottom of the phantom; of nested objects the smaller one gives the medium. Objects inside
+/// the muscles have priority 1, the needle 2.
 inline insonify::scene nerve_block_phantom() {
     using namespace nerve_block;
     scene body{tissue::muscle};

@@ -1,10 +1,10 @@
-// An acoustic model of one's own, in the place of law2011: it turns what lies along a line into samples. Three members
-// are all that it takes.
+// Your own acoustic model in place of law2011: it computes the samples of a line from its layers. Three
+// members suffice.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 #include <cstdio>
 
-/// Sees nothing but bone: how squarely a beam meets it, and the shadow that it casts.
+/// Shows bone only: its surface, by the angle of incidence, and its shadow.
 struct bone_shadow {
     using sample_type = float;
     float hardness = 0.9F;
@@ -38,7 +38,7 @@ int main() {
     const scan_lines lines = trace(exec::par, body, probe, pose{}, bone_shadow{.hardness = 0.95F}, {.depth = 80_mm});
     write_png("own_acoustics.png", scan_convert(exec::par, lines, probe, {.size = {512, 0}}));
 
-    // The line in the middle meets the sphere squarely, at 30 mm, and leaves it at 50 mm.
+    // The middle line hits the sphere at normal incidence, at 30 mm, and leaves it at 50 mm.
     const float before = lines(64, 290), surface = lines(64, 302), shadow = lines(64, 600);
     std::printf("before %.3f, on the surface %.3f, in the shadow %.3f\n", before, surface, shadow);
     return std::fabs(before - 0.2F) < 1e-6F && std::fabs(surface - 0.95F) < 0.01F && std::fabs(shadow - 0.01F) < 1e-6F

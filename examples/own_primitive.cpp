@@ -1,12 +1,12 @@
-// The tree knows no triangles: anything with `bounds` and `intersect`, found by argument-dependent lookup, goes in.
-// Here: the nylon wires of a test phantom, as exact circles.
+// The BVH holds any primitive with `bounds` and `intersect`, found by argument-dependent lookup. Here: the nylon wires
+// of a test phantom, as exact circles.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 #include <cstdio>
 
 namespace phantom {
 
-/// Runs along y, without end.
+/// An infinite cylinder along y.
 struct wire {
     insonify::vec2 centre{};
     float radius = 0;
@@ -30,14 +30,14 @@ static_assert(insonify::primitive<phantom::wire>);
 int main() {
     using namespace insonify;
 
-    std::vector<phantom::wire> wires; // rows that get deeper, columns that get closer
+    std::vector<phantom::wire> wires; // in rows of increasing depth
     for (int row = 1; row <= 8; ++row)
         for (int column = 0; column < 5; ++column)
             wires.push_back(
                 {{(2.0F * static_cast<float>(column * column) - 15) * 1_mm, static_cast<float>(row) * 5_mm}, 0.5_mm});
     const bvh tree{exec::par, wires};
 
-    // A picture by the tree alone: each line of a probe, each wire that it meets.
+    // An image from the BVH alone: every wire that each line of a probe hits.
     const linear_array probe{.lines = 380, .width = 38_mm};
     scan_lines echoes{probe.lines, 450, 45_mm};
     for_each_index(exec::par, probe.lines, [&](std::size_t line) {

@@ -1,52 +1,157 @@
-// The stages one by one: every arrow of the pipeline is a value that the caller holds. The scene is the paper's: a cube
-// of bone in muscle, where the answer is known in closed form.
+// A tracer of one's own: sound through a volume of labelled voxels, as a segmented CT gives it, without any mesh. `trace`
+// and `b_mode` take it in place of straight lines through surfaces; everything after it stays as it is.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
+#include <cmath>
 #include <cstdio>
 
-int main() {
-    using namespace insonify;
+using namespace insonify;
 
-    constexpr medium muscle{1000, 1700, 1.0_dB_per_cm}, bone{1000, 7800, 5.0_dB_per_cm};
-    scene body{muscle};
-    body.add(make_box({-10_mm, -10_mm, 20_mm}, {10_mm, 10_mm, 40_mm}), bone);
-    body.build(exec::par);
+// Voxels with a label each; label i stands for media[i].
+struct label_volume {
+    uvec3 size{};
+    float voxel = 0; // edge, metres
+    vec3 corner{};   // of the first voxel, in the world
+    std::vector<std::uint8_t> labels{};
+    std::vector<medium> media{};
+};
 
-    const linear_array probe{.lines = 512, .width = 60_mm, .frequency = 5_MHz};
-    const pose at = look_at({0, 0, 0}, {0, 0, 1}, {1, 0, 0}); // from, towards, lateral
-    const acquisition scan{.depth = 45_mm, .samples = 384};
-    const law2011 law{.reflection_length = 1_mm};
+// Marches each line through the voxels: where the label changes, a layer ends.
+struct voxel_tracer {
+    view<const std::uint8_t> labels{};
+    view<const medium> media{};
+    uvec3 size{};
+    float voxel = 0;
+    vec3 corner{};
 
-    // The paper's picture, and the same by its own algorithm, pixel by pixel.
-    const scan_lines lines = trace(exec::par_unseq, body, probe, at, law, scan);
-    const scan_lines pixels = trace_pixels(exec::par, body, probe, at, law, scan);
+    explicit voxel_tracer(const label_volume& v)
+        : labels{v.labels}, media{v.media}, size{v.size}, voxel{v.voxel}, corner{v.corner} {}
 
-    // From lines to pixels, by tables that serve every frame; then the noise, made once, and the radial blur.
-    const scan_map map = make_scan_map(exec::par, probe, scan, {.size = {512, 384}});
-    const image noise = make_noise(exec::par, map.size, {.strength = 0.5F});
-    const image picture = scan_convert(exec::par, lines, map);
-    const image noisy = add_noise(exec::par, picture, noise);
-    write_png("own_tracer.png", radial_blur(exec::par, noisy, probe, map));
-
-    // Instead of the intensities themselves, decibels.
-    const scan_lines grey = log_compress(exec::par, lines, {.dynamic_range_db = 60, .reference_db = 0});
-    write_png("own_tracer_db.png", scan_convert(exec::par, grey, map));
-
-    // I = I_a I_t + I_r where the sound has run through `above` mm of muscle and `inside` mm of bone.
-    const auto intensity = [&](double above, double inside, double transmitted, double reflected) {
-        return std::pow(10, -(1.0 * above + 5.0 * inside) / 10 * 5 / 20) * transmitted + reflected;
-    };
-    const double r = std::pow((7.8 - 1.7) / (7.8 + 1.7), 2), t = 1 - r;
-    const double spacing = 45.0 / scan.samples;
-    double worst = 0;
-    for (std::uint32_t k = 0; k < scan.samples; ++k) {
-        const double z = (k + 0.5) * spacing;
-        const double exact = z < 20   ? intensity(z, 0, 1, z > 19 ? r : 0)
-                             : z < 40 ? intensity(20, z - 20, t, z > 39 ? r * t : 0)
-                                      : intensity(z - 20, 20, t * t, 0);
-        for (const scan_lines* found : {&lines, &pixels})
-            worst = std::max(worst, std::fabs((*found)(256, k) / exact - 1));
+    // The label at a point in voxels; 0 outside.
+    INSONIFY_FN std::uint8_t at(vec3 p) const {
+        if (!(p.x >= 0 && p.y >= 0 && p.z >= 0)) return 0;
+        const uvec3 i{p};
+        if (i.x >= size.x || i.y >= size.y || i.z >= size.z) return 0;
+        return labels[(std::size_t{i.z} * size.y + i.y) * size.x + i.x];
     }
-    std::printf("largest relative deviation from the closed form: %.1e\n", worst);
-    return worst < 1e-4 ? 0 : 1;
+
+    // How much of the surroundings of a point has a label, and where it lies: smoothed, so that the surface between two
+    // labels has no steps.
+    struct surroundings {
+        float fraction = 0;
+        vec3 towards{0, 0, 0};
+    };
+    INSONIFY_FN surroundings around(vec3 p, std::uint8_t label) const {
+        surroundings found;
+        float all = 0;
+        for (int x = -4; x <= 4; ++x)
+            for (int y = -4; y <= 4; ++y)
+                for (int z = -4; z <= 4; ++z) {
+                    const vec3 apart = glm::floor(p) + vec3{x, y, z} + 0.5F - p;
+                    const float weight = std::exp(-dot(apart, apart) / (2 * 1.5F * 1.5F)); // 1.5 voxels
+                    all += weight;
+                    if (at(p + apart) != label) continue;
+                    found.fraction += weight;
+                    found.towards += weight * apart;
+                }
+        found.fraction /= all;
+        return found;
+    }
+
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN bool operator()(const Policy& policy, line_task task, const Model& model, line_scratch& scratch,
+                                view<typename Model::sample_type> out) const {
+        const line_frame& frame = task.line.frame;
+        const vec3 start = (frame.origin - corner) / voxel;
+        task.line.media = media; // instead of the scene's
+        std::size_t count = 0;
+        layer here{.medium = at(start)};
+        const float step = 0.25F; // voxels
+        for (float depth = step; depth * voxel < task.max_depth; depth += step) {
+            const std::uint8_t label = at(start + depth * frame.along);
+            if (label == here.medium) continue;
+            float above = depth - 3, below = depth + 3; // the surface is where half of the surroundings has the label
+            for (int i = 0; i < 10; ++i) {
+                const float middle = 0.5F * (above + below);
+                (around(start + middle * frame.along, label).fraction < 0.5F ? above : below) = middle;
+            }
+            if (count + 2 > scratch.layers.size()) return false;
+            here.end = max(here.begin, below * voxel);
+            scratch.layers[count++] = here;
+            const vec3 towards = around(start + below * frame.along, label).towards;
+            const vec3 normal = length(towards) > 0 ? -normalize(towards) : -frame.along;
+            const float facing = std::fabs(dot(normal, frame.along));
+            const vec3 lateral = cross(frame.elevation, frame.along);
+            here = {
+                .begin = here.end,
+                .medium = label,
+                .object = label,
+                .cosine = min(facing, 1.0F),
+                .tilt = {std::atan2(dot(normal, lateral), facing), std::atan2(dot(normal, frame.elevation), facing)}};
+        }
+        if (count == scratch.layers.size()) return false;
+        here.end = task.max_depth;
+        scratch.layers[count++] = here;
+        task.apply(policy, model, {scratch.layers.data(), count}, out);
+        return true;
+    }
+};
+static_assert(tracer<voxel_tracer>);
+
+// A forearm in voxels of 0.25 mm: skin, fat, muscle, an artery, and bone.
+static label_volume forearm() {
+    label_volume v{.size = {200, 80, 180}, .voxel = 0.25_mm, .corner = {-25_mm, -10_mm, 0}};
+    v.media = {tissue::gel, tissue::skin, tissue::fat, tissue::muscle, tissue::blood, tissue::bone};
+    v.labels.resize(std::size_t{v.size.x} * v.size.y * v.size.z);
+    std::size_t i = 0;
+    for (std::uint32_t z = 0; z < v.size.z; ++z)
+        for (std::uint32_t y = 0; y < v.size.y; ++y)
+            for (std::uint32_t x = 0; x < v.size.x; ++x, ++i) {
+                const vec3 p = v.corner + v.voxel * (vec3{x, y, z} + 0.5F);
+                const float under_skin = p.z - 0.02F * p.x * p.x / 25_mm;
+                const float artery = length(vec2{p.x - 6_mm - 0.3F * p.y, p.z - 15_mm});
+                const float radius = length(vec2{p.x + 7_mm, p.z - 28_mm});
+                v.labels[i] = under_skin < 1_mm     ? 0
+                              : under_skin < 2.4_mm ? 1
+                              : under_skin < 6_mm   ? 2
+                              : artery < 2.2_mm     ? 4
+                              : radius < 6_mm       ? 5
+                                                    : 3;
+            }
+    return v;
+}
+
+int main() {
+    const label_volume arm = forearm();
+    const scene nothing = scene{tissue::gel}.build(exec::par);
+    const linear_array probe{.lines = 192, .width = 38_mm, .frequency = 7.5_MHz};
+    const pose at = look_at({0, 0, 0}, {0, 0, 1}, {1, 0, 0}); // from, towards, lateral
+    const b_mode_settings settings{.depth = 40_mm, .size = {512, 0}};
+    write_png("own_tracer.png", b_mode(exec::par_unseq, nothing, probe, at, settings, physical{}, voxel_tracer{arm}));
+
+    // A ball of voxels against a mesh of the same ball: the same depths along every line.
+    label_volume ball{.size = {160, 160, 160}, .voxel = 0.25_mm, .corner = {-20_mm, -20_mm, 0}};
+    ball.media = {tissue::muscle, tissue::liver};
+    for (std::uint32_t i = 0; i < 160 * 160 * 160; ++i) {
+        const vec3 p = ball.corner + ball.voxel * (vec3{i % 160, i / 160 % 160, i / 25600} + 0.5F);
+        ball.labels.push_back(length(p - vec3{0, 0, 20_mm}) < 10_mm ? 1 : 0);
+    }
+    scene body{tissue::muscle};
+    body.add(make_sphere({0, 0, 20_mm}, 10_mm, 5), tissue::liver);
+    body.build(exec::par);
+    const acquisition scan{.depth = 35_mm, .samples = 3500};
+    const law2011 law{.reflection_length = 20_um};
+    const scan_lines voxels = trace(exec::par, nothing, probe, at, law, scan, voxel_tracer{ball});
+    const scan_lines mesh = trace(exec::par, body, probe, at, law, scan);
+    int apart = 0;
+    for (std::uint32_t line = 60; line < 132; ++line) {
+        const auto first_echo = [&](const scan_lines& lines) {
+            std::uint32_t k = 1;
+            while (k + 1 < lines.samples && lines(line, k) <= lines(line, k - 1)) ++k;
+            return static_cast<int>(k);
+        };
+        apart = std::max(apart, std::abs(first_echo(voxels) - first_echo(mesh)));
+    }
+    std::printf("the ball's surface in voxels and as a mesh: at most %.2f mm apart\n", 0.01 * apart);
+    return apart <= 30 ? 0 : 1; // a voxel, and the facets of the mesh
 }

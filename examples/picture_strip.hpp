@@ -6,14 +6,14 @@
 #include <algorithm>
 #include <vector>
 
-/// Pictures of one height side by side, with a gap between them, as one picture.
+/// Images of one height side by side, with gaps between them, as one image.
 class picture_strip {
   public:
     explicit picture_strip(std::uint32_t height) : height_{height} {}
 
     void add(const insonify::image& picture) { pictures_.push_back(picture); }
 
-    /// Lines side by side, one column each: of all samples in a row the greatest.
+    /// Lines side by side, one column each; a pixel is the maximum of its samples.
     void add(const insonify::scan_lines& lines) {
         insonify::image columns{{lines.count, height_}};
         for (std::uint32_t line = 0; line < lines.count; ++line)

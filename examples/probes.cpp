@@ -1,4 +1,4 @@
-// What four kinds of probe see of one phantom, made to each one's measure: a cyst, a vessel, and bone behind them.
+// One phantom, scaled to the depth of four kinds of probe: a cyst, a vessel, and bone below.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 #include "picture_strip.hpp"
@@ -6,7 +6,7 @@
 
 using namespace insonify;
 
-constexpr vec2 cyst{-0.15F, 0.35F}, vessel{0.16F, 0.4F}, bone{0.03F, 0.72F}; ///< x, z as shares of the depth
+constexpr vec2 cyst{-0.15F, 0.35F}, vessel{0.16F, 0.4F}, bone{0.03F, 0.72F}; ///< x, z as fractions of the depth
 
 scene phantom(float depth) {
     scene body{tissue::liver};
@@ -21,7 +21,7 @@ scene phantom(float depth) {
     return body;
 }
 
-/// Its picture; and whether the cyst is dark in it, the bone's shadow black and the liver grey.
+/// Draws the phantom. Returns whether cyst and shadow are dark and the liver is not.
 template <transducer Probe>
 bool draw(const char* name, const Probe& probe, const b_mode_settings& settings, picture_strip& strip) {
     const scene body = phantom(settings.depth).build(exec::par);
@@ -30,8 +30,8 @@ bool draw(const char* name, const Probe& probe, const b_mode_settings& settings,
 
     const scan_map map =
         make_scan_map(exec::par, probe, {.depth = settings.depth, .samples = 1}, {.size = settings.size});
-    const auto grey_at = [&](vec2 share) { // mean of 5 x 5 pixels
-        const vec2 pixel = map.pixel(settings.depth * share);
+    const auto grey_at = [&](vec2 fraction) { // mean of 5 x 5 pixels
+        const vec2 pixel = map.pixel(settings.depth * fraction);
         const auto column = static_cast<std::uint32_t>(pixel.x), row = static_cast<std::uint32_t>(pixel.y);
         float sum = 0;
         for (std::uint32_t i = 0; i < 25; ++i) sum += picture(column - 2 + i % 5, row - 2 + i / 5) / 25;

@@ -9,13 +9,13 @@
 #include <cstdio>
 #include <mutex>
 
-/// A bar on stderr that grows with the work; it appears once that has taken a second.
+/// A progress bar on stderr that appears after one second.
 class progress_bar {
   public:
     explicit progress_bar(int stages) : stages_{stages} {}
     ~progress_bar() { clear(); }
 
-    /// @param done  stages done, with the share of the one in work
+    /// @param done  stages completed, plus the fraction of the current one
     void show(float done) {
         const std::unique_lock lock{drawing_, std::try_to_lock};
         const auto now = clock::now();
@@ -36,12 +36,11 @@ class progress_bar {
     int stages_;
     std::mutex drawing_{};
     clock::time_point begin_ = clock::now(), drawn_{};
-    int filled_ = 0; // of 40: a stage may be several runs of the policy, but the bar does not shrink
+    int filled_ = 0; // of 40; a stage may run the policy several times, but the bar never shrinks
     bool visible_ = false;
 };
 
-/// A policy of one's own: par_unseq that moves a progress bar. All it takes is `for_each_index`, and to say that it wants
-/// SIMD.
+/// A policy: par_unseq that advances a progress bar. It has `for_each_index` and enables SIMD.
 struct shown_policy {
     progress_bar* bar = nullptr;
     int stages_done = 0;
@@ -58,12 +57,12 @@ struct shown_policy {
 template <>
 inline constexpr bool insonify::exec::is_unsequenced_v<shown_policy> = true;
 
-/// Runs one stage of the work after the other and tells how long each took.
+/// Runs the stages of the work and prints the time of each.
 class timed_stages {
   public:
     explicit timed_stages(int count) : bar_{count} {}
 
-    /// @param work  called with a policy to work under; what it returns is returned
+    /// @param work  called with a policy; its result is returned
     template <class Work>
     auto operator()(const char* name, const Work& work) {
         const auto begin = std::chrono::steady_clock::now();

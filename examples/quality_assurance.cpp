@@ -1,5 +1,5 @@
-// What a physicist does to a scanner once a year: scan a phantom whose content is known, measure the echoes, compare.
-// Prints a table, draws what was seen, and fails where a number is out.
+// Quality assurance as for a real scanner: image a phantom of known content, measure the echoes and compare. Prints a
+// table, writes the images, and fails if a value is out of tolerance.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 #include "quality_phantom.hpp"
@@ -15,7 +15,7 @@ std::string text(const char* format, float number) {
     return buffer;
 }
 
-/// Prints each number beside what it must be, and counts those that are out.
+/// Prints each value beside its tolerance and counts those that are out of it.
 struct quality_table {
     int out = 0;
 
@@ -35,8 +35,8 @@ struct quality_table {
     }
 };
 
-/// Envelopes of slices a millimetre apart about y: what runs along y is the same in all, the speckle is not.
-/// @param picture  where the first is drawn
+/// Envelopes of slices 1 mm apart around y. Targets are the same in all slices, the speckle is independent.
+/// @param picture  file for the image of the first slice
 template <transducer Probe>
 std::vector<scan_lines> scan(const scene& body, const Probe& probe, float y, int slices, const acquisition& how,
                              const std::string& picture) {
@@ -52,7 +52,7 @@ std::vector<scan_lines> scan(const scene& body, const Probe& probe, float y, int
     return all;
 }
 
-/// Envelopes as a function of the point {x, z}: the root of the slices' mean power, linear between lines and samples.
+/// The rms envelope of all slices as a function of the point {x, z}, linear between lines and samples.
 template <transducer Probe>
 struct wire_finder {
     const std::vector<scan_lines>& slices;
@@ -61,19 +61,19 @@ struct wire_finder {
     float operator()(vec2 point) const {
         const vec2 place = probe.locate(point);
         const float sample = place.y / slices[0].depth * static_cast<float>(slices[0].samples) - 0.5F;
-        const vec2 share{place.x - std::floor(place.x), sample - std::floor(sample)};
+        const vec2 weight{place.x - std::floor(place.x), sample - std::floor(sample)};
         const auto i = static_cast<std::uint32_t>(place.x), k = static_cast<std::uint32_t>(sample);
         float power = 0;
         for (const scan_lines& lines : slices) {
-            const float here = (1 - share.y) * lines(i, k) + share.y * lines(i, k + 1);
-            const float next = (1 - share.y) * lines(i + 1, k) + share.y * lines(i + 1, k + 1);
-            const float value = (1 - share.x) * here + share.x * next;
+            const float here = (1 - weight.y) * lines(i, k) + weight.y * lines(i, k + 1);
+            const float next = (1 - weight.y) * lines(i + 1, k) + weight.y * lines(i + 1, k + 1);
+            const float value = (1 - weight.x) * here + weight.x * next;
             power += value * value;
         }
         return std::sqrt(power / static_cast<float>(slices.size()));
     }
 
-    /// The picture of a wire: the middle between its -6 dB points, and their distance across the beam and along it.
+    /// The image of a wire: the middle of its -6 dB points, and their distance across and along the beam.
     struct spot {
         vec2 middle{0, 0};
         vec2 width{0, 0};
@@ -95,23 +95,23 @@ struct wire_finder {
         return {peak + 0.5F * (right - left) * across + 0.5F * (down - up) * along, {left + right, up + down}};
     }
 
-    /// How far the echo falls midway between two wires, dB: below the weaker of the peaks to either side.
+    /// The dip between the echoes of two wires in dB, relative to the weaker of the two peaks.
     float dip(vec3 from, vec3 to) const {
         const auto value = [&](int percent) {
             const vec3 point = from + 0.01F * static_cast<float>(percent) * (to - from);
             return (*this)({point.x, point.z});
         };
         float before = 0, behind = 0;
-        for (int i = 0; i <= 50; ++i) before = greater(before, value(i)), behind = greater(behind, value(100 - i));
-        return 20 * std::log10(lesser(before, behind) / value(50));
+        for (int i = 0; i <= 50; ++i) before = max(before, value(i)), behind = max(behind, value(100 - i));
+        return 20 * std::log10(min(before, behind) / value(50));
     }
 };
 
-/// Wires: where they are seen, how sharply, and which two are seen as two.
+/// Wires: position, resolution, and which pairs are resolved.
 template <transducer Probe>
 void check_wires(quality_table& table, const std::vector<scan_lines>& slices, const Probe& probe, float scale) {
     const wire_finder<Probe> seen{slices, probe};
-    const float lateral = 0.92F * display_speed / probe.frequency * probe.fnumber;    // in the focus
+    const float lateral = 0.92F * display_speed / probe.frequency * probe.fnumber;    // at the focus
     const float axial = 0.441F * display_speed / (probe.bandwidth * probe.frequency); // of a Gaussian pulse
     float along = 0;
     for (const vec2 wire : quality::wires) {
@@ -124,7 +124,7 @@ void check_wires(quality_table& table, const std::vector<scan_lines>& slices, co
     table.within("-6 dB width of the focused wire, mm", across / 1_mm, lateral / 1_mm, 0.05F * lateral / 1_mm);
     table.within("-6 dB length of wires, mean, mm", along / 1_mm, axial / 1_mm, 0.03F * axial / 1_mm);
 
-    // Midway, q widths apart, two Gaussian echoes in phase add up to 2 * 0.5^(q^2) of one: -6 dB at q = sqrt(2).
+    // Two Gaussian echoes in phase at a spacing of q widths sum to 2 * 0.5^(q^2) midway: -6 dB at q = sqrt(2).
     const auto check_pair = [&](const quality::wire_pair& two, vec3 direction, float width, const char* how) {
         const pose at = quality::on_beam(probe, scale * two.middle);
         const float spacing = scale * two.spacing, widths = spacing / width;
@@ -137,7 +137,7 @@ void check_wires(quality_table& table, const std::vector<scan_lines>& slices, co
     for (const quality::wire_pair& two : quality::axial_pairs) check_pair(two, {0, 0, 1}, axial, "along");
 }
 
-/// What the samples of a region say.
+/// Statistics of the samples of a region.
 struct speckle {
     double n = 0, sum = 0, power = 0, depths = 0, squares = 0, decibels = 0, products = 0;
 
@@ -147,12 +147,12 @@ struct speckle {
     }
     float level() const { return static_cast<float>(10 * std::log10(power / n)); }
     float signal_to_noise() const { return static_cast<float>(1 / std::sqrt(power * n / (sum * sum) - 1)); }
-    float decibels_per_metre() const { // regression of levels on depths
+    float decibels_per_metre() const { // linear regression of level on depth
         return static_cast<float>((n * products - depths * decibels) / (n * squares - depths * depths));
     }
 };
 
-/// Of the samples between two depths for which inside(share of the field, point {x, z}), the attenuation made up for.
+/// Of the samples between two depths for which inside(fraction of the field, point {x, z}); attenuation is compensated.
 template <transducer Probe, class Inside>
 speckle speckle_in(const std::vector<scan_lines>& slices, const Probe& probe, const medium& gel, vec2 depths,
                    const Inside& inside) {
@@ -163,21 +163,23 @@ speckle speckle_in(const std::vector<scan_lines>& slices, const Probe& probe, co
         const float gain = std::pow(10.0F, echo_loss(gel, probe.frequency) * depth / 20);
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const vec3 at = probe.beam(static_cast<float>(i)).at(depth);
-            if (!inside(share_of_line(static_cast<float>(i), probe.lines), vec2{at.x, at.z})) continue;
+            if (!inside(aperture_fraction(static_cast<float>(i), probe.lines), vec2{at.x, at.z})) continue;
             for (const scan_lines& lines : slices) all.add(depth, gain * lines(i, k));
         }
     }
     return all;
 }
 
-/// Gel of both kinds: level, statistics and attenuation of its speckle, and the black of cysts in it.
+/// Both kinds of gel: level, statistics and attenuation of the speckle, and contrast of the cysts.
 template <transducer Probe>
 void check_gel(quality_table& table, const std::vector<scan_lines>& slices, const Probe& probe, float scale) {
     for (const float side : {-1.0F, 1.0F}) {
         const medium& gel = side < 0 ? tissue::tmm_low : tissue::tmm_high;
         const std::string name = side < 0 ? "gel of 0.5: " : "gel of 0.7: ";
         const float loss = echo_loss(gel, probe.frequency) * 1_cm;
-        const auto beside_cysts = [&](float share, vec2) { return side * share > 0.03F && side * share < 0.15F; };
+        const auto beside_cysts = [&](float fraction, vec2) {
+            return side * fraction > 0.03F && side * fraction < 0.15F;
+        };
         const speckle clear = speckle_in(slices, probe, gel, scale * vec2{5_mm, 45_mm}, beside_cysts);
         table.within(name + "level, dB", clear.level(), -55, 0.3F);
         table.within(name + "mean over deviation", clear.signal_to_noise(), 1.913F, 0.02F * 1.913F);
@@ -194,7 +196,7 @@ void check_gel(quality_table& table, const std::vector<scan_lines>& slices, cons
     }
 }
 
-/// Grey targets against the gel beside them, as deep as they.
+/// Levels of the grey-scale targets relative to the gel beside them at the same depth.
 template <transducer Probe>
 void check_targets(quality_table& table, const std::vector<scan_lines>& slices, const Probe& probe, float scale) {
     const beam_model beam = beam_of(probe, slices[0].depth);
@@ -205,13 +207,13 @@ void check_targets(quality_table& table, const std::vector<scan_lines>& slices, 
         const auto in_none = [&](float, vec2 at) {
             float distance = FLT_MAX;
             for (const quality::target& each : quality::targets)
-                distance = lesser(distance, length(at - scale * each.centre) - scale * each.radius);
+                distance = min(distance, length(at - scale * each.centre) - scale * each.radius);
             return distance > margin;
         };
         const vec2 depths = depth + radius * vec2{-1, 1};
         const speckle inside = speckle_in(slices, probe, tissue::tmm_low, depths, in_target);
         const speckle beside = speckle_in(slices, probe, tissue::tmm_low, depths, in_none);
-        // Three standard errors of a mean of so many resolution cells, 2 pi sigma_x sigma_z each.
+        // Three standard errors of the mean over all resolution cells, each of area 2 pi sigma_x sigma_z.
         const float cell = 2 * pi * beam.lateral_sigma(depth) * nominal_pulse(probe).sigma_z(probe.frequency);
         const float cells = pi * radius * radius / cell * static_cast<float>(slices.size());
         table.within("target " + text("%g mm deep, dB", scale * target.centre.y / 1_mm),
@@ -219,8 +221,8 @@ void check_targets(quality_table& table, const std::vector<scan_lines>& slices, 
     }
 }
 
-/// @param rays  for each line, so that two meet the front of a wire
-/// @return how many numbers are out
+/// @param rays  per line, so that two rays hit the front of a wire
+/// @return the number of values out of tolerance
 template <transducer Probe>
 int examine(const std::string& name, const Probe& probe, float scale, std::uint32_t rays) {
     std::printf("%s, %g MHz\n", name.c_str(), static_cast<double>(probe.frequency / 1_MHz));

@@ -8,14 +8,15 @@
 #include <insonify/scene/scene.hpp>
 #include <cmath>
 
-/// A block of tissue-mimicking gel with things in it whose places and strengths are known, to measure a scanner by.
+/// A quality assurance phantom: a block of tissue-mimicking gel with targets of known position and level.
 ///
 ///     scene body = quality_phantom(probe, 1).build(exec::par);
-///     image seen = b_mode(exec::par_unseq, body, probe, {.translation = {0, quality::targets_at, 0}}, {.depth = 50_mm});
+///     const pose at{.translation = {0, quality::targets_at, 0}};
+///     image seen = b_mode(exec::par_unseq, body, probe, at, {.depth = 50_mm});
 ///
-/// Everything runs along y, the way that the probe slides: past wires, then cysts in two kinds of gel, then grey targets.
-/// Points are {x, z} in the frame of the probe. All is given for scale 1, to be looked at 50 mm deep; for a deeper look
-/// places, sizes and spacings are multiplied by the scale, but not the thickness of wires.
+/// All targets are parallel to y, along which the probe slides: over wires, then cysts in two kinds of gel, then
+/// grey-scale targets. Points are {x, z} in probe coordinates, for scale 1 and a depth of 50 mm. The scale multiplies
+/// positions, sizes and spacings, but not the thickness of wires.
 namespace quality {
 
 using namespace insonify;
@@ -28,30 +29,30 @@ struct wire_pair {
     vec2 middle{};
     float spacing = 0;
 };
-/// A cylinder of other gel.
+/// A cylinder of another gel.
 struct target {
     vec2 centre{};
     float radius = 0;
-    int level_db = 0; ///< echo against the gel around; a cyst has none
+    int level_db = 0; ///< relative to the gel around; cysts are anechoic
 };
 
-/// Steel, 0.1 mm thick; the places are those of their fronts. The first four, one below the other, stand aside a little,
-/// for a straight beam does not bend around a wire.
+/// Steel, 0.1 mm thick; positions are those of their fronts. The first four are not exactly below one another, because
+/// straight beams do not bend around wires.
 inline constexpr float wire_radius = 0.05_mm;
 inline constexpr vec2 wires[] = {{-2_mm, 10_mm},  {-1.5_mm, 20_mm}, {-1_mm, 30_mm}, {-0.5_mm, 40_mm},
                                  {-15_mm, 20_mm}, {-5_mm, 20_mm},   {5_mm, 20_mm},  {15_mm, 20_mm}};
 inline constexpr vec2 focused_wire = wires[2];
 
-/// Side by side across the beam. No spacing is between 0.7 and 1.41 of the beam's width, where neither can be asked for:
-/// that two are seen, nor that one is.
+/// Pairs across the beam. No spacing is within 0.7 to 1.41 beam widths, where it is undefined whether a pair is
+/// resolved.
 inline constexpr wire_pair lateral_pairs[] = {
     {{2_mm, 30_mm}, 0.25_mm}, {{6.7_mm, 30_mm}, 0.6_mm}, {{9.5_mm, 30_mm}, 1_mm}, {{13_mm, 30_mm}, 2_mm}};
-/// One behind the other along the beam, and to both sides of it by `stagger`, out of one another's shadow.
+/// Pairs along the beam, offset to both sides by `stagger` so that neither is in the shadow of the other.
 inline constexpr float stagger = 0.06_mm;
 inline constexpr wire_pair axial_pairs[] = {
     {{-4.2_mm, 30_mm}, 0.1_mm}, {{-7.5_mm, 30_mm}, 0.25_mm}, {{-11_mm, 30_mm}, 0.5_mm}, {{-13.5_mm, 30_mm}, 1_mm}};
 
-/// Without texture, in gel of 0.5 dB/(cm MHz) where x < 0, of 0.7 where x > 0.
+/// Anechoic, in gel of 0.5 dB/(cm MHz) for x < 0 and 0.7 for x > 0.
 inline constexpr target cysts[] = {{{-15_mm, 10_mm}, 1_mm}, {{-15_mm, 25_mm}, 2_mm}, {{-15_mm, 40_mm}, 3_mm},
                                    {{15_mm, 10_mm}, 1_mm},  {{15_mm, 25_mm}, 2_mm},  {{15_mm, 40_mm}, 3_mm}};
 inline constexpr target targets[] = {
@@ -60,7 +61,7 @@ inline constexpr target targets[] = {
     {{4_mm, 25_mm}, 2.5_mm, 3},    {{12_mm, 25_mm}, 2.5_mm, 6},   {{-12_mm, 40_mm}, 2.5_mm, -6},
     {{-4_mm, 40_mm}, 2.5_mm, -3},  {{4_mm, 40_mm}, 2.5_mm, 3},    {{12_mm, 40_mm}, 2.5_mm, 6}};
 
-/// A frame at a point of the part with wires: x across the beam that goes there, y along the wires, z along the beam.
+/// Coordinates at a point of the wire section: x across the beam through it, y along the wires, z along the beam.
 template <transducer Probe>
 pose on_beam(const Probe& probe, vec2 point) {
     const vec3 from{point.x, wires_at, point.y};
@@ -69,17 +70,18 @@ pose on_beam(const Probe& probe, vec2 point) {
 
 } // namespace quality
 
-/// The phantom, yet to be built, for a probe that stands at y = `quality::wires_at` and so on, and looks along z.
+/// The phantom for a probe at y = `quality::wires_at`, `cysts_at` or `targets_at` that looks along z. Call `build` on
+/// it.
 template <insonify::transducer Probe>
 insonify::scene quality_phantom(const Probe& probe, float scale) {
     using namespace quality;
     medium gel = tissue::tmm_low;
-    gel.roughness = 0; // it takes the shape of the wires that are cast in it, so that theirs counts
+    gel.roughness = 0; // the wires are cast into the gel, so that their roughness counts
     scene body{gel};
     const vec3 half{0, 0.5F * part_length, 0};
 
-    // Six sides: the one in front, half as wide as the wire is thick, faces the beam. Only a level side returns sound to
-    // a focused aperture, and the sides of a rounder wire would fall between two rays.
+    // Six sides, of which one faces the beam and is half as wide as the wire. The sides of a rounder wire would be
+    // narrower than the spacing of rays, and only a side at normal incidence returns sound to a focused aperture.
     const vec3 to_front{0, 0, std::sqrt(0.75F) * wire_radius};
     const mesh wire = make_cylinder(to_front - half, to_front + half, wire_radius, 6);
     const auto add_wire = [&](vec2 point, vec3 aside) {

@@ -1,4 +1,4 @@
-// Sound that bends and bounces: a steel needle over muscle, by straight beams and by paths, which add its comet tail.
+// Reverberation: a steel needle in muscle, by straight lines, and by paths, which add its comet tail.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 
@@ -10,7 +10,8 @@ int main() {
     medium smooth_steel = tissue::steel;
     smooth_steel.roughness = 0;
     scene body{tissue::muscle};
-    body.add(make_cylinder({0, -20_mm, 12_mm}, {0, 20_mm, 12_mm}, 0.6_mm, 192), smooth_steel); // across the slice
+    body.add(make_cylinder({0, -20_mm, 12_mm}, {0, 20_mm, 12_mm}, 0.6_mm, 192),
+             smooth_steel); // normal to the slice plane
     body.add(make_box({-20_mm, -20_mm, 30_mm}, {20_mm, 20_mm, 31_mm}), tissue::fascia);
     body.build(exec::par);
 
@@ -27,14 +28,14 @@ int main() {
     const scan_lines bouncing = draw(
         "needle_paths.png", trace_paths(exec::par_unseq, body, probe, pose{}, physical<>{}, scan, {.bounces = 20}));
 
-    // Below the needle straight beams see nothing; the sound caught in it comes back a little later each time.
+    // Straight lines give no echo below the needle. Sound that reverberates in the needle returns later each time.
     const auto below = [&](const scan_lines& lines) {
-        float most = 0;
+        float largest = 0;
         for (std::uint32_t k = 0; k < lines.samples; ++k)
             if (const float z = (static_cast<float>(k) + 0.5F) * lines.depth / static_cast<float>(lines.samples);
                 z > 13_mm && z < 15_mm)
-                most = std::max(most, lines(128, k));
-        return most;
+                largest = std::max(largest, lines(128, k));
+        return largest;
     };
     std::printf("largest echo 1.6 to 3.6 mm below the needle: %g straight, %g by paths\n",
                 static_cast<double>(below(straight)), static_cast<double>(below(bouncing)));

@@ -1,5 +1,5 @@
-// Ultrasound pictures of an OBJ file, or of the built-in nerve block: the terms of the paper's equation one by one, as
-// its figure 3 shows them, and a B-mode. `simulate --help` lists the options.
+// Ultrasound images of an OBJ file, or of the built-in phantom of a nerve block: the terms of the paper's eq. 1, as in
+// its figure 3, and a B-mode image. `simulate --help` lists the options.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 #include "nerve_block_phantom.hpp"
@@ -8,12 +8,13 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <variant>
 
 using namespace insonify;
 
-/// `law2011` over other media than the scene's, so that a term of the paper's eq. 1 can stand alone.
+/// `law2011` with media other than the scene's, which isolates one term of the paper's eq. 1.
 struct one_term {
     using sample_type = float;
 
@@ -30,33 +31,33 @@ struct one_term {
 };
 static_assert(acoustic_model<one_term>);
 
-/// I_t: media that do not attenuate, interfaces that do not shine.
+/// I_t: no attenuation and no reflected bands.
 one_term intensity(law2011 law, std::vector<medium> media) {
     law.reflection_length = 0;
     for (medium& each : media) each.attenuation = 0;
     return {law, std::move(media)};
 }
 
-/// I_a: media that attenuate but have one impedance, so that no interface reflects.
+/// I_a: all media have the same impedance, so that no interface reflects.
 one_term absorption(const law2011& law, std::vector<medium> media) {
     for (medium& each : media) each.density = each.sound_speed = 1000;
     return {law, std::move(media)};
 }
 
-/// I_r: instead of the field I_a I_t the echo of the media's texture, made silent.
+/// I_r: the field I_a I_t is replaced by backscatter of level 0.
 one_term reflection_alone(law2011 law, std::vector<medium> media) {
-    law.incident = incident::backscattered;
+    law.incident = law2011::incident::backscattered;
     law.texture = 0;
     return {law, std::move(media)};
 }
 
 law2011 law_named(const std::string& name) {
-    if (name == "attenuated") return {.reflection = reflection::attenuated};
+    if (name == "attenuated") return {.reflection = law2011::reflection::attenuated};
     if (name == "echo")
-        return {.travel = travel::two_way,
-                .reflection = reflection::attenuated,
-                .band = band::after,
-                .spectrum = spectrum::power_law};
+        return {.travel = law2011::travel::two_way,
+                .reflection = law2011::reflection::attenuated,
+                .band = law2011::band::after,
+                .spectrum = law2011::spectrum::power_law};
     return {};
 }
 
@@ -74,8 +75,6 @@ scene load(const simulate_options& chosen) {
 
 pose pose_of(const simulate_options& chosen, const scene& body) {
     const auto metres = [](const std::array<float, 3>& p) { return 1_mm * vec3{p[0], p[1], p[2]}; };
-    if (chosen.from.has_value() != chosen.towards.has_value())
-        throw usage_error{"--from and --towards go together: they say where the probe is and where it looks"};
     const vec3 lateral = metres(chosen.lateral);
     if (chosen.from) return look_at(metres(*chosen.from), metres(*chosen.towards), lateral);
     if (chosen.file.empty()) return pose{};
@@ -83,20 +82,26 @@ pose pose_of(const simulate_options& chosen, const scene& body) {
     return look_at({box.centre().x, box.lower.y - 10_mm, box.centre().z}, box.centre(), lateral);
 }
 
-/// How many; and tells of objects that are not closed.
 std::size_t count_triangles(const scene& body) {
     std::size_t triangles = 0;
-    for (const object& one : body.objects()) {
-        triangles += one.surface.faces.size();
-        if (const mesh_report report = validate(one.surface); !report.closed())
-            std::printf("  %s: %s\n", one.name.c_str(), explain(report).c_str());
-    }
+    for (const object& one : body.objects()) triangles += one.surface.faces.size();
     return triangles;
+}
+
+/// Creates the folder and a file in it, so that a path that cannot be written is reported before the work starts.
+void check_output_folder(const std::filesystem::path& folder) {
+    std::error_code failed;
+    std::filesystem::create_directories(folder, failed);
+    if (failed) throw io_error{"--output: cannot create the folder '" + folder.string() + "': " + failed.message()};
+    const std::filesystem::path trial = folder / "simulate.tmp";
+    if (!std::ofstream{trial})
+        throw io_error{"--output: cannot write to the folder '" + folder.string() + "'; choose another one"};
+    std::filesystem::remove(trial);
 }
 
 using any_array = std::variant<linear_array, convex_array, phased_array>;
 
-/// The probe that is asked for, or fits the phantom.
+/// The probe of the command line; without --probe, a linear array for the phantom and a convex one for a file.
 any_array probe_of(const simulate_options& chosen) {
     const auto with_settings = [&](auto array) {
         const auto refuse = [](const char* name) {
@@ -132,19 +137,19 @@ void run(const simulate_options& chosen, const Probe& probe) {
     const acquisition scan{.depth = depth, .samples = law.samples(depth, probe.frequency)};
     const uvec2 size{chosen.size[0], chosen.size[1]};
     const std::string folder = chosen.output + '/';
+    check_output_folder(chosen.output);
 
     std::printf("%s\n", phantom ? "The built-in phantom of a nerve block" : chosen.file.c_str());
     timed_stages stage{12};
     scene body = stage("load", [&](const auto&) { return load(chosen); });
-    const std::size_t triangles = stage("validate", [&](const auto&) { return count_triangles(body); });
     stage("build", [&](const auto& policy) { return body.build(policy).objects().size(); });
     const pose at = pose_of(chosen, body);
+    const diagnosis found = stage("diagnose", [&](const auto&) { return diagnose(body, probe, at, scan); });
     const vec3 from = at.translation / 1_mm;
     std::printf("  %zu objects, %zu triangles, seen from (%g, %g, %g) mm: %g mm deep, %u lines, %g MHz\n",
-                body.objects().size(), triangles, from.x, from.y, from.z, depth / 1_mm, probe.lines,
+                body.objects().size(), count_triangles(body), from.x, from.y, from.z, depth / 1_mm, probe.lines,
                 probe.frequency / 1_MHz);
 
-    std::filesystem::create_directories(folder);
     stage("scene.obj",
           [&](const auto&) { return write_debug_obj(folder + "scene.obj", body, probe, at, depth), true; });
     const scan_map map =
@@ -164,7 +169,7 @@ void run(const simulate_options& chosen, const Probe& probe) {
     const std::vector<medium> media{body.media().begin(), body.media().end()};
     draw("intensity", intensity(law, media));
     draw("absorption", absorption(law, media));
-    const image echoes = draw("reflection", reflection_alone(law, media));
+    draw("reflection", reflection_alone(law, media));
     const image combined = draw("combined", {law, media});
     const image noisy = write(
         "noise", [&](const auto& policy) { return add_noise(policy, combined, make_noise(policy, combined.size)); });
@@ -174,10 +179,11 @@ void run(const simulate_options& chosen, const Probe& probe) {
     write("b_mode", [&](const auto& policy) { return b_mode(policy, body, probe, at, settings); });
 
     std::printf(
-        "The pictures, intensity.png to b_mode.png, and scene.obj (the probe, its lines, the meshes) are in %s\n",
+        "The images, intensity.png to b_mode.png, and scene.obj (the probe, its lines and the meshes) are in %s\n",
         folder.c_str());
-    if (echoes == image{echoes.size})
-        std::printf("No line meets an interface: open scene.obj in a mesh viewer to see where the probe stands.\n");
+    if (!found.sentence.empty())
+        std::printf("%s\nOpen %sscene.obj in a mesh viewer to see the probe and the meshes.\n", found.sentence.c_str(),
+                    folder.c_str());
 }
 
 int main(int argc, char** argv) {

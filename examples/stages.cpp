@@ -1,5 +1,5 @@
-// What each stage does to the lines of a convex array: echoes, what is received of them, the same with gain, and the
-// picture. The first three are drawn as they lie in memory, line beside line.
+// The stages of a convex array's image: echoes, received echoes, the same with gain, and the scan-converted image. The
+// first three are drawn line beside line, as they are in memory.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 #include "picture_strip.hpp"
@@ -28,8 +28,9 @@ int main() {
     strip.add(scan_convert(exec::par, grey, probe, {.size = {0, height}}));
     write_png("stages.png", strip.picture());
 
-    // Gain brings back what attenuation took, but for 3 dB: liver's 0.52 f^1.05 are more than the 0.5 f that it expects.
-    const auto level = [&](const scan_lines& lines, std::uint32_t begin, std::uint32_t end) { // dB, of the outer lines
+    // Gain compensates attenuation except for 3 dB: that of liver is 0.52 f^1.05 dB/cm, and `tgc` assumes 0.5 f.
+    const auto level = [&](const scan_lines& lines, std::uint32_t begin,
+                           std::uint32_t end) { // dB, mean of the outer lines
         double power = 0, count = 0;
         for (std::uint32_t line = 0; line < 20; ++line)
             for (std::uint32_t k = begin * lines.samples / 6; k < end * lines.samples / 6; ++k, ++count)

@@ -1,5 +1,5 @@
-// What is wrong with a mesh? `validate` counts, `explain` says what to do. Tracing needs closed surfaces: through a hole
-// the medium would leak out.
+// Mesh validation: `validate` counts the faults, `explain` says what to do. Tracing needs closed surfaces: the medium
+// of an object leaks out through a hole.
 #include <insonify/insonify.hpp>
 #include "nerve_block_phantom.hpp"
 #include <cstdio>
@@ -17,11 +17,11 @@ int main() {
     for (uvec3& face : inside_out.faces) std::swap(face.y, face.z);
 
     mesh dirty = clean;
-    dirty.faces.push_back(dirty.faces.front());                               // a face twice
-    dirty.faces.push_back({0, 0, 1});                                         // one without area
-    dirty.faces.push_back({0, 1, 1000000});                                   // one that names no vertex
-    std::swap(dirty.faces[10].x, dirty.faces[10].y);                          // one that looks inwards
-    dirty.positions.push_back(vec3{std::numeric_limits<float>::quiet_NaN()}); // a vertex that is nowhere
+    dirty.faces.push_back(dirty.faces.front());                               // a duplicate face
+    dirty.faces.push_back({0, 0, 1});                                         // a degenerate face
+    dirty.faces.push_back({0, 1, 1000000});                                   // a face with an index out of range
+    std::swap(dirty.faces[10].x, dirty.faces[10].y);                          // a face that is oriented inwards
+    dirty.positions.push_back(vec3{std::numeric_limits<float>::quiet_NaN()}); // a vertex that is not finite
 
     const std::pair<const char*, mesh_report> reports[] = {{"clean", validate(clean)},
                                                            {"holed", validate(holed)},
@@ -33,10 +33,10 @@ int main() {
                     advice.empty() ? "Nothing to do." : advice.c_str());
     }
 
-    const scene phantom = nerve_block_phantom(); // whose meshes are in order
+    const scene phantom = nerve_block_phantom(); // its meshes have no faults
     const bool sound = std::all_of(phantom.objects().begin(), phantom.objects().end(),
                                    [](const object& one) { return explain(validate(one.surface)).empty(); });
-    std::printf("The phantom of the other examples is %s.\n", sound ? "in order" : "not in order");
+    std::printf("The phantom of the other examples has %s.\n", sound ? "no faults" : "faults");
 
     const mesh_report &good = reports[0].second, &open = reports[1].second, &turned = reports[2].second,
                       &bad = reports[3].second;

@@ -3,6 +3,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/tracing/paths.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;
@@ -148,4 +149,56 @@ TEST_CASE("a sector picture has the size asked for, or one that fits") {
     CHECK_THROWS_AS(b_mode(exec::par, body, convex_array{}, pose{}, {.depth = 60_mm, .dynamic_range_db = 0}),
                     usage_error);
     CHECK_THROWS_AS(b_mode(exec::par, body, convex_array{}, pose{}, {.depth = 0}), usage_error);
+}
+
+TEST_CASE("a picture along paths is the chain of its stages by hand, with and without a workspace") {
+    const scene body = b_mode_test::phantom();
+    const paths how{{.bounces = 2, .face_reflection = 0.1F}};
+    const b_mode_settings settings{.depth = 30_mm, .size = {160, 120}, .gain_db = 3, .planes = 3, .background = 0.25F};
+    const auto compare = [&](const auto& probe) {
+        const refined fine{probe, rays_per_line(probe, settings.depth)};
+        const pulse sent = nominal_pulse(probe);
+        const std::uint32_t samples = samples_for(settings.depth, sent.sigma_z(probe.frequency));
+        const acquisition scan{.depth = settings.depth, .samples = samples, .planes = settings.planes};
+        const iq_lines echoes = trace(exec::par_unseq, body, fine, pose{}, physical{}, scan, how);
+        scan_lines lines = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, sent, fine));
+        const float attenuation = std::clamp(tissue::muscle.attenuation, 50.0F, 100.0F);
+        lines = tgc(exec::par_unseq, std::move(lines), probe.frequency, {.attenuation = attenuation});
+        lines = log_compress(exec::par_unseq, std::move(lines),
+                             {.dynamic_range_db = 60, .reference_db = -25, .gain_db = 3});
+        const image expected =
+            scan_convert(exec::par_unseq, lines, fine, {.size = settings.size, .background = settings.background});
+        CHECK(b_mode(exec::par_unseq, body, probe, pose{}, settings, physical{}, how) == expected);
+        b_mode_workspace<std::remove_cvref_t<decltype(probe)>, physical<>, paths> own;
+        for (int i = 0; i < 2; ++i)
+            CHECK(b_mode(exec::par_unseq, body, probe, pose{}, settings, physical{}, own, how) == expected);
+        CHECK(b_mode(exec::par_unseq, body, probe, pose{}, settings) != expected); // straight lines are another picture
+    };
+    compare(linear_array{.lines = 48, .width = 30_mm, .frequency = 5_MHz});
+    compare(convex_array{.lines = 48, .radius = 40_mm, .frequency = 3.5_MHz});
+}
+
+TEST_CASE("where nothing bends and no second reflection is heard, paths draw what straight lines draw") {
+    // Equal speeds; r = 1/401 at most, so that what is reflected twice stays below `min_amplitude`.
+    scene body{medium{.density = 1000, .sound_speed = 1540, .attenuation = 50, .backscatter = 1}};
+    body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 5),
+             medium{.density = 1005, .sound_speed = 1540, .attenuation = 30, .backscatter = 0.1F});
+    body.add(make_box({2_mm, -9_mm, 12_mm}, {12_mm, 9_mm, 22_mm}),
+             medium{.density = 1002, .sound_speed = 1540, .attenuation = 70, .backscatter = 2});
+    body.build(exec::par);
+    const image straight = b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, b_mode_test::settings);
+    const image bent =
+        b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, b_mode_test::settings, physical{}, paths{});
+    std::size_t apart = 0;
+    double sum = 0;
+    for (std::size_t i = 0; i < straight.pixels.size(); ++i) {
+        const float difference = std::fabs(straight.pixels[i] - bent.pixels[i]);
+        apart += difference > 0.02F ? 1 : 0;
+        sum += static_cast<double>(difference);
+    }
+    MESSAGE(apart, " of ", straight.pixels.size(), " pixels differ by more than 0.02; mean difference ",
+            sum / static_cast<double>(straight.pixels.size()));
+    CHECK(apart * 1000 <= straight.pixels.size());
+    CHECK(sum < 1e-3 * static_cast<double>(straight.pixels.size()));
+    CHECK(b_mode_test::mean(straight, {-2_mm, 13_mm}, {1_mm, 17_mm}) > 0.2F); // there is something to see
 }

@@ -20,9 +20,9 @@ set(io 6)
 set(roots 7)
 
 # Slow to compile: in no header but those that INSONIFY_IMPLEMENTATION alone compiles. Where the standard library has no
-# lighter header with the policies' types or with algorithms, two headers fall back on the slow one.
-set(slow "#[ ]*include <(algorithm|complex|condition_variable|functional|ranges|random|iostream|sstream|filesystem|regex|execution)>")
-set(slow_legal "^io/implementation|^execution/policy.hpp|^core/algorithm.hpp")
+# lighter header with the policies' types, execution/policy.hpp falls back on <execution>.
+set(slow "#[ ]*include <(complex|condition_variable|functional|ranges|random|iostream|sstream|filesystem|regex|execution)>")
+set(slow_legal "^io/implementation|^execution/policy.hpp")
 
 cmake_path(GET CMAKE_CURRENT_LIST_DIR PARENT_PATH project)
 set(root ${project}/include/insonify)

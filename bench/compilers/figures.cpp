@@ -33,8 +33,7 @@ int main() {
         {"refit", [&] { tree.refit(exec::unseq); }},
         {"papers_frame",
          [&] {
-             lines = trace_lines(exec::unseq, search::best, cube, paper::probe, paper::at, law2011{}, paper::frame, own,
-                                 std::move(lines));
+             lines = trace(exec::unseq, cube, paper::probe, paper::at, law2011{}, paper::frame, own, std::move(lines));
          }},
         {"chain_trace", [&] { chain.trace_echoes(exec::unseq, organ); }},
         {"chain_convolve", [&] { chain.spread(exec::unseq); }},

@@ -21,7 +21,7 @@ void measure_resting(table& into, const std::string& work, const std::string& da
     const embree_pixels peer{objects};
     paper::frames<> ours;
     std::vector<float> theirs;
-    ours(search::best, body);
+    ours(paper::best, body);
     struct {
         embree_pixels::rays how;
         const char* name;
@@ -36,21 +36,21 @@ void measure_resting(table& into, const std::string& work, const std::string& da
                       .unit = "ms",
                       .must = one.must,
                       .different = share_that_differs(ours.lines.values, theirs)},
-                     {{"insonify", [&] { ours(search::best, body); }},
+                     {{"insonify", [&] { ours(paper::best, body); }},
                       {one.name, [&] { peer.trace(one.how, embree_pixels::shade::intensities, theirs); }}});
     }
 }
 
 void measure_moving(table& into, const std::string& data, const mesh& cube) {
     const std::vector<vec3>& rest = cube.positions;
-    scene body = paper::scene_of({cube}, trees::wait);
+    scene body = paper::scene_of({cube});
     paper::frames<> ours;
     std::vector<float> theirs;
     std::uint32_t number = 0;
     const contender we{"insonify",
                        [&] {
-                           body.update(exec::par_unseq, trees::wait);
-                           ours(search::best, body);
+                           body.update(exec::par_unseq);
+                           ours(paper::best, body);
                        },
                        [&] { paper::deform(body.positions(body.objects()[0].id), rest, ++number); }};
     struct {
@@ -100,10 +100,10 @@ void measure_floor(table& into, const std::string& data, const mesh& cube) {
                              });
     };
     into.measure({.work = "paper's frame over its floor", .data = data, .unit = "ms", .must = 0.4},
-                 {{"insonify", [&] { ours(search::best, body); }}, {"crossings, and a power for each sample", [&] {
-                                                                        crossings(search::best, body);
-                                                                        take_powers();
-                                                                    }}});
+                 {{"insonify", [&] { ours(paper::best, body); }}, {"crossings, and a power for each sample", [&] {
+                                                                       crossings(paper::best, body);
+                                                                       take_powers();
+                                                                   }}});
 }
 
 void measure_frame_rows(table& into) {

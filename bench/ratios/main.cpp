@@ -1,3 +1,4 @@
+#include "../support/embree_api.hpp"
 #include "rows.hpp"
 
 /// Prints the table of ratios, ours against the best peer measured by turns with it, and writes it as JSON.
@@ -5,7 +6,7 @@
 ///     bench_ratios [part of the name of a work] [file.json]
 int main(int count, char** arguments) {
     bench::table all{count > 1 ? arguments[1] : ""};
-    std::printf("%s\n\n", bench::table::circumstances().c_str());
+    std::printf("%s; %s\n\n", bench::table::circumstances().c_str(), bench::embree_version().c_str());
     for (const auto& [place, measure] : bench::rows::all()) measure(all);
     if (count > 2) all.write_json(arguments[2]);
 }

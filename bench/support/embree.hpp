@@ -1,62 +1,35 @@
 #ifndef INSONIFY_BENCH_SUPPORT_EMBREE_HPP
 #define INSONIFY_BENCH_SUPPORT_EMBREE_HPP
 
-#include <insonify/geometry/hit.hpp>
 #include <insonify/geometry/mesh.hpp>
-#include <insonify/geometry/ray.hpp>
+#include "embree_api.hpp"
 #include <algorithm>
 #include <cstring>
-#include <embree3/rtcore.h>
-#include <limits>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace bench {
 
-using namespace insonify;
-
-/// Packets of N rays, and what is asked with them.
+/// A packet of N rays.
 template <std::size_t N>
-struct embree_packet;
-template <>
-struct embree_packet<8> : RTCRayHit8 {
-    static constexpr auto intersect = rtcIntersect8;
-    static constexpr auto occluded = rtcOccluded8;
-};
-template <>
-struct embree_packet<16> : RTCRayHit16 {
-    static constexpr auto intersect = rtcIntersect16;
-    static constexpr auto occluded = rtcOccluded16;
-};
+using embree_packet = std::conditional_t<N == 8, RTCRayHit8, RTCRayHit16>;
 
-/// Rays as Embree takes them, converted outside of what is measured.
+/// Rays in Embree's layouts. The conversion is not part of what is measured.
 struct embree_rays {
     std::vector<RTCRayHit> single{};
-    std::vector<embree_packet<8>> eight{};
-    std::vector<embree_packet<16>> sixteen{};
+    std::vector<RTCRayHit8> eight{};
+    std::vector<RTCRayHit16> sixteen{};
 
     explicit embree_rays(std::span<const ray> rays)
         : single(rays.size()), eight(rays.size() / 8), sixteen(rays.size() / 16) {
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            const ray& r = rays[i];
-            RTCRayHit& one = single[i];
-            one.ray = {r.origin.x,
-                       r.origin.y,
-                       r.origin.z,
-                       r.min_distance,
-                       r.direction.x,
-                       r.direction.y,
-                       r.direction.z,
-                       0,
-                       r.max_distance < FLT_MAX ? r.max_distance : std::numeric_limits<float>::infinity(),
-                       ~0U,
-                       static_cast<unsigned>(i),
-                       0};
-            one.hit = {0, 0, 0, 0, 0, RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID}};
-            put(eight, i, one.ray);
-            put(sixteen, i, one.ray);
+            const RTCRay one = embree_ray(rays[i], static_cast<unsigned>(i));
+            single[i] = embree_ray_hit(one);
+            if (i / 8 < eight.size()) set_ray_hit(eight[i / 8], i % 8, one);
+            if (i / 16 < sixteen.size()) set_ray_hit(sixteen[i / 16], i % 16, one);
         }
     }
 
@@ -67,40 +40,17 @@ struct embree_rays {
         else
             return sixteen;
     }
-
-  private:
-    template <std::size_t N>
-    static void put(std::vector<embree_packet<N>>& packets, std::size_t i, const RTCRay& one) {
-        if (i / N >= packets.size()) return;
-        embree_packet<N>& packet = packets[i / N];
-        const std::size_t k = i % N;
-        packet.ray.org_x[k] = one.org_x;
-        packet.ray.org_y[k] = one.org_y;
-        packet.ray.org_z[k] = one.org_z;
-        packet.ray.tnear[k] = one.tnear;
-        packet.ray.dir_x[k] = one.dir_x;
-        packet.ray.dir_y[k] = one.dir_y;
-        packet.ray.dir_z[k] = one.dir_z;
-        packet.ray.time[k] = 0;
-        packet.ray.tfar[k] = one.tfar;
-        packet.ray.mask[k] = ~0U;
-        packet.ray.id[k] = one.id;
-        packet.ray.flags[k] = 0;
-        packet.hit.primID[k] = RTC_INVALID_GEOMETRY_ID;
-        packet.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
-        packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
-    }
 };
 
-/// How Embree keeps a mesh.
+/// How Embree builds a scene.
 struct embree_settings {
     RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
     RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;
-    unsigned threads =
-        1; ///< of the device; Embree takes the highest among all devices alive, so keep one number at a time
+    /// Of the device. Embree uses the highest number of all devices that exist: use one number at a time.
+    unsigned threads = 1;
 };
 
-/// A mesh in a scene of Embree's, on a device of its own.
+/// A mesh in an Embree scene, on its own device.
 class embree_peer {
   public:
     explicit embree_peer(const mesh& m, const embree_settings& settings = {}) : settings_{settings} {
@@ -115,13 +65,13 @@ class embree_peer {
         rtcReleaseDevice(device_);
     }
 
-    /// The mesh anew, as a user would who has not built it before.
+    /// Builds a new scene from the mesh.
     void build(const mesh& m) {
         drop_scene();
         make_scene(m);
     }
 
-    /// What a moving scene asks for each frame: rebuilt with the geometry's quality, or refitted, as the settings say.
+    /// What a dynamic scene needs each frame: a rebuild with the geometry's quality, or a refit, as the settings say.
     void update() {
         rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
         rtcCommitGeometry(geometry_);
@@ -131,24 +81,21 @@ class embree_peer {
     vec3* positions() { return static_cast<vec3*>(rtcGetGeometryBufferData(geometry_, RTC_BUFFER_TYPE_VERTEX, 0)); }
 
     void closest(const embree_rays& rays, std::span<hit> hits) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
+        embree_query query;
         for (std::size_t i = 0; i < rays.single.size(); ++i) {
             RTCRayHit one = rays.single[i];
-            rtcIntersect1(scene_, &context, &one);
+            query.closest(scene_, one);
             hits[i] = one.hit.geomID == RTC_INVALID_GEOMETRY_ID ? hit{} : hit{one.ray.tfar, one.hit.primID};
         }
     }
 
     template <std::size_t N>
-    void closest_packets(const embree_rays& rays, std::span<hit> hits, RTCIntersectContextFlags flags) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        context.flags = flags;
+    void closest_packets(const embree_rays& rays, std::span<hit> hits, coherence kind) const {
+        embree_query query{kind};
         const auto& packets = rays.packets<N>();
         for (std::size_t i = 0; i < packets.size(); ++i) {
             embree_packet<N> packet = packets[i];
-            embree_packet<N>::intersect(every_ray, scene_, &context, &packet);
+            query.closest(scene_, packet);
             for (std::size_t k = 0; k < N; ++k)
                 hits[N * i + k] = packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID
                                       ? hit{}
@@ -157,74 +104,65 @@ class embree_peer {
     }
 
     void any(const embree_rays& rays, std::span<std::uint8_t> met) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
+        embree_query query;
         for (std::size_t i = 0; i < rays.single.size(); ++i) {
             RTCRay one = rays.single[i].ray;
-            rtcOccluded1(scene_, &context, &one);
+            query.any(scene_, one);
             met[i] = one.tfar < 0;
         }
     }
 
     template <std::size_t N>
-    void any_packets(const embree_rays& rays, std::span<std::uint8_t> met, RTCIntersectContextFlags flags) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        context.flags = flags;
+    void any_packets(const embree_rays& rays, std::span<std::uint8_t> met, coherence kind) const {
+        embree_query query{kind};
         const auto& packets = rays.packets<N>();
         for (std::size_t i = 0; i < packets.size(); ++i) {
             auto packet = packets[i].ray;
-            embree_packet<N>::occluded(every_ray, scene_, &context, &packet);
+            query.any(scene_, packet);
             for (std::size_t k = 0; k < N; ++k) met[N * i + k] = packet.tfar[k] < 0;
         }
     }
 
-    /// All crossings of each ray, sorted, through a filter function that takes a hit down and lets the ray go on.
+    /// All crossings of each ray, sorted. The filter function records each hit and rejects it.
     void all(const embree_rays& rays, std::span<std::vector<hit>> hits) const {
-        collector all_hits{.hits = hits.data()};
-        rtcInitIntersectContext(&all_hits.context);
-        all_hits.context.filter = collect;
+        collector query{coherence::unknown, hits.data()};
         for (std::size_t i = 0; i < rays.single.size(); ++i) {
             hits[i].clear();
             RTCRayHit one = rays.single[i];
-            rtcIntersect1(scene_, &all_hits.context, &one);
+            query.closest(scene_, one);
             std::sort(hits[i].begin(), hits[i].end(), nearer);
         }
     }
 
     /// The same, N rays at a time.
     template <std::size_t N>
-    void all_packets(const embree_rays& rays, std::span<std::vector<hit>> hits, RTCIntersectContextFlags flags) const {
-        collector all_hits{.hits = hits.data()};
-        rtcInitIntersectContext(&all_hits.context);
-        all_hits.context.filter = collect;
-        all_hits.context.flags = flags;
+    void all_packets(const embree_rays& rays, std::span<std::vector<hit>> hits, coherence kind) const {
+        collector query{kind, hits.data()};
         const auto& packets = rays.packets<N>();
         for (std::size_t i = 0; i < packets.size(); ++i) {
             for (std::size_t k = 0; k < N; ++k) hits[N * i + k].clear();
             embree_packet<N> packet = packets[i];
-            embree_packet<N>::intersect(every_ray, scene_, &all_hits.context, &packet);
+            query.closest(scene_, packet);
             for (std::size_t k = 0; k < N; ++k) std::sort(hits[N * i + k].begin(), hits[N * i + k].end(), nearer);
         }
     }
 
     RTCScene scene() const { return scene_; }
 
-    /// Whether this machine has registers for packets of 16.
+    /// Whether this machine supports packets of 16 natively.
     bool takes_sixteen() const {
         return rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
     }
 
   private:
-    alignas(64) static constexpr int every_ray[16] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+    struct collector : embree_query {
+        std::vector<hit>* hits;
 
-    struct collector {
-        RTCIntersectContext context{};
-        std::vector<hit>* hits = nullptr;
+        collector(coherence kind, std::vector<hit>* into) : embree_query{kind, collect}, hits{into} {}
     };
 
     static void collect(const RTCFilterFunctionNArguments* arguments) {
-        collector& into = *reinterpret_cast<collector*>(arguments->context);
+        const auto& into = static_cast<collector&>(embree_query::of(arguments));
         for (unsigned i = 0; i < arguments->N; ++i) {
             if (arguments->valid[i] == 0) continue;
             into.hits[RTCRayN_id(arguments->ray, arguments->N, i)].push_back(

@@ -1,10 +1,10 @@
 #ifndef INSONIFY_BENCH_SUPPORT_EMBREE_PIXELS_HPP
 #define INSONIFY_BENCH_SUPPORT_EMBREE_PIXELS_HPP
 
+#include "embree_api.hpp"
 #include "paper_scenes.hpp"
 #include <algorithm>
 #include <cstring>
-#include <embree3/rtcore.h>
 #include <memory>
 
 namespace bench::paper {
@@ -23,7 +23,7 @@ class embree_pixels {
         device_ = rtcNewDevice("threads=2");
         scene_ = rtcNewScene(device_);
         const bool dynamic = moves != RTC_BUILD_QUALITY_MEDIUM;
-        rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
+        rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(embree_filter_flag |
                                                             (dynamic ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE)));
         rtcSetSceneBuildQuality(scene_, dynamic ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
         for (const mesh& one : objects) geometries_.push_back(attach(scene_, one, moves));
@@ -60,7 +60,7 @@ class embree_pixels {
         const std::uint32_t samples = frame.samples;
         pixels.resize(std::size_t{probe.lines} * samples);
         exec::for_each_block(exec::par, probe.lines, 8, 1e6F, [&](std::size_t begin, std::size_t) {
-            auto found = std::make_unique<collector>();
+            auto found = std::make_unique<collector>(how);
             vec3 points[8];
             for (std::uint32_t k = 0; k < samples; ++k) {
                 how == rays::packets ? find_points_packet(begin, k, points) : find_points_single(begin, k, points);
@@ -96,13 +96,16 @@ class embree_pixels {
         unsigned count = 0;
         bool ahead = false; // an interface within reach of r3
     };
-    struct collector {
-        RTCIntersectContext context{};
+    struct collector : embree_query {
         crossings line[8];
+
+        explicit collector(rays how)
+            : embree_query{how == rays::packets ? coherence::coherent : coherence::unknown,
+                           how == rays::recursive ? nullptr : take} {}
     };
 
     static void take(const RTCFilterFunctionNArguments* arguments) {
-        collector& into = *reinterpret_cast<collector*>(arguments->context);
+        auto& into = static_cast<collector&>(embree_query::of(arguments));
         for (unsigned i = 0; i < arguments->N; ++i) {
             if (arguments->valid[i] == 0) continue;
             crossings& line = into.line[RTCRayN_id(arguments->ray, arguments->N, i)];
@@ -117,85 +120,68 @@ class embree_pixels {
     }
 
     void find_points_single(std::size_t begin, std::uint32_t sample, vec3 (&points)[8]) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
+        embree_query query;
         for (unsigned i = 0; i < 8; ++i) {
-            const ray r = r1_of(begin + i, sample);
-            RTCRayHit r1{
-                {r.origin.x, r.origin.y, r.origin.z, 0, r.direction.x, r.direction.y, r.direction.z, 0, 1, ~0U, i, 0},
-                {0, 0, 0, 0, 0, RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID}}};
-            rtcIntersect1(slice_, &context, &r1);
+            ray r = r1_of(begin + i, sample);
+            r.max_distance = 1;
+            RTCRayHit r1 = embree_ray_hit(embree_ray(r));
+            query.closest(slice_, r1);
             points[i] = r.at(r1.ray.tfar);
         }
     }
     void find_points_packet(std::size_t begin, std::uint32_t sample, vec3 (&points)[8]) const {
-        alignas(32) static constexpr int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-        RTCRayHit8 r1{};
+        embree_query query{coherence::coherent};
+        RTCRayHit8 r1;
         for (unsigned i = 0; i < 8; ++i) {
-            const ray r = r1_of(begin + i, sample);
-            r1.ray.org_x[i] = r.origin.x, r1.ray.org_y[i] = r.origin.y, r1.ray.org_z[i] = r.origin.z;
-            r1.ray.dir_x[i] = r.direction.x, r1.ray.dir_y[i] = r.direction.y, r1.ray.dir_z[i] = r.direction.z;
-            r1.ray.tfar[i] = 1;
-            r1.ray.mask[i] = ~0U;
-            r1.hit.geomID[i] = r1.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+            ray r = r1_of(begin + i, sample);
+            r.max_distance = 1;
+            set_ray_hit(r1, i, embree_ray(r));
         }
-        rtcIntersect8(valid, slice_, &context, &r1);
+        query.closest(slice_, r1);
         for (unsigned i = 0; i < 8; ++i) points[i] = r1_of(begin + i, sample).at(r1.ray.tfar[i]);
     }
 
+    // Back to the transducer, and away from it.
+    static ray r2_of(vec3 p) { return {.origin = p, .direction = {0, 0, -1}, .max_distance = p.z}; }
+    static ray r3_of(vec3 p) { return {.origin = p, .direction = {0, 0, 1}, .max_distance = model.reflection_length}; }
+
     void collect_single(const vec3 (&points)[8], collector& found, rays how) const {
+        embree_query unfiltered;
         for (unsigned i = 0; i < 8; ++i) {
-            const vec3 p = points[i];
             found.line[i].count = 0;
-            rtcInitIntersectContext(&found.context);
             if (how == rays::recursive) {
-                step_back(p, found.line[i], found.context);
+                step_back(points[i], found.line[i], unfiltered);
             } else {
-                found.context.filter = take;
-                RTCRay r2{p.x, p.y, p.z, 0, 0, 0, -1, 0, p.z, ~0U, i, 0};
-                rtcOccluded1(scene_, &found.context, &r2);
+                RTCRay r2 = embree_ray(r2_of(points[i]), i);
+                found.any(scene_, r2);
             }
-            rtcInitIntersectContext(&found.context);
-            RTCRay r3{p.x, p.y, p.z, 0, 0, 0, 1, 0, model.reflection_length, ~0U, i, 0};
-            rtcOccluded1(scene_, &found.context, &r3);
+            RTCRay r3 = embree_ray(r3_of(points[i]), i);
+            unfiltered.any(scene_, r3);
             found.line[i].ahead = r3.tfar < 0;
         }
     }
-    // r2 from the nearest hit to the next, each time a little further on.
-    void step_back(vec3 p, crossings& line, RTCIntersectContext& context) const {
-        for (float begin = 0;;) {
-            RTCRayHit r2{{p.x, p.y, p.z, begin, 0, 0, -1, 0, p.z, ~0U, 0, 0},
-                         {0, 0, 0, 0, 0, RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID}}};
-            rtcIntersect1(scene_, &context, &r2);
+    // r2 from hit to hit, each time from a little beyond the last.
+    void step_back(vec3 p, crossings& line, embree_query& query) const {
+        for (ray back = r2_of(p);;) {
+            RTCRayHit r2 = embree_ray_hit(embree_ray(back));
+            query.closest(scene_, r2);
             if (r2.hit.geomID == RTC_INVALID_GEOMETRY_ID || line.count == 130) return;
             line.distance[line.count] = r2.ray.tfar;
             line.object[line.count++] = r2.hit.geomID;
-            begin = r2.ray.tfar + 1e-7F;
+            back.min_distance = r2.ray.tfar + 1e-7F;
         }
     }
 
     void collect_packet(const vec3 (&points)[8], collector& found) const {
-        alignas(32) static constexpr int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
-        RTCRay8 r2{};
+        embree_query unfiltered{coherence::coherent};
+        RTCRay8 r2, r3;
         for (unsigned i = 0; i < 8; ++i) {
             found.line[i].count = 0;
-            r2.org_x[i] = points[i].x, r2.org_y[i] = points[i].y, r2.org_z[i] = points[i].z;
-            r2.dir_z[i] = -1;
-            r2.tfar[i] = points[i].z;
-            r2.mask[i] = ~0U;
-            r2.id[i] = i;
+            set_ray(r2, i, embree_ray(r2_of(points[i]), i));
+            set_ray(r3, i, embree_ray(r3_of(points[i]), i));
         }
-        RTCRay8 r3 = r2;
-        rtcInitIntersectContext(&found.context);
-        found.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-        found.context.filter = take;
-        rtcOccluded8(valid, scene_, &found.context, &r2);
-        for (unsigned i = 0; i < 8; ++i) r3.dir_z[i] = 1, r3.tfar[i] = model.reflection_length;
-        found.context.filter = nullptr;
-        rtcOccluded8(valid, scene_, &found.context, &r3);
+        found.any(scene_, r2);
+        unfiltered.any(scene_, r3);
         for (unsigned i = 0; i < 8; ++i) found.line[i].ahead = r3.tfar[i] < 0;
     }
 

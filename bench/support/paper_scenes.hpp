@@ -59,10 +59,10 @@ inline std::vector<mesh> beside_one_another(std::uint32_t count) {
     return all;
 }
 
-inline scene scene_of(const std::vector<mesh>& objects, trees upkeep = trees::follow) {
+inline scene scene_of(const std::vector<mesh>& objects) {
     scene body{tissue::muscle};
     for (const mesh& one : objects) body.add(one, tissue::bone);
-    body.build(exec::par, upkeep);
+    body.build(exec::par);
     return body;
 }
 
@@ -74,14 +74,16 @@ struct crossings_only {
     void operator()(const auto&, const traced_line&, float, view<float>) const {}
 };
 
+inline constexpr straight_lines best{}, rays{straight_lines::search::rays}, slices{straight_lines::search::slices};
+
 /// Frames one after the other, each in the memory of the one before.
 template <class Model = law2011>
 struct frames {
     trace_workspace<linear_array, Model> own{};
     scan_lines lines{};
 
-    void operator()(search by, const scene& body) {
-        lines = trace_lines(exec::par_unseq, by, body, probe, at, Model{}, frame, own, std::move(lines));
+    void operator()(straight_lines how, const scene& body) {
+        lines = trace(exec::par_unseq, body, probe, at, Model{}, frame, own, std::move(lines), how);
     }
 };
 

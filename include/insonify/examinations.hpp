@@ -7,12 +7,12 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What is set on a scanner before a patient is looked at:
+/// A probe and scanner settings for an examination:
 ///
 ///     b_mode(exec::par_unseq, body, presets::abdomen.probe, at, presets::abdomen.settings)
 template <transducer Probe>
 struct examination {
-    Probe probe{};              ///< what is held
+    Probe probe{};              ///< the transducer
     b_mode_settings settings{}; ///< for `b_mode`
 };
 
@@ -20,7 +20,7 @@ struct examination {
 
 namespace insonify::inline INSONIFY_ABI::presets {
 
-/// A nerve block: a needle towards a nerve a few centimetres under the skin.
+/// Nerve block: a needle near a nerve a few centimetres below the skin.
 inline constexpr examination<linear_array> nerve_block{
     .probe = {.lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm},
     .settings = {.depth = 40_mm, .tgc = 0.85_dB_per_cm, .planes = 7}};
@@ -35,7 +35,7 @@ inline constexpr examination<phased_array> heart{
     .probe = {.lines = 128, .width = 20_mm, .field_of_view = 90_deg, .frequency = 2.5_MHz},
     .settings = {.depth = 160_mm}};
 
-/// A vessel from inside.
+/// Vessel, from inside.
 inline constexpr examination<radial_array> intravascular{.probe = {.lines = 256, .radius = 0.5_mm, .frequency = 20_MHz},
                                                          .settings = {.depth = 6_mm}};
 

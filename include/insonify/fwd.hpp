@@ -3,7 +3,7 @@
 
 #include <insonify/core/config.hpp>
 
-/// Declarations, to be included from anywhere.
+/// Forward declarations; may be included from any folder.
 namespace insonify::inline INSONIFY_ABI {
 
 struct acquisition;

@@ -32,6 +32,7 @@
 #include <insonify/probe/presets.hpp>
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/scene/diagnose.hpp>
+#include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/electronic_noise.hpp>

@@ -23,20 +23,15 @@
 #ifndef INSONIFY_CORE_VERSION_HPP
 #define INSONIFY_CORE_VERSION_HPP
 
-/// The library's version as one number: major * 10000 + minor * 100 + patch. The build files read it from here.
+/// The library's version as one number: major * 10000 + minor * 100 + patch. CMake reads it from here.
 #define INSONIFY_VERSION 100
 
 #endif
+#include <version> // identifies the standard library
 
-/// INSONIFY_FN marks what runs on a CUDA device as well as on the host.
-/// INSONIFY_INLINE keeps helpers that take SIMD values inline, so that the values stay in registers.
-/// INSONIFY_VISITS stands before such a template that calls what the user brings, which may be for the host alone.
-/// INSONIFY_LAZY stands before a function that need not be a template, and makes it one: so it, and all of the standard
-/// library that it instantiates, is compiled only in files that call it, though every user's file includes it. What
-/// is constexpr there, it defers by `later<Later>(...)`: see later.hpp.
-#define INSONIFY_LAZY                                                                                                  \
-    template <class Later = void>                                                                                      \
-    inline
+/// INSONIFY_FN marks functions that run on a CUDA device as well as on the host.
+/// INSONIFY_INLINE forces inlining of functions that take SIMD values, so that the values stay in registers.
+/// INSONIFY_VISITS precedes an INSONIFY_FN template that calls a user's function, which may exist for the host only.
 #if defined(__CUDACC__)
 #define INSONIFY_FN __host__ __device__
 #define INSONIFY_INLINE __forceinline__
@@ -47,70 +42,91 @@
 #define INSONIFY_VISITS
 #else
 #define INSONIFY_FN
-#define INSONIFY_VISITS
 #define INSONIFY_INLINE [[gnu::always_inline]] inline
+#define INSONIFY_VISITS
 #endif
 
-/// INSONIFY_NO_SIMD, defined by the user before the first include, leaves <experimental/simd> out: `unseq` is scalar.
-/// It is also set here where that header is missing or cannot be compiled (nvcc).
-#if !defined(INSONIFY_NO_SIMD) && (defined(__CUDACC__) || !__has_include(<experimental/simd>))
+/// INSONIFY_NO_SIMD, defined by the user before the first include, selects scalar code for `lanes<N>` and for `unseq`.
+/// It is also set here for compilers without vector types and for nvcc, which rejects them in device code.
+#if !defined(INSONIFY_NO_SIMD) && (defined(__CUDACC__) || !(defined(__GNUC__) || defined(__clang__)))
 #define INSONIFY_NO_SIMD
 #endif
 
-/// INSONIFY_ABI names the inline namespace that everything lives in: version, instruction set, SIMD or not.
-///
-/// Objects compiled with different flags thus have different types: handing one across is a link error, never a crash.
+// The parts of INSONIFY_ABI: SIMD implementation, instruction set, fused multiply-add, standard library.
 #if defined(__CUDACC__)
-#define INSONIFY_ABI v0_cuda
+#define INSONIFY_ABI_SIMD _cuda
 #elif defined(INSONIFY_NO_SIMD)
-#if defined(__AVX512F__)
-#define INSONIFY_ABI v0_scalar_avx512
-#elif defined(__AVX2__) && defined(__FMA__)
-#define INSONIFY_ABI v0_scalar_avx2_fma
-#elif defined(__AVX__)
-#define INSONIFY_ABI v0_scalar_avx
+#define INSONIFY_ABI_SIMD _scalar
+#elif defined(__GLIBCXX__) && __has_include(<experimental/simd>) // libc++ ships that header too, without the types
+#define INSONIFY_STD_SIMD
+#define INSONIFY_ABI_SIMD
 #else
-#define INSONIFY_ABI v0_scalar
+#define INSONIFY_ABI_SIMD _vector
 #endif
-#else
-#if defined(__AVX512F__)
-#define INSONIFY_ABI v0_avx512
-#elif defined(__AVX2__) && defined(__FMA__)
-#define INSONIFY_ABI v0_avx2_fma
+
+#if defined(__AVX512VL__)
+#define INSONIFY_ABI_SET _avx512vl
+#elif defined(__AVX512F__)
+#define INSONIFY_ABI_SET _avx512
+#elif defined(__AVX2__)
+#define INSONIFY_ABI_SET _avx2
 #elif defined(__AVX__)
-#define INSONIFY_ABI v0_avx
+#define INSONIFY_ABI_SET _avx
 #elif defined(__SSE4_1__)
-#define INSONIFY_ABI v0_sse4
+#define INSONIFY_ABI_SET _sse4
 #elif defined(__SSE2__)
-#define INSONIFY_ABI v0_sse2
+#define INSONIFY_ABI_SET _sse2
 #elif defined(__ARM_NEON)
-#define INSONIFY_ABI v0_neon
+#define INSONIFY_ABI_SET _neon
+#elif defined(__wasm_simd128__)
+#define INSONIFY_ABI_SET _wasm128
 #else
-#define INSONIFY_ABI v0_simd
-#endif
+#define INSONIFY_ABI_SET _generic
 #endif
 
-namespace insonify::inline INSONIFY_ABI {
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+#define INSONIFY_ABI_FMA _fma
+#elif defined(__FMA4__)
+#define INSONIFY_ABI_FMA _fma4
+#else
+#define INSONIFY_ABI_FMA
+#endif
 
-/// True where a fused multiply-add is one instruction; elsewhere it is a slow library call.
+#if defined(_LIBCPP_VERSION)
+#define INSONIFY_ABI_LIBRARY _libcxx
+#else
+#define INSONIFY_ABI_LIBRARY
+#endif
+
+/// INSONIFY_ABI names the inline namespace of the library, such as `v0_sse2` or `v0_neon_fma_vector_libcxx`.
+///
+/// Objects compiled with different flags thus have different types, and no function of one replaces that of another:
+/// passing such an object across is a link error.
+#define INSONIFY_ABI_JOIN(set, fma, simd, library) v0##set##fma##simd##library
+#define INSONIFY_ABI_NAME(set, fma, simd, library) INSONIFY_ABI_JOIN(set, fma, simd, library)
+#define INSONIFY_ABI INSONIFY_ABI_NAME(INSONIFY_ABI_SET, INSONIFY_ABI_FMA, INSONIFY_ABI_SIMD, INSONIFY_ABI_LIBRARY)
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// True where a fused multiply-add is one instruction; elsewhere std::fma is a slow library call.
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA) || defined(__CUDACC__)
 inline constexpr bool has_fma = true;
 #else
 inline constexpr bool has_fma = false;
 #endif
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 
 #if defined(__CUDACC__)
-#include <cuda.h> // GLM asks for its version
+#include <cuda.h> // GLM checks its version
 #if !defined(GLM_FORCE_CUDA)
 #define GLM_FORCE_CUDA
 #endif
 #pragma nv_diagnostic push
 #pragma nv_diag_suppress 20012 // GLM annotates functions that it defaults
 #elif !defined(GLM_FORCE_INLINE)
-#define GLM_FORCE_INLINE // in large files GCC would call even operator[]
+#define GLM_FORCE_INLINE // otherwise GCC does not inline even operator[] in large files
 #endif
 #include <glm/glm.hpp>
 #if defined(__CUDACC__)
@@ -123,7 +139,7 @@ inline constexpr bool has_fma = false;
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Vectors and matrices are those of GLM: floats, unless the name says otherwise.
+/// GLM's vectors and matrices, of floats unless the name says otherwise.
 /// @{
 using vec2 = glm::vec2;
 using vec3 = glm::vec3;
@@ -144,36 +160,40 @@ using glm::length;
 using glm::normalize;
 using glm::transpose;
 
-inline constexpr float pi = 3.14159265358979F; ///< half a turn, radians
+/// Half a turn, radians.
+inline constexpr float pi = 3.14159265358979F;
 
-/// False for infinities and NaN; reads the bits, so that it holds under -ffast-math too.
+/// False for infinities and NaN. Tests the bits, so it also works under -ffast-math.
 INSONIFY_FN inline bool is_finite(float value) {
     return (__builtin_bit_cast(std::uint32_t, value) & 0x7F800000U) != 0x7F800000U;
 }
-/// True where all three coordinates are.
+/// True if all three coordinates are finite.
 INSONIFY_FN inline bool is_finite(vec3 v) { return is_finite(v.x) && is_finite(v.y) && is_finite(v.z); }
 
-/// The lesser and the greater of two, and a value kept between two: as std::min, max and clamp, but also on a device.
-/// Of a NaN and a number the first argument. Vectors coordinate by coordinate.
+/// As std::min, std::max and std::clamp, but also in device code; vectors componentwise. If an argument is NaN, min and
+/// max return the first one.
 /// @{
-INSONIFY_FN constexpr float lesser(float a, float b) { return b < a ? b : a; }
-INSONIFY_FN constexpr float greater(float a, float b) { return a < b ? b : a; }
-INSONIFY_FN constexpr float clamped(float value, float low, float high) { return lesser(greater(value, low), high); }
+INSONIFY_FN constexpr float min(float a, float b) { return b < a ? b : a; }
+INSONIFY_FN constexpr float max(float a, float b) { return a < b ? b : a; }
+INSONIFY_FN constexpr float clamp(float value, float low, float high) { return min(max(value, low), high); }
 
-INSONIFY_FN constexpr vec3 lesser(vec3 a, vec3 b) { return {lesser(a.x, b.x), lesser(a.y, b.y), lesser(a.z, b.z)}; }
-INSONIFY_FN constexpr vec3 greater(vec3 a, vec3 b) { return {greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z)}; }
+INSONIFY_FN constexpr vec3 min(vec3 a, vec3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
+INSONIFY_FN constexpr vec3 max(vec3 a, vec3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 /// @}
 
-/// Each coordinate without its sign.
-INSONIFY_FN inline vec3 absolute(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
+/// Componentwise absolute value.
+INSONIFY_FN inline vec3 abs(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 
-/// Two directions across a third of length 1, so that the three make a frame. Source: Duff et al. 2017.
-struct axes_across {
-    vec3 first{1, 0, 0};  ///< across the direction
-    vec3 second{0, 1, 0}; ///< across both
+namespace detail {
 
-    /// @param direction  of length 1
-    INSONIFY_FN explicit axes_across(vec3 direction) {
+/// Two axes that form an orthonormal basis with a direction.
+/// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017.
+struct orthonormal_basis {
+    vec3 first{1, 0, 0};
+    vec3 second{0, 1, 0};
+
+    /// @param direction  length 1
+    INSONIFY_FN explicit orthonormal_basis(vec3 direction) {
         const float side = std::copysign(1.0F, direction.z);
         const float a = -1 / (side + direction.z);
         const float b = direction.x * direction.y * a;
@@ -182,7 +202,7 @@ struct axes_across {
     }
 };
 
-/// The place of the lowest bit that is set, of a number that is not 0.
+/// Index of the lowest set bit; `bits` is not 0.
 INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
 #if defined(__CUDA_ARCH__)
     return static_cast<std::uint32_t>(__ffs(static_cast<int>(bits)) - 1);
@@ -191,12 +211,14 @@ INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
 #endif
 }
 
-/// a * b + c, rounded once where that is one instruction and twice elsewhere: never the compiler's choice.
+} // namespace detail
+
+/// a * b + c, fused if the instruction set has fused multiply-add, otherwise rounded twice; not left to the compiler.
 INSONIFY_FN inline float multiply_add(float a, float b, float c) {
 #if defined(__clang__)
-#pragma clang fp contract(off) // or constants are rounded once everywhere
+#pragma clang fp contract(off) // otherwise constant expressions are fused everywhere
 #endif
-    if constexpr (has_fma) return std::fma(a, b, c);
+    if constexpr (detail::has_fma) return std::fma(a, b, c);
     return a * b + c;
 }
 
@@ -206,8 +228,8 @@ INSONIFY_FN inline float multiply_add(float a, float b, float c) {
 #define INSONIFY_CORE_UNITS_HPP
 
 
-/// Every public number is SI: metres, seconds, hertz, radians, kg/m^3, m/s, rayl (kg/(m^2 s)), dB/m.
-/// The literals carry the unit where a number is written: `40_mm`, `7.5_MHz`, `60_deg`, `0.54_dB_per_cm`.
+/// All public numbers are in SI units: metres, seconds, hertz, radians, kg/m^3, m/s, rayl (kg/(m^2 s)), dB/m. Literals
+/// convert to them: `40_mm`, `7.5_MHz`, `60_deg`, `0.54_dB_per_cm`.
 namespace insonify::inline INSONIFY_ABI::inline literals {
 
 // clang-format off
@@ -242,48 +264,51 @@ INSONIFY_LITERAL(dB_per_cm, 100.0L)
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The speed that a scanner assumes everywhere: an echo after time t is displayed at depth display_speed * t / 2, m/s.
+/// Sound speed that scanners assume, c0, m/s: an echo that arrives after time t is displayed at depth c0 t / 2.
 inline constexpr float display_speed = 1540;
 
-/// Standard deviation along the displayed depth of the echo of a Gaussian pulse, metres: 0.1874 c0 / (B f0).
-/// @param bandwidth  B, of the amplitude spectrum at -6 dB, as a share of the frequency
+/// Standard deviation of a Gaussian pulse envelope along displayed depth, metres: 0.1874 c0 / (B f0).
+/// @param bandwidth  B, of the amplitude spectrum at -6 dB, as a fraction of the frequency
+/// @param frequency  f0, hertz
 INSONIFY_FN constexpr float axial_sigma(float bandwidth, float frequency) {
     return 0.1874F * display_speed / (bandwidth * frequency);
 }
 
-/// Samples for a line that is to be convolved with a pulse: two for each deviation of it, a multiple of 64.
+/// Default number of samples of a line: two per standard deviation of the pulse envelope, rounded up to a multiple of
+/// 64.
+/// @param sigma  standard deviation of the pulse envelope, metres
 INSONIFY_FN inline std::uint32_t samples_for(float depth, float sigma) {
-    return 64 * static_cast<std::uint32_t>(clamped(std::ceil(2 * depth / sigma / 64), 1, 16384));
+    return 64 * static_cast<std::uint32_t>(clamp(std::ceil(2 * depth / sigma / 64), 1, 16384));
 }
 
-/// What sound meets inside an object. A medium of your own is smooth and silent unless you say otherwise.
+/// Acoustic properties of an object. By default a medium is lossless, anechoic and specular.
 struct medium {
     float density = 998;         ///< kg/m^3; the defaults are those of water at 20 degrees Celsius
     float sound_speed = 1482;    ///< m/s
     float attenuation = 0;       ///< dB/m at 1 MHz, one way
-    float attenuation_power = 1; ///< attenuation grows as frequency^attenuation_power
-    float backscatter = 0;       ///< amplitude of the echo of its texture, relative to liver
-    float roughness = 0;         ///< rms height of its surface, metres
-    float scatterer_density = 0; ///< in a cubic metre, for `poisson_scatterers`; 0: as many as that field says
+    float attenuation_power = 1; ///< exponent b of the frequency: attenuation grows as f^b
+    float backscatter = 0;       ///< echo amplitude of its speckle relative to liver; 0: anechoic
+    float roughness = 0;         ///< rms height of its surface, metres; 0: specular
+    float scatterer_density = 0; ///< scatterers per m^3, for `poisson_scatterers`; 0: that field's default
 
-    /// Characteristic acoustic impedance, rayl = kg/(m^2 s): density times sound speed, never stored.
+    /// Characteristic acoustic impedance, rayl = kg/(m^2 s): density times sound speed.
     INSONIFY_FN constexpr float impedance() const { return density * sound_speed; }
 
     friend bool operator==(const medium&, const medium&) = default;
 };
 
-/// Metres of displayed depth a metre of the medium: c0 / c, but at most 1e6, for media where sound all but stands still.
-INSONIFY_FN inline float displayed_stretch(const medium& m) { return lesser(display_speed / m.sound_speed, 1e6F); }
+/// Displayed depth per metre of the medium: c0 / c, but at most 1e6.
+INSONIFY_FN inline float displayed_stretch(const medium& m) { return min(display_speed / m.sound_speed, 1e6F); }
 
-/// True where every value is finite and in its range: density, speed and impedance above 1e-18 and below 1e18, so that
-/// laws may add, multiply and divide any two of them; the others not below 0.
+/// True if every value is finite and in range: density, sound speed and impedance between 1e-18 and 1e18, so that
+/// products and quotients of any two stay finite; the others 0 or more.
 INSONIFY_FN inline bool is_valid(const medium& m) {
-    const auto usual = [](float value) { return 1e-18F < value && value < 1e18F; };
+    const auto in_range = [](float value) { return 1e-18F < value && value < 1e18F; };
     return is_finite(m.density) && is_finite(m.sound_speed) && is_finite(m.attenuation) &&
            is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) &&
-           is_finite(m.scatterer_density) && usual(m.density) && usual(m.sound_speed) && usual(m.impedance()) &&
-           m.attenuation >= 0 && m.attenuation_power >= 0 && m.backscatter >= 0 && m.roughness >= 0 &&
-           m.scatterer_density >= 0;
+           is_finite(m.scatterer_density) && in_range(m.density) && in_range(m.sound_speed) &&
+           in_range(m.impedance()) && m.attenuation >= 0 && m.attenuation_power >= 0 && m.backscatter >= 0 &&
+           m.roughness >= 0 && m.scatterer_density >= 0;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -298,8 +323,10 @@ INSONIFY_FN inline bool is_valid(const medium& m) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Asks for the memory of a value long before it is looked at, where the compiler knows how. What calls it should be
-/// inlined likewise: GCC takes a function that does nothing else for one that does nothing.
+namespace detail {
+
+/// Prefetches a value into the cache. Callers must be inlined too: GCC discards calls of a function that does nothing
+/// else.
 INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
 #if defined(__GNUC__) && !defined(__CUDA_ARCH__)
     __builtin_prefetch(value);
@@ -308,19 +335,20 @@ INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
 #endif
 }
 
-/// Pointer and count: what std::span is, but usable on a device and trivially copyable by contract.
-///
-/// It owns nothing; what it points to must outlive it.
+} // namespace detail
+
+/// A pointer and a count, like std::span, but trivially copyable and usable in device code. It does not own the
+/// elements.
 template <class T>
 struct view {
-    T* first = nullptr;    ///< null where it is empty
-    std::size_t count = 0; ///< elements
+    T* first = nullptr;    ///< null if empty
+    std::size_t count = 0; ///< number of elements
 
     view() = default;
-    /// Of `number` elements from `first_element` on.
+    /// A view of `number` elements from `first_element` on.
     INSONIFY_FN constexpr view(T* first_element, std::size_t number) : first{first_element}, count{number} {}
 
-    /// Of any contiguous container (lvalue) whose elements are T.
+    /// A view of a contiguous container of T; not of a temporary.
     template <class Container>
         requires(!std::same_as<std::remove_cv_t<Container>, view>)
     &&requires(Container& c) {
@@ -329,7 +357,7 @@ struct view {
     }
     constexpr view(Container& container) : first{std::data(container)}, count{std::size(container)} {}
 
-    /// What std::span has under the same names; the index is not checked.
+    /// As in std::span; the index is not checked.
     /// @{
     INSONIFY_FN constexpr T& operator[](std::size_t index) const { return first[index]; }
     INSONIFY_FN constexpr T* begin() const { return first; }
@@ -352,17 +380,17 @@ struct view {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A file could not be read or written, or what it holds makes no sense. The sentence names file and line or object.
+/// A file could not be read or written, or its content is invalid. The message names the file and the line or object.
 struct io_error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// A mesh, a pose or a primitive that cannot be used. `validate` tells more about a mesh.
+/// An invalid mesh, pose or primitive. `validate` reports the defects of a mesh.
 struct geometry_error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// A setting out of its range, or a call out of order (tracing a scene that was not built).
+/// A setting that is out of range, or a call out of order, such as tracing a scene that was not built.
 struct usage_error : std::logic_error {
     using std::logic_error::logic_error;
 };
@@ -372,20 +400,20 @@ struct usage_error : std::logic_error {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A rigid motion: first the rotation, then the translation (metres). Maps local coordinates to world coordinates.
+/// Rigid transform from local to world coordinates: the rotation, then the translation.
 struct pose {
-    mat3 rotation{1};          ///< columns are the local x, y and z axis in the world
-    vec3 translation{0, 0, 0}; ///< the local origin in the world, metres
+    mat3 rotation{1};          ///< its columns are the local x, y and z axes in the world
+    vec3 translation{0, 0, 0}; ///< local origin in the world, metres
 
-    /// From local coordinates to the world.
+    /// From local to world coordinates.
     /// @{
     INSONIFY_FN vec3 point(vec3 p) const { return rotation * p + translation; }
     INSONIFY_FN vec3 direction(vec3 v) const { return rotation * v; }
     /// @}
 
-    /// Back from world to local coordinates; precise also where both lie far from the origin.
+    /// From world to local coordinates; precise far from the origin as well.
     INSONIFY_FN vec3 local_point(vec3 p) const { return local_direction(p - translation); }
-    /// Back for what has a direction and a length but no place.
+    /// The same for a direction: the translation is ignored.
     INSONIFY_FN vec3 local_direction(vec3 v) const {
         return {dot(rotation[0], v), dot(rotation[1], v), dot(rotation[2], v)};
     }
@@ -393,44 +421,42 @@ struct pose {
     friend bool operator==(const pose&, const pose&) = default;
 };
 
-/// The motion back.
+/// The inverse transform.
 INSONIFY_FN inline pose inverse(const pose& p) { return {transpose(p.rotation), -p.local_direction(p.translation)}; }
 
-/// First `inner`, then `outer`.
+/// Composition: `inner` first, then `outer`.
 INSONIFY_FN inline pose operator*(const pose& outer, const pose& inner) {
     return {outer.rotation * inner.rotation, outer.point(inner.translation)};
 }
 
-/// Poses stand no further from the origin along any axis, metres: beyond, floats are coarser than any probe.
-inline constexpr float most_translation = 1e6F;
+/// Largest coordinate of a translation or shape, metres; further out the spacing of floats exceeds the size of a probe.
+inline constexpr float max_translation = 1e6F;
 
-/// True where the rotation is one (orthonormal to 1e-4, no mirror), and the translation within `most_translation`.
+/// True for an orthonormal rotation (within 1e-4, without reflection) and a translation within `max_translation`.
 INSONIFY_FN inline bool is_rigid(const pose& p) {
     const mat3& r = p.rotation;
     const auto near_to = [](float a, float b) { return std::fabs(a - b) < 1e-4F; };
     return is_finite(r[0]) && is_finite(r[1]) && is_finite(r[2]) && is_finite(p.translation) &&
-           absolute(p.translation) == lesser(absolute(p.translation), vec3{most_translation}) &&
-           near_to(dot(r[0], r[0]), 1) && near_to(dot(r[1], r[1]), 1) && near_to(dot(r[2], r[2]), 1) &&
-           near_to(dot(r[0], r[1]), 0) && near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) &&
-           determinant(r) > 0;
+           abs(p.translation) == min(abs(p.translation), vec3{max_translation}) && near_to(dot(r[0], r[0]), 1) &&
+           near_to(dot(r[1], r[1]), 1) && near_to(dot(r[2], r[2]), 1) && near_to(dot(r[0], r[1]), 0) &&
+           near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
 }
 
-/// The pose of a probe (or tool) at `from` that looks `towards` a point, its array along `lateral`.
+/// Pose of a probe (or tool, or camera) at `from` that faces `towards` a point, its array along `lateral`.
 ///
-/// z = towards - from, x = lateral made orthogonal to z, y = z cross x, each of length 1; the inverse of glm::lookAt.
-/// @throws geometry_error  where `lateral` is parallel to the line of sight, or the two points are one
-INSONIFY_LAZY pose look_at(vec3 from, vec3 towards, vec3 lateral) {
+/// z = towards - from, x = lateral made orthogonal to z, y = z cross x, normalized; the inverse of glm::lookAt.
+/// @throws geometry_error  where `lateral` is parallel to the line of sight, or the two points coincide
+inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
     const vec3 sight = towards - from;
     const float distance = length(sight);
     const float width = length(lateral);
     if (!is_rigid({mat3{1}, from}) || !is_finite(distance) || !is_finite(width) || !(distance > 0) || !(width > 0))
-        throw geometry_error{"look_at: `from` and `towards` must be two different points within 1000 km of the origin, "
-                             "and `lateral` a direction"};
+        throw geometry_error{"look_at: `from` and `towards` must be different points within 1000 km of the origin, "
+                             "and `lateral` a direction other than zero"};
     const vec3 z = sight / distance;
     const vec3 across = lateral / width - dot(lateral / width, z) * z;
     if (!(length(across) > 1e-5F))
-        throw geometry_error{
-            "look_at: `lateral` is parallel to the line from `from` to `towards`; choose one across it"};
+        throw geometry_error{"look_at: `lateral` is parallel to the line of sight; choose a direction across it"};
     const vec3 x = normalize(across);
     return {mat3{x, cross(z, x), z}, from};
 }
@@ -441,81 +467,49 @@ INSONIFY_LAZY pose look_at(vec3 from, vec3 towards, vec3 lateral) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A stretch of one object along a line. Consecutive layers touch; the last one ends where the line does.
+/// The segment of a line inside one object. Consecutive layers are adjacent, and the last one extends to the end of the
+/// line.
 ///
-/// Two neighbours of equal media have equal `medium`: no interface lies between them.
+/// Adjacent layers with the same `medium` have no interface between them.
 struct layer {
-    float begin = 0;            ///< metres from the face of the probe
-    float end = 0;              ///< metres from the face of the probe
+    float begin = 0;            ///< metres from the probe face
+    float end = 0;              ///< metres from the probe face
     std::uint32_t medium = 0;   ///< index into the media of the line
     std::uint32_t object = ~0U; ///< id of the object, ~0 for the background
     float cosine = 1;           ///< of the angle of incidence on the surface at `begin`; 1 on the first layer
-    vec2 tilt{0, 0};            ///< radians between beam and normal there: within the slice plane, and out of it
-    std::uint32_t place = 0;    ///< index into the places of the line: where the object is
+    vec2 tilt{0, 0}; ///< angle between that surface's normal and the line, radians: in the slice plane, out of it
+    std::uint32_t place = 0; ///< index into the poses of the line
 };
 
-/// Where a line runs in the world. Axes of length 1; the slice plane is normal to `elevation`.
+/// The coordinate frame of a line in the world; axes of length 1.
 struct line_frame {
-    vec3 origin{0, 0, 0};    ///< on the face of the probe, metres
-    vec3 along{0, 0, 1};     ///< the way of the sound
-    vec3 elevation{0, 1, 0}; ///< out of the slice
+    vec3 origin{0, 0, 0};    ///< on the probe face, metres
+    vec3 along{0, 0, 1};     ///< propagation direction
+    vec3 elevation{0, 1, 0}; ///< normal of the slice plane
 };
 
-/// The probe's beam at one depth of a line, as far as a model needs it.
-struct beam_sample {
-    float fnumber = 2;           ///< within the slice plane
-    float elevation_fnumber = 4; ///< out of it
-    float lateral_sigma = 0;     ///< metres, of the Gaussian that `convolve` will apply across the lines; 0: none
-    float line_spacing = 0;      ///< metres to the next line
-    float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
-    vec2 alike{0, 0}; ///< m^2: mean square distance between what they have in common, across the lines and the planes
-    float surface_incoherent = 1; ///< the same of the diffuse echoes of surfaces
-    vec2 surface_alike{0, 0};     ///< m^2: as `alike`, of the diffuse echoes of surfaces
-    float independent = 1;        ///< the same of echoes that have nothing in common
-};
+/// The receive aperture of a line, as a function of displayed depth.
+struct line_aperture {
+    view<const float> fnumbers{}; ///< in the slice plane, at equal steps of displayed depth
+    float spacing = 1;            ///< length of a step, metres of displayed depth
+    float elevation_fnumber = 4;  ///< out of the slice plane
 
-/// Beam samples for equal parts of the displayed depth, from the face on.
-struct line_beam {
-    view<const beam_sample> samples{}; ///< from the face on
-    float spacing = 1;                 ///< metres
-    view<const float> plane_offsets{}; ///< metres out of the slice plane
-    view<const float> plane_weights{}; ///< for each sample those of all planes; together 1
-
-    /// The beam at a displayed depth, metres; the default one where none was made.
-    INSONIFY_FN beam_sample at(float depth) const {
-        if (samples.empty()) return {};
-        return samples[index(depth)];
-    }
-
-    /// What the planes leave of echoes whose depth changes by `slope` metres a metre out of the slice: the sum of their
-    /// weights, each as high on a pulse of deviation `sigma` and turned by as much phase as its depth is off.
-    INSONIFY_FN float across_the_planes(float depth, float slope, float sigma, float phase_per_metre) const {
-        if (plane_offsets.empty() || slope == 0) return 1;
-        const float* weights = plane_weights.first + index(depth) * plane_offsets.size();
-        float sum = 0;
-        for (std::size_t i = 0; i < plane_offsets.size(); ++i) {
-            const float deeper = slope * plane_offsets[i], sigmas = deeper / sigma;
-            sum += weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre * deeper);
-        }
-        return std::fabs(sum);
-    }
-
-  private:
-    INSONIFY_FN std::size_t index(float depth) const {
-        return static_cast<std::size_t>(clamped(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
+    /// F-number in the slice plane at a displayed depth, metres; 2 if none is given.
+    INSONIFY_FN float fnumber(float depth) const {
+        if (fnumbers.empty()) return 2;
+        return fnumbers[static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(fnumbers.size() - 1)))];
     }
 };
 
-/// One line as an acoustic model sees it: what it runs through, where, and with what beam.
+/// One traced line, the input of an acoustic model: its layers, frame, pulse and aperture.
 struct traced_line {
-    view<const layer> layers{}; ///< from the face on, without gaps
+    view<const layer> layers{}; ///< from the probe face on, without gaps
     view<const medium> media{}; ///< of the scene, the background first
-    float frequency = 0;        ///< hertz
-    view<const pose> places{};  ///< object to world: of the background (the world itself), then of the objects
-    line_frame frame{};         ///< where it runs
-    line_beam beam{};           ///< empty for models without `covariance`
-    float pulse_sigma = 0; ///< metres of displayed depth, of the Gaussian that `convolve` will apply along the line
-    float height = 0;      ///< metres out of the slice plane that the line stands for, where there are several planes
+    float frequency = 0;        ///< of the carrier, hertz
+    view<const pose> places{};  ///< object to world: of the background (identity), then of the objects
+    line_frame frame{};         ///< in the world
+    line_aperture aperture{};   ///< of the receiving array
+    float pulse_sigma = 0; ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -527,35 +521,39 @@ struct traced_line {
 #define INSONIFY_EXECUTION_POLICY_HPP
 
 #include <cstdint>
-#include <type_traits>
 
-#if __has_include(<pstl/execution_defs.h>)
-#include <pstl/execution_defs.h> // libstdc++: the policy types alone; <execution> itself costs seconds and pulls in TBB
+#if defined(__GLIBCXX__) && __has_include(<pstl/execution_defs.h>)
+#include <pstl/execution_defs.h> // the policy types alone: <execution> of libstdc++ costs seconds and pulls in TBB
+#define INSONIFY_STANDARD_POLICIES __pstl::execution
 #elif __has_include(<execution>)
 #include <execution>
+#if defined(__cpp_lib_execution)
+#define INSONIFY_STANDARD_POLICIES std::execution
+#endif
 #endif
 
-namespace insonify::inline INSONIFY_ABI::exec {
+namespace insonify::inline INSONIFY_ABI {
+namespace exec {
 
-/// One thread, no SIMD.
+/// One thread; loops over samples are scalar.
 struct sequenced_policy {};
 
-/// One thread, SIMD across the elements of a loop.
+/// One thread; loops over samples use SIMD.
 struct unsequenced_policy {};
 
-/// Threads, no SIMD.
+/// Several threads; loops over samples are scalar.
 struct parallel_policy {
-    std::uint32_t participants = 0; ///< the caller included; 0: one a processor
+    std::uint32_t participants = 0; ///< threads including the caller; 0: one per processor
 
-    /// Exactly n participants, the caller being one.
+    /// Runs on exactly n threads, the caller being one.
     [[nodiscard]] constexpr parallel_policy threads(std::uint32_t n) const { return {n}; }
 };
 
-/// Threads and SIMD.
+/// Several threads; loops over samples use SIMD.
 struct parallel_unsequenced_policy {
-    std::uint32_t participants = 0; ///< the caller included; 0: one a processor
+    std::uint32_t participants = 0; ///< threads including the caller; 0: one per processor
 
-    /// Exactly n participants, the caller being one.
+    /// Runs on exactly n threads, the caller being one.
     [[nodiscard]] constexpr parallel_unsequenced_policy threads(std::uint32_t n) const { return {n}; }
 };
 
@@ -564,7 +562,7 @@ inline constexpr parallel_policy par{};
 inline constexpr unsequenced_policy unseq{};
 inline constexpr parallel_unsequenced_policy par_unseq{};
 
-/// Whether a policy asks for SIMD. Specialise it for a policy of your own that does.
+/// Whether a policy permits SIMD across loop iterations. Specialise it for a policy of your own that does.
 template <class Policy>
 inline constexpr bool is_unsequenced_v = false;
 template <>
@@ -572,105 +570,100 @@ inline constexpr bool is_unsequenced_v<unsequenced_policy> = true;
 template <>
 inline constexpr bool is_unsequenced_v<parallel_unsequenced_policy> = true;
 
-/// The std::execution objects stand for the same four words; `own_policy` names ours for one of theirs.
-#if __has_include(<pstl/execution_defs.h>)
-namespace standard = __pstl::execution;
-#define INSONIFY_STANDARD_POLICIES
-#elif defined(__cpp_lib_execution)
-namespace standard = std::execution;
-#define INSONIFY_STANDARD_POLICIES
-#endif
+} // namespace exec
 
+namespace detail {
+
+/// The library's policy for a policy of std::execution.
 template <class Policy>
 struct own_policy;
 
 #if defined(INSONIFY_STANDARD_POLICIES)
-#undef INSONIFY_STANDARD_POLICIES
+namespace standard = INSONIFY_STANDARD_POLICIES;
+
 template <>
 struct own_policy<standard::sequenced_policy> {
-    using type = sequenced_policy;
+    using type = exec::sequenced_policy;
 };
 template <>
 struct own_policy<standard::parallel_policy> {
-    using type = parallel_policy;
+    using type = exec::parallel_policy;
 };
 template <>
 struct own_policy<standard::unsequenced_policy> {
-    using type = unsequenced_policy;
+    using type = exec::unsequenced_policy;
 };
 template <>
 struct own_policy<standard::parallel_unsequenced_policy> {
-    using type = parallel_unsequenced_policy;
+    using type = exec::parallel_unsequenced_policy;
 };
-template <>
-inline constexpr bool is_unsequenced_v<standard::unsequenced_policy> = true;
-template <>
-inline constexpr bool is_unsequenced_v<standard::parallel_unsequenced_policy> = true;
 #endif
 
-} // namespace insonify::inline INSONIFY_ABI::exec
+} // namespace detail
+
+#if defined(INSONIFY_STANDARD_POLICIES)
+template <>
+inline constexpr bool exec::is_unsequenced_v<detail::standard::unsequenced_policy> = true;
+template <>
+inline constexpr bool exec::is_unsequenced_v<detail::standard::parallel_unsequenced_policy> = true;
+#undef INSONIFY_STANDARD_POLICIES
+#endif
+
+} // namespace insonify::inline INSONIFY_ABI
 #endif
 #ifndef INSONIFY_EXECUTION_THREAD_POOL_HPP
 #define INSONIFY_EXECUTION_THREAD_POOL_HPP
 
-#ifndef INSONIFY_CORE_ALGORITHM_HPP
-#define INSONIFY_CORE_ALGORITHM_HPP
-
-#if __has_include(<bits/stl_algo.h>)
-#include <bits/stl_algo.h> // libstdc++: std::sort and its like alone; three quarters of <algorithm> are its ranges
-#else
 #include <algorithm>
-#endif
-
-#endif
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI::exec {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The threads behind `par`: one pool a program (and instruction set that its files are compiled for), started by the first parallel call, grown on demand, joined at exit.
+/// The threads behind `par`: one pool per program (and per INSONIFY_ABI), started by the first parallel call, grown on
+/// demand, joined at exit.
 ///
-/// The caller of `run` works too, so nested and concurrent calls always progress. Threads without work look out for more
-/// for a moment, then sleep. Jobs live on the caller's stack. Not usable after fork, nor from destructors of statics.
-/// @tparam Later  makes it a template, so that it is compiled only in files that start threads
-template <class Later>
-class basic_thread_pool {
+/// The caller of `run` participates, so nested and concurrent calls always progress. Idle threads poll briefly, then
+/// sleep. Jobs live on the caller's stack. Not usable in a child after fork, nor from destructors of statics.
+class thread_pool {
   public:
-    static constexpr std::uint32_t most_participants = 1024; ///< of one call, the caller included
+    static constexpr std::uint32_t max_participants = 1024; ///< per call, including the caller
 
     /// The pool of the program.
-    static basic_thread_pool& instance() {
-        static basic_thread_pool pool;
+    static thread_pool& instance() {
+        static thread_pool pool;
         return pool;
     }
 
-    basic_thread_pool(const basic_thread_pool&) = delete;
-    basic_thread_pool& operator=(const basic_thread_pool&) = delete;
+    thread_pool(const thread_pool&) = delete;
+    thread_pool& operator=(const thread_pool&) = delete;
 
-    ~basic_thread_pool() {
+    ~thread_pool() {
         {
             const std::lock_guard lock{mutex_};
             stopping_ = true;
         }
-        ++work_came_;
-        work_came_.notify_all();
+        ++offers_;
+        offers_.notify_all();
         for (std::thread& worker : workers_) worker.join();
     }
 
-    /// Calls body(i) once for each i below count, on up to `participants` threads, the calling one included.
+    /// Calls body(i) once for each i below count, on up to `participants` threads including the caller.
     ///
-    /// Every index below one that throws has run, and the exception of the lowest index leaves this call.
-    /// @param participants  0: one a processor
-    /// @throws usage_error  for more than `most_participants`
+    /// If calls throw, the exception of the lowest index is rethrown; every index below it has run.
+    /// @param participants  0: one per processor
+    /// @throws usage_error  for more than `max_participants`
     template <class Body>
     void run(std::size_t count, std::uint32_t participants, const Body& body) {
-        if (participants > most_participants)
-            throw usage_error{"threads(n): n must be at most 1024; leave it out for one thread a processor"};
+        if (participants > max_participants)
+            throw usage_error{"threads(" + std::to_string(participants) +
+                              "): at most 1024 threads; omit .threads(n) for one per processor"};
         if (participants == 0) participants = std::max(1U, std::thread::hardware_concurrency());
         const auto helpers = static_cast<std::uint32_t>(std::min<std::size_t>(participants, count)) - (count > 0);
         job work{.count = count,
@@ -689,17 +682,17 @@ class basic_thread_pool {
         const void* body = nullptr;
         void (*call)(const void*, std::size_t) = nullptr;
         std::uint32_t seats = 0;              // helpers that may still join
-        std::atomic<std::uint32_t> inside{0}; // helpers at work now
+        std::atomic<std::uint32_t> inside{0}; // helpers working on it
         std::atomic<std::size_t> next{0};
         std::size_t failed_index = ~std::size_t{0};
         std::exception_ptr failure{};
-        job* after = nullptr; // in the pool's list
+        job* after = nullptr; // next in the pool's list
     };
 
-    basic_thread_pool() = default;
+    thread_pool() = default;
 
     void offer(job& work) {
-        const std::uint32_t seats = work.seats; // helpers take them from here on
+        const std::uint32_t seats = work.seats; // a copy: helpers decrement it once it is listed
         {
             const std::lock_guard lock{mutex_};
             job** place = &jobs_;
@@ -708,11 +701,11 @@ class basic_thread_pool {
             try {
                 while (workers_.size() < seats) workers_.emplace_back([this] { serve(); });
             } catch (const std::exception&) {
-                // no more threads or memory to be had: the threads that run, and the caller, do the work
+                // out of threads or memory: the caller and the running threads do the work
             }
         }
-        ++work_came_;
-        for (std::uint32_t i = 0; i < seats; ++i) work_came_.notify_one();
+        ++offers_;
+        for (std::uint32_t i = 0; i < seats; ++i) offers_.notify_one();
     }
 
     void withdraw(job& work) {
@@ -722,9 +715,9 @@ class basic_thread_pool {
             while (*place != &work) place = &(*place)->after;
             *place = work.after;
         }
-        // Helpers are about to finish: to sleep until they have, and wake up, would take longer than they do.
+        // Helpers finish soon: polling is faster than sleeping.
         for (int i = 0; i < 100 && work.inside > 0; ++i) std::this_thread::yield();
-        for (std::uint32_t before = helpers_left_; work.inside > 0; before = helpers_left_) helpers_left_.wait(before);
+        for (std::uint32_t before = departures_; work.inside > 0; before = departures_) departures_.wait(before);
     }
 
     void take_part(job& work) {
@@ -750,7 +743,7 @@ class basic_thread_pool {
 
     void serve() {
         for (bool worked = false;;) {
-            const std::uint32_t before = work_came_; // so that what comes from here on is noticed
+            const std::uint32_t before = offers_; // read first, so that no later offer is missed
             job* work = nullptr;
             {
                 const std::lock_guard lock{mutex_};
@@ -762,44 +755,50 @@ class basic_thread_pool {
                 }
             }
             if (work == nullptr) {
-                // One call mostly follows another soon: to sleep and be woken up takes longer than to look out for it.
-                for (int i = 0; worked && i < 100 && work_came_ == before; ++i) std::this_thread::yield();
+                // The next call usually follows soon: polling is faster than sleeping.
+                for (int i = 0; worked && i < 100 && offers_ == before; ++i) std::this_thread::yield();
                 worked = false;
-                work_came_.wait(before);
+                offers_.wait(before);
                 continue;
             }
             take_part(*work);
             worked = true;
-            --work->inside; // which may end the job: it is not looked at again
-            ++helpers_left_;
-            helpers_left_.notify_all();
+            --work->inside; // the job may be destroyed from here on
+            ++departures_;
+            departures_.notify_all();
         }
     }
 
     std::mutex mutex_{};
-    std::atomic<std::uint32_t> work_came_{0};    // how often; waited for
-    std::atomic<std::uint32_t> helpers_left_{0}; // a job; how often
-    job* jobs_ = nullptr;                        // in the order they came
+    std::atomic<std::uint32_t> offers_{0};     // number of offers
+    std::atomic<std::uint32_t> departures_{0}; // number of times that a helper left a job
+    job* jobs_ = nullptr;                      // oldest first
     std::vector<std::thread> workers_;
     bool stopping_ = false;
 };
 
-/// The pool behind `par`.
-using thread_pool = basic_thread_pool<void>;
-
-} // namespace insonify::inline INSONIFY_ABI::exec
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <cstddef>
 
-namespace insonify::inline INSONIFY_ABI::exec {
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+struct any_body {
+    void operator()(std::size_t) const {}
+};
+} // namespace detail
+
+namespace exec {
 
 /// `for_each_index(policy, count, body)` calls body(i) once for each i below count.
 ///
-/// This is all that a policy is. To add one of your own, write this one function beside your type (it is found by
-/// argument-dependent lookup), and specialise `is_unsequenced_v` where it asks for SIMD. The library cuts its work by
-/// index, never by thread, so results do not depend on how a policy spreads the calls.
-/// An exception of the body leaves the call, the one of the lowest index (the standard's policies terminate).
-/// @throws usage_error  where more than 1024 participants were asked for
+/// A policy is a type with this function. To add your own, write one overload in the namespace of your type, where
+/// argument-dependent lookup finds it, and specialise `is_unsequenced_v` if it permits SIMD. The library partitions
+/// work by index, never by thread, so results do not depend on how a policy distributes the calls.
+/// If calls of the body throw, the exception of the lowest index is rethrown; the policies of std::execution terminate.
+/// @throws usage_error  for more than 1024 threads
+/// @{
 template <class Body>
 void for_each_index(const sequenced_policy&, std::size_t count, const Body& body) {
     for (std::size_t i = 0; i < count; ++i) body(i);
@@ -810,79 +809,73 @@ void for_each_index(const unsequenced_policy&, std::size_t count, const Body& bo
 }
 template <class Body>
 void for_each_index(const parallel_policy& policy, std::size_t count, const Body& body) {
-    thread_pool::instance().run(count, policy.participants, body);
+    detail::thread_pool::instance().run(count, policy.participants, body);
 }
 template <class Body>
 void for_each_index(const parallel_unsequenced_policy& policy, std::size_t count, const Body& body) {
-    thread_pool::instance().run(count, policy.participants, body);
+    detail::thread_pool::instance().run(count, policy.participants, body);
 }
-template <class StandardPolicy, class Body, class Own = typename own_policy<StandardPolicy>::type>
+template <class StandardPolicy, class Body, class Own = typename detail::own_policy<StandardPolicy>::type>
 void for_each_index(const StandardPolicy&, std::size_t count, const Body& body) {
     for_each_index(Own{}, count, body);
 }
-
-/// Something to call, for the check below.
-struct any_body {
-    /// Does nothing.
-    void operator()(std::size_t) const {}
-};
+/// @}
 
 /// A type for which `for_each_index` is found.
 template <class Policy>
-concept policy = requires(const Policy& p, const any_body& body) {
+concept policy = requires(const Policy& p, const detail::any_body& body) {
     for_each_index(p, std::size_t{0}, body);
 };
 
-/// Work that threads share, nanoseconds: a thread that sleeps takes some 50 microseconds to come, so that less is done
-/// sooner by one.
-inline constexpr float worth_sharing = 80e3F;
-
-/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter; on one thread where all of it
-/// is less than `worth_sharing`.
-/// @param nanoseconds  about what one index takes; 1e6F where nothing is known of it
+/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter. Runs on the calling thread
+/// where the whole takes less than the time in which a sleeping thread wakes up.
+/// @param nanoseconds  estimated time per index; 1e6F if unknown
 template <class Policy, class Body>
 void for_each_block(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds, const Body& body) {
+    constexpr float worth_sharing = 80e3F; // nanoseconds; to wake a thread takes about 50 microseconds
     const std::size_t blocks = (count + block - 1) / block;
     const bool alone = static_cast<float>(count) * nanoseconds < worth_sharing;
-    const std::size_t together = alone && blocks > 0 ? blocks : 1; // that one call does
+    const std::size_t together = alone && blocks > 0 ? blocks : 1; // blocks per call of the policy
     for_each_index(policy, (blocks + together - 1) / together, [&](std::size_t first) {
         for (std::size_t i = first * together; i < (first + 1) * together; ++i)
             body(i * block, i + 1 < blocks ? (i + 1) * block : count);
     });
 }
 
-} // namespace insonify::inline INSONIFY_ABI::exec
+} // namespace exec
 
-namespace insonify::inline INSONIFY_ABI {
 using exec::for_each_index;
-}
+
+} // namespace insonify::inline INSONIFY_ABI
 #endif
 #include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What turns a line into samples. `law2011` is one; write your own with these three:
+/// Computes the samples of a line from its layers, as `physical` and `law2011` do. A model needs three members:
 ///
-///     using sample_type = float;                                  // what a sample holds
-///     std::uint32_t samples(float depth, float frequency) const;  // how many, where the caller does not say
+///     using sample_type = float;                                  // of one sample
+///     std::uint32_t samples(float depth, float frequency) const;  // default number of samples
 ///     void operator()(const auto& policy, const traced_line& line, float spacing, view<sample_type> samples) const;
 ///
-/// The last makes every sample of one line, which all start at 0; sample k stands at depth (k + 1/2) * spacing metres. It
-/// must not throw.
-/// A model whose samples depend on what lies beyond their depth has a fourth, how far lines are to be followed (metres):
+/// The last writes the samples of one line, which start at 0; sample k lies at depth (k + 1/2) * spacing metres. It
+/// must not throw. All other members are optional. If samples depend on what lies beyond `depth`, the length of the
+/// line to trace, in metres:
 ///
-///     float reach(float depth, view<const medium> media) const;
+///     float max_depth(float depth, view<const medium> media) const;
 ///
-/// and one that wants to know the beam (`traced_line::beam`) a fifth, how alike its independent echoes are on two lines
-/// that lie so many metres apart and differ in direction by so many radians, 1 to 0:
+/// For complex echoes that `convolve` follows, a model may emit them to an `echo_line` instead of writing samples; the
+/// tracer then compensates their levels for the kernels. Such a model also gives the covariance, 1 to 0, of its random
+/// echoes on two lines, by their distance in metres and the angle between them in radians:
 ///
-///     float covariance(float apart, float turned) const;
+///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
+///     float covariance(float distance, float angle) const;
 ///
-/// One that takes all incidence as normal may say so; then the angles of its layers (`cosine`, `tilt`) are not looked up:
+/// For a model that assumes normal incidence, angles (`layer::cosine`, `layer::tilt`) are not computed:
 ///
 ///     static constexpr bool normal_incidence = true;
 ///
-/// One whose samples take much less, or more, than 5 nanoseconds may say so; frames that are soon done stay on one thread:
+/// Nanoseconds per sample, if far from 5; short frames are not divided among threads:
 ///
 ///     static constexpr float nanoseconds = 0.5F;
 template <class Model>
@@ -891,25 +884,27 @@ concept acoustic_model = requires(const Model& model, const traced_line& line, v
     model(exec::seq, line, 1e-3F, out);
 };
 
-/// How far a line is followed for samples down to `depth`, metres.
+namespace detail {
+
+/// Length of the line to trace for samples down to `depth`, metres.
 template <acoustic_model Model>
-float reach_of(const Model& model, float depth, view<const medium> media) {
-    if constexpr (requires { model.reach(depth, media); })
-        return model.reach(depth, media);
+float max_depth_of(const Model& model, float depth, view<const medium> media) {
+    if constexpr (requires { model.max_depth(depth, media); })
+        return model.max_depth(depth, media);
     else
         return depth;
 }
 
-/// Whether a model says that it takes all incidence as normal.
+/// True for models that assume normal incidence.
 template <acoustic_model Model>
-constexpr bool takes_normal_incidence() {
+INSONIFY_FN constexpr bool takes_normal_incidence() {
     if constexpr (requires { Model::normal_incidence; })
         return Model::normal_incidence;
     else
         return false;
 }
 
-/// About what a sample of a model takes.
+/// Nanoseconds per sample.
 template <acoustic_model Model>
 constexpr float nanoseconds_of() {
     if constexpr (requires { Model::nanoseconds; })
@@ -918,11 +913,62 @@ constexpr float nanoseconds_of() {
         return 5;
 }
 
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 #ifndef INSONIFY_ACOUSTICS_LAW2011_HPP
 #define INSONIFY_ACOUSTICS_LAW2011_HPP
 
+#ifndef INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
+#define INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
+
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A wave incident on the interface between two media.
+struct incidence {
+    medium before{};     ///< on the side of the incident wave
+    medium after{};      ///< on the other side
+    float cosine = 1;    ///< of the angle of incidence, 0 to 1
+    float frequency = 0; ///< hertz
+};
+
+/// Amplitudes of the reflected and the transmitted wave.
+struct response {
+    float reflected = 0;   ///< signed pressure amplitude of the echo, relative to the incident wave
+    float transmitted = 1; ///< fraction of an echo's amplitude that survives crossing there and back
+};
+
+/// An interface law: law(incidence) is the `response` of the interface. It is called only where the medium changes.
+template <class Law>
+concept interface_law = requires(const Law& law, const incidence& at) {
+    { law(at) } -> std::same_as<response>;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_CORE_DECIBELS_HPP
+#define INSONIFY_CORE_DECIBELS_HPP
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Amplitude ratio of a level in decibels: 10^(level / 20).
+INSONIFY_FN inline float amplitude_of_decibels(float level) { return std::exp2(0.16609640F * level); } // log2(10) / 20
+
+/// Amplitude ratio of an integer level in decibels; also at compile time.
+constexpr float amplitude_of_decibels(int level) {
+    constexpr double step = 1.1220184543019634356; // 10^(1/20)
+    double amplitude = 1;
+    for (; level > 0; --level) amplitude *= step;
+    for (; level < 0; ++level) amplitude /= step;
+    return static_cast<float>(amplitude);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #ifndef INSONIFY_EXECUTION_SIMD_MATH_HPP
 #define INSONIFY_EXECUTION_SIMD_MATH_HPP
 
@@ -932,28 +978,219 @@ constexpr float nanoseconds_of() {
 #ifndef INSONIFY_EXECUTION_SIMD_HPP
 #define INSONIFY_EXECUTION_SIMD_HPP
 
+#ifndef INSONIFY_EXECUTION_SIMD_SCALAR_HPP
+#define INSONIFY_EXECUTION_SIMD_SCALAR_HPP
+
+
+#if defined(INSONIFY_NO_SIMD)
 #include <cstddef>
 #include <cstdint>
 
-#if !defined(INSONIFY_NO_SIMD)
-#include <experimental/simd>
-#endif
-
-/// Several floats at once. With <experimental/simd> a `lanes<N>` is its type; elsewhere (a device, another standard
-/// library, INSONIFY_NO_SIMD) it is an array with the same operators, so that the code above knows only one way.
+/// `lanes<N>` and `bit_lanes<N>` over arrays: for devices and for INSONIFY_NO_SIMD.
 namespace insonify::inline INSONIFY_ABI {
 
-#if !defined(INSONIFY_NO_SIMD)
+/// The width of trees and packets.
+inline constexpr int simd_width = 4;
+
+namespace detail {
+
+/// An array with the operators of T, element by element.
+template <class T, int N>
+struct array {
+    T lane[N] = {};
+
+    array() = default;
+    INSONIFY_FN array(T value) {
+        for (T& l : lane) l = value;
+    }
+    static constexpr std::size_t size() { return N; }
+    INSONIFY_FN T& operator[](int i) { return lane[i]; }
+    INSONIFY_FN T operator[](int i) const { return lane[i]; }
+
+    /// Lane i is value(i).
+    INSONIFY_VISITS
+    template <class Value>
+    INSONIFY_FN static array each(const Value& value) {
+        array result;
+        for (int i = 0; i < N; ++i) result.lane[i] = value(i);
+        return result;
+    }
+
+    INSONIFY_FN friend array operator-(const array& a) {
+        return each([&](int i) { return -a[i]; });
+    }
+    INSONIFY_FN friend array operator!(const array& a) {
+        return each([&](int i) { return !a[i]; });
+    }
+    INSONIFY_FN friend array operator+(const array& a, const array& b) {
+        return each([&](int i) { return a[i] + b[i]; });
+    }
+    INSONIFY_FN friend array operator-(const array& a, const array& b) {
+        return each([&](int i) { return a[i] - b[i]; });
+    }
+    INSONIFY_FN friend array operator*(const array& a, const array& b) {
+        return each([&](int i) { return a[i] * b[i]; });
+    }
+    INSONIFY_FN friend array operator/(const array& a, const array& b) {
+        return each([&](int i) { return a[i] / b[i]; });
+    }
+    INSONIFY_FN friend array operator&(const array& a, const array& b) {
+        return each([&](int i) { return a[i] & b[i]; });
+    }
+    INSONIFY_FN friend array operator|(const array& a, const array& b) {
+        return each([&](int i) { return a[i] | b[i]; });
+    }
+    INSONIFY_FN friend array operator^(const array& a, const array& b) {
+        return each([&](int i) { return a[i] ^ b[i]; });
+    }
+    INSONIFY_FN friend array operator&&(const array& a, const array& b) {
+        return each([&](int i) { return a[i] && b[i]; });
+    }
+    INSONIFY_FN friend array operator||(const array& a, const array& b) {
+        return each([&](int i) { return a[i] || b[i]; });
+    }
+    INSONIFY_FN friend array operator<<(const array& a, int by) {
+        return each([&](int i) { return a[i] << static_cast<unsigned>(by); });
+    }
+    INSONIFY_FN friend array operator>>(const array& a, int by) {
+        return each([&](int i) { return a[i] >> static_cast<unsigned>(by); });
+    }
+    INSONIFY_FN friend array<bool, N> operator<(const array& a, const array& b) {
+        return array<bool, N>::each([&](int i) { return a[i] < b[i]; });
+    }
+    INSONIFY_FN friend array<bool, N> operator<=(const array& a, const array& b) {
+        return array<bool, N>::each([&](int i) { return a[i] <= b[i]; });
+    }
+    INSONIFY_FN friend array<bool, N> operator==(const array& a, const array& b) {
+        return array<bool, N>::each([&](int i) { return a[i] == b[i]; });
+    }
+};
+
+} // namespace detail
+
+template <int N>
+using lanes = detail::array<float, N>;
+template <int N>
+using lane_mask = detail::array<bool, N>;
+template <int N>
+using bit_lanes = detail::array<std::uint32_t, N>;
+
+/// Lane i is value(i).
+INSONIFY_VISITS
+template <int N, class Value>
+INSONIFY_FN lanes<N> each_lane(const Value& value) {
+    return lanes<N>::each(value);
+}
+template <int N>
+INSONIFY_FN lanes<N> load(const float* from) {
+    return lanes<N>::each([from](int i) { return from[i]; });
+}
+template <int N>
+INSONIFY_FN void store(const lanes<N>& value, float* to) {
+    for (int i = 0; i < N; ++i) to[i] = value[i];
+}
+template <int N>
+INSONIFY_FN bit_lanes<N> load_bits(const std::uint32_t* from) {
+    return bit_lanes<N>::each([from](int i) { return from[i]; });
+}
+template <int N>
+INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
+    for (int i = 0; i < N; ++i) to[i] = bits[i];
+}
+template <int N>
+INSONIFY_FN lanes<N> floats_of(const bit_lanes<N>& bits) {
+    return lanes<N>::each([&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits[i])); });
+}
+template <int N>
+INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& x) {
+    return bit_lanes<N>::each([&](int i) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(x[i])); });
+}
+
+/// Bit i is set where lane i is.
+template <int N>
+INSONIFY_FN std::uint32_t bits_of(const lane_mask<N>& mask) {
+    std::uint32_t bits = 0;
+    for (int i = 0; i < N; ++i) bits |= static_cast<std::uint32_t>(mask[i]) << static_cast<unsigned>(i);
+    return bits;
+}
+
+template <int N>
+INSONIFY_FN lanes<N> min(const lanes<N>& a, const lanes<N>& b) {
+    return lanes<N>::each([&](int i) { return min(a[i], b[i]); });
+}
+template <int N>
+INSONIFY_FN lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
+    return lanes<N>::each([&](int i) { return max(a[i], b[i]); });
+}
+template <int N>
+INSONIFY_FN lanes<N> abs(const lanes<N>& a) {
+    return lanes<N>::each([&](int i) { return std::fabs(a[i]); });
+}
+template <int N>
+INSONIFY_FN lanes<N> sqrt(const lanes<N>& a) {
+    return lanes<N>::each([&](int i) { return std::sqrt(a[i]); });
+}
+template <int N>
+INSONIFY_FN lanes<N> multiply_add(const lanes<N>& a, const lanes<N>& b, const lanes<N>& c) {
+    return lanes<N>::each([&](int i) { return multiply_add(a[i], b[i], c[i]); });
+}
+
+/// a where the mask is set, b elsewhere.
+template <int N>
+INSONIFY_FN lanes<N> select(const lane_mask<N>& mask, const lanes<N>& a, const lanes<N>& b) {
+    return lanes<N>::each([&](int i) { return mask[i] ? a[i] : b[i]; });
+}
+
+/// The minimum, the maximum and the sum over all lanes.
+/// @{
+template <int N>
+INSONIFY_FN float reduce_min(const lanes<N>& a) {
+    float result = a[0];
+    for (const float l : a.lane) result = min(result, l);
+    return result;
+}
+template <int N>
+INSONIFY_FN float reduce_max(const lanes<N>& a) {
+    float result = a[0];
+    for (const float l : a.lane) result = max(result, l);
+    return result;
+}
+template <int N>
+INSONIFY_FN float sum(const lanes<N>& a) {
+    float result = 0;
+    for (const float l : a.lane) result += l;
+    return result;
+}
+/// @}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#endif
+#ifndef INSONIFY_EXECUTION_SIMD_STD_HPP
+#define INSONIFY_EXECUTION_SIMD_STD_HPP
+
+
+#if defined(INSONIFY_STD_SIMD)
+#include <cstdint>
+#include <experimental/simd>
+
+/// `lanes<N>` over std::experimental::simd of libstdc++.
+namespace insonify::inline INSONIFY_ABI {
 
 namespace stdx = std::experimental;
 
-/// Floats that one register holds, 8 at most: the width that trees and packets are built for.
+/// Floats in one register, 8 at most: the width of trees and packets.
 inline constexpr int simd_width = stdx::native_simd<float>::size() < 8 ? 4 : 8;
 
 template <int N>
 using lanes = stdx::simd<float, stdx::simd_abi::deduce_t<float, N>>;
 template <int N>
 using lane_mask = typename lanes<N>::mask_type;
+
+using stdx::abs;
+using stdx::max;
+using stdx::min;
+using stdx::sqrt;
 
 template <int N>
 INSONIFY_INLINE lanes<N> load(const float* from) {
@@ -973,25 +1210,15 @@ INSONIFY_INLINE lanes<N> each_lane(const Value& value) {
 /// Bit i is set where lane i is.
 template <class Mask>
 INSONIFY_INLINE std::uint32_t bits_of(const Mask& mask) {
-    return static_cast<std::uint32_t>(mask.__to_bitset().to_ulong());
+    if constexpr (requires { mask.__to_bitset().to_ulong(); }) { // one instruction; internal to libstdc++
+        return static_cast<std::uint32_t>(mask.__to_bitset().to_ulong());
+    } else {
+        std::uint32_t bits = 0;
+        for (unsigned i = 0; i < Mask::size(); ++i) bits |= std::uint32_t{mask[i]} << i;
+        return bits;
+    }
 }
 
-template <class Abi>
-INSONIFY_INLINE stdx::simd<float, Abi> lesser(const stdx::simd<float, Abi>& a, const stdx::simd<float, Abi>& b) {
-    return stdx::min(a, b);
-}
-template <class Abi>
-INSONIFY_INLINE stdx::simd<float, Abi> greater(const stdx::simd<float, Abi>& a, const stdx::simd<float, Abi>& b) {
-    return stdx::max(a, b);
-}
-template <class Abi>
-INSONIFY_INLINE stdx::simd<float, Abi> absolute(const stdx::simd<float, Abi>& a) {
-    return stdx::abs(a);
-}
-template <class Abi>
-INSONIFY_INLINE stdx::simd<float, Abi> square_root(const stdx::simd<float, Abi>& a) {
-    return stdx::sqrt(a);
-}
 template <class Abi>
 INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>& a, const stdx::simd<float, Abi>& b,
                                                     const stdx::simd<float, Abi>& c) {
@@ -1005,7 +1232,7 @@ INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>
     else
         return stdx::fma(a, b, c);
 #else
-    if constexpr (has_fma)
+    if constexpr (detail::has_fma)
         return stdx::fma(a, b, c);
     else
         return a * b + c;
@@ -1028,147 +1255,221 @@ INSONIFY_INLINE stdx::simd<float, Abi> select(const stdx::simd_mask<float, Abi>&
     return result;
 }
 
-/// The least and the greatest of the lanes.
+/// The minimum, the maximum and the sum over all lanes.
+/// @{
 template <class Abi>
-INSONIFY_INLINE float least(const stdx::simd<float, Abi>& a) {
+INSONIFY_INLINE float reduce_min(const stdx::simd<float, Abi>& a) {
     return stdx::hmin(a);
 }
 template <class Abi>
-INSONIFY_INLINE float greatest(const stdx::simd<float, Abi>& a) {
+INSONIFY_INLINE float reduce_max(const stdx::simd<float, Abi>& a) {
     return stdx::hmax(a);
 }
 template <class Abi>
 INSONIFY_INLINE float sum(const stdx::simd<float, Abi>& a) {
     return stdx::reduce(a);
 }
+/// @}
 
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#endif
+#ifndef INSONIFY_EXECUTION_SIMD_VECTOR_HPP
+#define INSONIFY_EXECUTION_SIMD_VECTOR_HPP
+
+#ifndef INSONIFY_EXECUTION_VECTOR_TYPE_HPP
+#define INSONIFY_EXECUTION_VECTOR_TYPE_HPP
+
+#include <cstdint>
+
+#if !defined(INSONIFY_NO_SIMD)
+namespace insonify::inline INSONIFY_ABI::detail {
+
+template <class T, int N>
+struct vector_type {
+    using type __attribute__((vector_size(sizeof(T) * N))) = T;
+};
+
+/// N values in the compiler's own vector type, with the operators of T lane by lane.
+template <class T, int N>
+using vector = typename vector_type<T, N>::type;
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#endif
+
+#if !defined(INSONIFY_NO_SIMD) && !defined(INSONIFY_STD_SIMD)
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+/// `lanes<N>` over the vector types of GCC and Clang, for standard libraries without std::experimental::simd.
+namespace insonify::inline INSONIFY_ABI {
+
+/// Floats in one register, 8 at most: the width of trees and packets.
+#if defined(__AVX__)
+inline constexpr int simd_width = 8;
 #else
-
 inline constexpr int simd_width = 4;
+#endif
+
+namespace detail {
+
+/// Calls body(0) to body(N - 1), unrolled: no lane is indexed at run time.
+template <int N, class Body>
+INSONIFY_INLINE void for_each_lane(const Body& body) {
+    [&body]<int... I>(std::integer_sequence<int, I...>) { (body(I), ...); }
+    (std::make_integer_sequence<int, N>{});
+}
+
+} // namespace detail
 
 template <int N>
 struct lane_mask {
-    bool lane[N] = {};
+    detail::vector<std::int32_t, N> bits; ///< all ones where set, else zero
+
+    INSONIFY_INLINE friend lane_mask operator&&(const lane_mask& a, const lane_mask& b) { return {a.bits & b.bits}; }
+    INSONIFY_INLINE friend lane_mask operator||(const lane_mask& a, const lane_mask& b) { return {a.bits | b.bits}; }
+    INSONIFY_INLINE friend lane_mask operator!(const lane_mask& a) { return {~a.bits}; }
 };
 
 template <int N>
 struct lanes {
-    float lane[N] = {};
+    detail::vector<float, N> values;
 
     lanes() = default;
-    INSONIFY_FN lanes(float value) {
-        for (float& l : lane) l = value;
-    }
+    INSONIFY_INLINE lanes(float value) : values(value - detail::vector<float, N>{}) {}
+    INSONIFY_INLINE explicit lanes(const detail::vector<float, N>& all) : values(all) {}
     static constexpr std::size_t size() { return N; }
-    INSONIFY_FN float operator[](int i) const { return lane[i]; }
+    INSONIFY_INLINE float operator[](int i) const { return values[i]; }
 
-    template <class Result, class Operation>
-    INSONIFY_FN static Result each(Operation operation) {
-        Result result;
-        for (int i = 0; i < N; ++i) result.lane[i] = operation(i);
-        return result;
-    }
-
-    INSONIFY_FN friend lanes operator-(const lanes& a) {
-        return each<lanes>([&](int i) { return -a.lane[i]; });
-    }
-    INSONIFY_FN friend lanes operator+(const lanes& a, const lanes& b) {
-        return each<lanes>([&](int i) { return a.lane[i] + b.lane[i]; });
-    }
-    INSONIFY_FN friend lanes operator-(const lanes& a, const lanes& b) {
-        return each<lanes>([&](int i) { return a.lane[i] - b.lane[i]; });
-    }
-    INSONIFY_FN friend lanes operator*(const lanes& a, const lanes& b) {
-        return each<lanes>([&](int i) { return a.lane[i] * b.lane[i]; });
-    }
-    INSONIFY_FN friend lanes operator/(const lanes& a, const lanes& b) {
-        return each<lanes>([&](int i) { return a.lane[i] / b.lane[i]; });
-    }
-    INSONIFY_FN friend lane_mask<N> operator<(const lanes& a, const lanes& b) {
-        return each<lane_mask<N>>([&](int i) { return a.lane[i] < b.lane[i]; });
-    }
-    INSONIFY_FN friend lane_mask<N> operator<=(const lanes& a, const lanes& b) {
-        return each<lane_mask<N>>([&](int i) { return a.lane[i] <= b.lane[i]; });
-    }
-    INSONIFY_FN friend lane_mask<N> operator==(const lanes& a, const lanes& b) {
-        return each<lane_mask<N>>([&](int i) { return a.lane[i] == b.lane[i]; });
-    }
-    INSONIFY_FN friend lanes lesser(const lanes& a, const lanes& b) {
-        return each<lanes>([&](int i) { return insonify::lesser(a.lane[i], b.lane[i]); });
-    }
-    INSONIFY_FN friend lanes greater(const lanes& a, const lanes& b) {
-        return each<lanes>([&](int i) { return insonify::greater(a.lane[i], b.lane[i]); });
-    }
-    INSONIFY_FN friend lanes absolute(const lanes& a) {
-        return each<lanes>([&](int i) { return std::fabs(a.lane[i]); });
-    }
-    INSONIFY_FN friend lanes square_root(const lanes& a) {
-        return each<lanes>([&](int i) { return std::sqrt(a.lane[i]); });
-    }
-    INSONIFY_FN friend lanes multiply_add(const lanes& a, const lanes& b, const lanes& c) {
-        return each<lanes>([&](int i) { return insonify::multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
-    }
-    INSONIFY_FN friend lanes select(const lane_mask<N>& mask, const lanes& a, const lanes& b) {
-        return each<lanes>([&](int i) { return mask.lane[i] ? a.lane[i] : b.lane[i]; });
-    }
-    INSONIFY_FN friend float least(const lanes& a) {
-        float result = a.lane[0];
-        for (float l : a.lane) result = insonify::lesser(result, l);
-        return result;
-    }
-    INSONIFY_FN friend float sum(const lanes& a) {
-        float result = 0;
-        for (float l : a.lane) result += l;
-        return result;
-    }
-    INSONIFY_FN friend float greatest(const lanes& a) {
-        float result = a.lane[0];
-        for (float l : a.lane) result = insonify::greater(result, l);
-        return result;
-    }
+    INSONIFY_INLINE friend lanes operator-(const lanes& a) { return lanes(-a.values); }
+    INSONIFY_INLINE friend lanes operator+(const lanes& a, const lanes& b) { return lanes(a.values + b.values); }
+    INSONIFY_INLINE friend lanes operator-(const lanes& a, const lanes& b) { return lanes(a.values - b.values); }
+    INSONIFY_INLINE friend lanes operator*(const lanes& a, const lanes& b) { return lanes(a.values * b.values); }
+    INSONIFY_INLINE friend lanes operator/(const lanes& a, const lanes& b) { return lanes(a.values / b.values); }
+    INSONIFY_INLINE friend lane_mask<N> operator<(const lanes& a, const lanes& b) { return {a.values < b.values}; }
+    INSONIFY_INLINE friend lane_mask<N> operator<=(const lanes& a, const lanes& b) { return {a.values <= b.values}; }
+    INSONIFY_INLINE friend lane_mask<N> operator==(const lanes& a, const lanes& b) { return {a.values == b.values}; }
 };
 
+namespace detail {
+
+/// Combines lanes pairwise, halving their number each time.
+template <int N, class Operation>
+INSONIFY_INLINE float reduce(const lanes<N>& a, const Operation& operation) {
+    if constexpr (N == 1) {
+        return a[0];
+    } else {
+        lanes<N / 2> halves[2];
+        __builtin_memcpy(halves, &a, sizeof a);
+        return reduce(operation(halves[0], halves[1]), operation);
+    }
+}
+
+} // namespace detail
+
 template <int N>
-INSONIFY_FN lane_mask<N> operator&&(const lane_mask<N>& a, const lane_mask<N>& b) {
-    lane_mask<N> result;
-    for (int i = 0; i < N; ++i) result.lane[i] = a.lane[i] && b.lane[i];
+INSONIFY_INLINE lanes<N> load(const float* from) {
+    lanes<N> result;
+    __builtin_memcpy(&result, from, sizeof result);
     return result;
 }
 template <int N>
-INSONIFY_FN lane_mask<N> operator!(const lane_mask<N>& a) {
-    lane_mask<N> result;
-    for (int i = 0; i < N; ++i) result.lane[i] = !a.lane[i];
-    return result;
+INSONIFY_INLINE void store(const lanes<N>& value, float* to) {
+    __builtin_memcpy(to, &value, sizeof value);
 }
-template <int N>
-INSONIFY_FN lane_mask<N> operator||(const lane_mask<N>& a, const lane_mask<N>& b) {
-    lane_mask<N> result;
-    for (int i = 0; i < N; ++i) result.lane[i] = a.lane[i] || b.lane[i];
+
+/// Lane i is value(i).
+template <int N, class Value>
+INSONIFY_INLINE lanes<N> each_lane(const Value& value) {
+    lanes<N> result;
+    detail::for_each_lane<N>([&](int i) { result.values[i] = value(i); });
     return result;
 }
 
+/// Bit i is set where lane i is.
 template <int N>
-INSONIFY_FN lanes<N> load(const float* from) {
-    return lanes<N>::template each<lanes<N>>([&](int i) { return from[i]; });
-}
-template <int N>
-INSONIFY_FN void store(const lanes<N>& value, float* to) {
-    for (int i = 0; i < N; ++i) to[i] = value.lane[i];
-}
-template <int N, class Value>
-INSONIFY_FN lanes<N> each_lane(const Value& value) {
-    return lanes<N>::template each<lanes<N>>(value);
-}
-template <int N>
-INSONIFY_FN std::uint32_t bits_of(const lane_mask<N>& mask) {
+INSONIFY_INLINE std::uint32_t bits_of(const lane_mask<N>& mask) {
+#if defined(__wasm_simd128__)
+    if constexpr (N == 4) return static_cast<std::uint32_t>(__builtin_wasm_bitmask_i32x4(mask.bits));
+#elif defined(__clang__) && __clang_major__ >= 16 // compiled to one instruction on x86
+    using flags = bool __attribute__((ext_vector_type(N)));
+    if constexpr (N == 4 || N == 8)
+        return __builtin_bit_cast(unsigned char, __builtin_convertvector(mask.bits, flags)) & ((1U << N) - 1);
+#endif
     std::uint32_t bits = 0;
-    for (int i = 0; i < N; ++i) bits |= static_cast<std::uint32_t>(mask.lane[i]) << static_cast<unsigned>(i);
+    detail::for_each_lane<N>([&](int i) { bits |= static_cast<std::uint32_t>(mask.bits[i]) & 1U << i; });
     return bits;
 }
 
+/// a where the mask is set, b elsewhere.
+template <int N>
+INSONIFY_INLINE lanes<N> select(const lane_mask<N>& mask, const lanes<N>& a, const lanes<N>& b) {
+    return lanes<N>(mask.bits ? a.values : b.values);
+}
+
+template <int N>
+INSONIFY_INLINE lanes<N> min(const lanes<N>& a, const lanes<N>& b) {
+    return select(a < b, a, b);
+}
+template <int N>
+INSONIFY_INLINE lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
+    return select(a < b, b, a);
+}
+template <int N>
+INSONIFY_INLINE lanes<N> abs(const lanes<N>& a) {
+    const auto bits = __builtin_bit_cast(detail::vector<std::uint32_t, N>, a) & 0x7FFFFFFFU;
+    return __builtin_bit_cast(lanes<N>, bits);
+}
+template <int N>
+INSONIFY_INLINE lanes<N> sqrt(const lanes<N>& a) {
+#if __has_builtin(__builtin_elementwise_sqrt)
+    return lanes<N>(__builtin_elementwise_sqrt(a.values));
+#else
+    return each_lane<N>([&a](int i) { return std::sqrt(a[i]); });
+#endif
+}
+template <int N>
+INSONIFY_INLINE lanes<N> multiply_add(const lanes<N>& a, const lanes<N>& b, const lanes<N>& c) {
+    if constexpr (!detail::has_fma) return a * b + c;
+#if __has_builtin(__builtin_elementwise_fma)
+    return lanes<N>(__builtin_elementwise_fma(a.values, b.values, c.values));
+#else
+    return each_lane<N>([&](int i) { return std::fma(a[i], b[i], c[i]); });
+#endif
+}
+
+/// The minimum, the maximum and the sum over all lanes.
+/// @{
+template <int N>
+INSONIFY_INLINE float reduce_min(const lanes<N>& a) {
+    return detail::reduce(a, [](const auto& x, const auto& y) { return min(x, y); });
+}
+template <int N>
+INSONIFY_INLINE float reduce_max(const lanes<N>& a) {
+    return detail::reduce(a, [](const auto& x, const auto& y) { return max(x, y); });
+}
+template <int N>
+INSONIFY_INLINE float sum(const lanes<N>& a) {
+    return detail::reduce(a, [](const auto& x, const auto& y) { return x + y; });
+}
+/// @}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #endif
 
-/// 1 / a, rounded as scalars are.
+namespace insonify::inline INSONIFY_ABI {
+
+/// `lanes<N>` holds N floats, `lane_mask<N>` N truth values; arithmetic and comparisons act lane by lane.
+///
+/// One of three headers defines them: simd_std.hpp over std::experimental::simd (libstdc++), simd_vector.hpp over the
+/// compiler's vector types (other standard libraries), simd_scalar.hpp over arrays (INSONIFY_NO_SIMD, nvcc). Each
+/// provides `simd_width`, `load`, `store`, `each_lane`, `bits_of`, `min`, `max`, `abs`, `sqrt`, `multiply_add`,
+/// `select`, `reduce_min`, `reduce_max` and `sum`.
+
+/// 1 / a, correctly rounded also under -ffast-math.
 template <class Lanes>
     requires requires { Lanes::size(); }
 INSONIFY_FN INSONIFY_INLINE Lanes inverse(const Lanes& a) {
@@ -1178,7 +1479,7 @@ INSONIFY_FN INSONIFY_INLINE Lanes inverse(const Lanes& a) {
     store(a, each);
     for (float& one : each) {
         one = 1 / one;
-        asm("" : "+m"(one)); // or the compiler divides several at once, which is less precise here
+        asm("" : "+m"(one)); // prevents a vector division, which is approximate here
     }
     return load<n>(each);
 #else
@@ -1186,49 +1487,44 @@ INSONIFY_FN INSONIFY_INLINE Lanes inverse(const Lanes& a) {
 #endif
 }
 
-/// a * b - c * d with a sign that is certain, whatever the order of the factors, where the result is not tiny: the
-/// rounding of one product is found by a fused multiply-add and taken off. Without such an instruction: the difference
-/// of two rounded products.
+/// a * b - c * d with an exact sign, independent of the order of the factors, where the result is not tiny: a fused
+/// multiply-add recovers the rounding error of one product. Without that instruction, the difference of two rounded
+/// products.
 ///
 /// Source: Kahan; error below 1.5 units in the last place: Jeannerod, Louvet & Muller 2013, Mathematics of Computation.
 template <class Lanes>
 INSONIFY_FN INSONIFY_INLINE Lanes difference_of_products(const Lanes& a, const Lanes& b, const Lanes& c,
                                                          const Lanes& d) {
     const Lanes product = c * d;
-    if constexpr (!has_fma) return a * b - product;
+    if constexpr (!detail::has_fma) return a * b - product;
     return multiply_add(a, b, -product) - multiply_add(c, d, -product);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 
-/// Several 32-bit numbers at once, beside the floats of `lanes`, with the operators of one: for hashes and exponents.
+/// `bit_lanes<N>` holds N 32-bit unsigned integers beside the floats of `lanes<N>`, for hashes and exponents, with the
+/// operators of one; `load_bits`, `store_bits`, and conversions to and from floats.
 namespace insonify::inline INSONIFY_ABI {
 
-#if !defined(INSONIFY_NO_SIMD)
+#if !defined(INSONIFY_NO_SIMD) // else in simd_scalar.hpp
 
-// The compiler's own vectors: not all operations of std::experimental::simd on integers are inlined.
+// Not std::experimental::simd: some of its integer operations are not inlined.
 template <int N>
-struct bit_vector {
-    using type __attribute__((vector_size(sizeof(std::uint32_t) * N))) = std::uint32_t;
-    using whole __attribute__((vector_size(sizeof(std::int32_t) * N))) = std::int32_t;
-    using floats __attribute__((vector_size(sizeof(float) * N))) = float;
-};
-template <int N>
-using bit_lanes = typename bit_vector<N>::type;
+using bit_lanes = detail::vector<std::uint32_t, N>;
 
-/// The numbers as floats, those above 2^31 - 1 as negative ones.
+/// Integers to floats; those above 2^31 - 1 become negative.
 template <int N>
 INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
-    return __builtin_bit_cast(
-        lanes<N>, __builtin_convertvector((typename bit_vector<N>::whole)bits, typename bit_vector<N>::floats));
+    return __builtin_bit_cast(lanes<N>,
+                              __builtin_convertvector((detail::vector<std::int32_t, N>)bits, detail::vector<float, N>));
 }
 
-/// Floats within +-2^31 as numbers, cut off towards zero, negative ones in two's complement.
+/// Floats within +-2^31 to integers, truncated towards zero, negative ones in two's complement.
 template <int N>
 INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
-    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(typename bit_vector<N>::floats, x),
-                                                 typename bit_vector<N>::whole);
+    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(detail::vector<float, N>, x),
+                                                 detail::vector<std::int32_t, N>);
 }
 
 template <int N>
@@ -1240,69 +1536,6 @@ INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
     bit_lanes<N> bits;
     __builtin_memcpy(&bits, from, sizeof bits);
     return bits;
-}
-
-#else
-
-template <int N>
-struct bit_lanes {
-    std::uint32_t lane[N] = {};
-
-    bit_lanes() = default;
-    INSONIFY_FN bit_lanes(std::uint32_t value) {
-        for (std::uint32_t& l : lane) l = value;
-    }
-    INSONIFY_FN std::uint32_t& operator[](int i) { return lane[i]; }
-    INSONIFY_FN std::uint32_t operator[](int i) const { return lane[i]; }
-
-    template <class Operation>
-    INSONIFY_FN static bit_lanes each(Operation operation) {
-        bit_lanes result;
-        for (int i = 0; i < N; ++i) result.lane[i] = operation(i);
-        return result;
-    }
-    INSONIFY_FN friend bit_lanes operator+(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] + b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator-(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] - b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator*(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] * b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator^(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] ^ b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator&(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] & b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator|(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] | b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator<<(const bit_lanes& a, int by) {
-        return each([&](int i) { return a.lane[i] << static_cast<unsigned>(by); });
-    }
-    INSONIFY_FN friend bit_lanes operator>>(const bit_lanes& a, int by) {
-        return each([&](int i) { return a.lane[i] >> static_cast<unsigned>(by); });
-    }
-};
-
-template <int N>
-INSONIFY_FN lanes<N> floats_of(const bit_lanes<N>& bits) {
-    return lanes<N>::template each<lanes<N>>(
-        [&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits.lane[i])); });
-}
-template <int N>
-INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& x) {
-    return bit_lanes<N>::each([&](int i) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(x.lane[i])); });
-}
-template <int N>
-INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
-    for (int i = 0; i < N; ++i) to[i] = bits.lane[i];
-}
-template <int N>
-INSONIFY_FN bit_lanes<N> load_bits(const std::uint32_t* from) {
-    return bit_lanes<N>::each([from](int i) { return from[i]; });
 }
 
 #endif
@@ -1332,20 +1565,19 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, c
     return raw_bits<N>(select(mask, raw_floats<N>(a), raw_floats<N>(b)));
 }
 
-/// Negative where an exponent has all its bits: infinities and NaN; reads the bits, so that it holds under -ffast-math.
-/// The results of several may be joined by |.
+/// Highest bit set for infinities and NaN. Tests the bits, so it holds under -ffast-math; several results combine by |.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_finite(const lanes<N>& floats) {
     return (raw_bits<N>(floats) & 0x7F800000U) + 0x00800000U;
 }
 
-/// Likewise, of NaN alone.
+/// Likewise, for NaN only.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_number(const lanes<N>& floats) {
     return bit_lanes<N>{} + 0x7F800000U - (raw_bits<N>(floats) & 0x7FFFFFFFU);
 }
 
-/// `mix_bits` of many numbers: 32 well-mixed bits of each.
+/// `mix_bits` of each lane.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> mix_lanes(bit_lanes<N> h) {
     h = (h ^ (h >> 16)) * 0x7FEB352DU;
@@ -1353,12 +1585,12 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> mix_lanes(bit_lanes<N> h) {
     return h ^ (h >> 16);
 }
 
-/// The largest whole numbers not above, within +-2^31, as numbers.
+/// floor(x) as integers, for x within +-2^31.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> floor_bits(const lanes<N>& x) {
     const bit_lanes<N> cut = bits_of_whole<N>(x);
-    const lanes<N> left = x - floats_of<N>(cut) + lanes<N>(0.0F); // -0 becomes 0
-    return cut - (raw_bits<N>(left) >> 31);                       // one less where that lies above x
+    const lanes<N> left = x - floats_of<N>(cut) + lanes<N>(0.0F); // turns -0 into 0
+    return cut - (raw_bits<N>(left) >> 31);                       // one less where truncation rounded up
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -1367,7 +1599,7 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> floor_bits(const lanes<N>& x) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Of many x at once, by Horner's rule. @param lower  the other coefficients, those of higher powers first
+/// A polynomial by Horner's rule. @param lower  the remaining coefficients, highest power first
 template <int N, class... Lower>
 INSONIFY_FN INSONIFY_INLINE lanes<N> polynomial(const lanes<N>& x, float highest, Lower... lower) {
     lanes<N> sum(highest);
@@ -1375,31 +1607,31 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> polynomial(const lanes<N>& x, float highest
     return sum;
 }
 
-/// 2^x for many x at once: relative error below 2e-7 for x in [-126, 126]; clamped outside.
+/// 2^x, with a relative error below 2e-7 for x in [-126, 126]; x is clamped to that range.
 ///
-/// Splits x into an integer, which becomes the exponent's bits, and a rest in [-1/2, 1/2], whose power is a polynomial
-/// (Taylor's of exp(r ln 2), degree 7: its remainder there is below 1e-8).
+/// Splits x into an integer, which becomes the exponent field, and a remainder r in [-1/2, 1/2], for which the Taylor
+/// polynomial of exp(r ln 2) of degree 7 has an error below 1e-8.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> power_of_two(const lanes<N>& x) {
     using floats = lanes<N>;
-    const floats limited = lesser(greater(x, floats(-126.0F)), floats(126.0F));
-    const bit_lanes<N> whole = floor_bits<N>(limited + floats(0.5F));
-    const floats rest = limited - floats_of<N>(whole);
-    const floats power = polynomial<N>(rest, 1.5252734e-5F, 1.5403530e-4F, 1.3333558e-3F, 9.6181291e-3F, 5.5504109e-2F,
-                                       2.4022651e-1F, 6.9314718e-1F, 1.0F);
+    const floats clamped = min(max(x, floats(-126.0F)), floats(126.0F));
+    const bit_lanes<N> whole = floor_bits<N>(clamped + floats(0.5F));
+    const floats remainder = clamped - floats_of<N>(whole);
+    const floats power = polynomial<N>(remainder, 1.5252734e-5F, 1.5403530e-4F, 1.3333558e-3F, 9.6181291e-3F,
+                                       5.5504109e-2F, 2.4022651e-1F, 6.9314718e-1F, 1.0F);
     return power * raw_floats<N>((whole + 127U) << 23);
 }
 
-/// log2(x) of many x at once, within 3e-7 of it absolutely and relatively, whichever is more; x below FLT_MIN is taken
-/// for that, infinity is 128.
+/// log2(x), with an error below 3e-7, absolute or relative, whichever is larger; x is clamped to FLT_MIN from below,
+/// and infinity gives 128.
 ///
-/// Splits x into a power of two and a rest m in [sqrt(1/2), sqrt(2)], of which
-/// ln m = 2 artanh(s) = 2 (s + s^3/3 + s^5/5 + ...) with s = (m - 1) / (m + 1): what follows s^9 is below 2e-9.
+/// Splits x into a power of two and a mantissa m in [sqrt(1/2), sqrt(2)], for which
+/// ln m = 2 artanh(s) = 2 (s + s^3/3 + s^5/5 + ...) with s = (m - 1) / (m + 1); the terms after s^9 are below 2e-9.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
     using floats = lanes<N>;
     constexpr std::uint32_t root_half = 0x3F3504F3U, one = 0x3F800000U;
-    const bit_lanes<N> moved = raw_bits<N>(greater(x, floats(FLT_MIN))) + (one - root_half);
+    const bit_lanes<N> moved = raw_bits<N>(max(x, floats(FLT_MIN))) + (one - root_half);
     const floats exponent = floats_of<N>(moved >> 23) - floats(127.0F);
     const floats m = raw_floats<N>((moved & 0x7FFFFFU) + root_half);
     const floats s = (m - floats(1.0F)) / (m + floats(1.0F));
@@ -1415,81 +1647,85 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Over which path attenuation acts. With the paper's 20 log10, `two_way` is what an echo's amplitude suffers.
-enum class travel { one_way, two_way };
-
-/// Whether the reflected term of eq. 1 is weakened by the attenuation of the path to it. As printed it is not.
-enum class reflection { bare, attenuated };
-
-/// On which side of an interface its bright band lies: towards the probe, as in the paper, or beyond, as an echo does.
-enum class band { before, after };
-
-/// How attenuation grows with frequency: f, as eq. 4, or f^attenuation_power of each medium.
-enum class spectrum { linear, power_law };
-
-/// What I_a I_t of eq. 1 is: the field itself, as printed, or what the medium's texture sends back of it.
-enum class incident { field, backscattered };
-
-/// The acoustic model of the paper that this library started from: intensities along a beam, eqs. 1 to 6.
+/// The acoustic model of Law et al. 2011: intensities along a beam, eqs. 1 to 6.
 ///
 ///     I(z)   = I_a I_t + I_r                                                                          (1)
 ///     R      = ((Z2 - Z1) / (Z2 + Z1))^2,   I_r = R I_t  within `reflection_length` of an interface      (2)
 ///     I_t    = product of 4 Z1 Z2 / (Z1 + Z2)^2 over the interfaces above z                           (3)
 ///     I_a    = 10^(-sum of alpha d f / 20) over the media above z                                     (6)
 ///
-/// Eq. 3 is corrected: as printed, (4 Z1 Z2 / (Z1 + Z2))^2 depends on the unit of impedance. All else is literal by
-/// default, each departure from it an option. Incidence is taken as normal, and a bright band ends where another
-/// interface cuts it.
-/// Source: "Ultrasound image simulation with GPU-based ray tracing", 2011; impedances in rayl.
+/// z and d are depth and path length in a medium, in m; Z is impedance in rayl, alpha attenuation in dB/m at 1 MHz, f
+/// frequency in MHz. I is relative to the emitted intensity.
+///
+/// Eq. 3 is corrected: as printed, (4 Z1 Z2 / (Z1 + Z2))^2, it depends on the unit of impedance. Everything else
+/// follows the paper by default; each departure is an option. Incidence is assumed normal, and a bright band ends at
+/// the next interface.
+/// Source: Law et al., "Ultrasound image simulation with GPU-based ray tracing", 2011.
 struct law2011 {
-    using sample_type = float;                     ///< an intensity
-    static constexpr bool normal_incidence = true; ///< angles are not looked at
-    static constexpr float nanoseconds = 0.5F;     ///< that a sample takes, about
+    using sample_type = float;                     ///< relative intensity
+    static constexpr bool normal_incidence = true; ///< angles are not computed
+    static constexpr float nanoseconds = 0.5F;     ///< per sample
 
-    float reflection_length = 1e-3F;                              ///< metres
-    insonify::travel travel = insonify::travel::one_way;          ///< of attenuation
-    insonify::reflection reflection = insonify::reflection::bare; ///< I_r, attenuated or not
-    insonify::band band = insonify::band::before;                 ///< side of the bright bands
-    insonify::spectrum spectrum = insonify::spectrum::linear;     ///< of attenuation
-    insonify::incident incident = insonify::incident::field;      ///< what I_a I_t is
-    float texture = 1.78e-3F; ///< with `backscattered`: the echo of liver against a perfect mirror's (-55 dB)
+    /// Path of attenuation. With the paper's 20 log10, `two_way` is the loss of an echo's amplitude.
+    enum class travel { one_way, two_way };
+    /// Whether I_r of eq. 1 is attenuated on the path to the interface. As printed, it is not.
+    enum class reflection { bare, attenuated };
+    /// Side of an interface on which its bright band lies: towards the probe, as in the paper, or beyond, as an echo
+    /// does.
+    enum class band { before, after };
+    /// Growth of attenuation with frequency: as f, as in eq. 4, or as f^attenuation_power of each medium.
+    enum class spectrum { linear, power_law };
+    /// Meaning of I_a I_t in eq. 1: the incident field, as printed, or its backscatter by the medium.
+    enum class incident { field, backscattered };
 
-    /// Share of the intensity that an interface sends back, eq. 2.
+    float reflection_length = 1e-3F;               ///< metres
+    enum travel travel = travel::one_way;          ///< of attenuation
+    enum reflection reflection = reflection::bare; ///< attenuation of I_r
+    enum band band = band::before;                 ///< side of the bright band
+    enum spectrum spectrum = spectrum::linear;     ///< of attenuation
+    enum incident incident = incident::field;      ///< meaning of I_a I_t
+    float texture = 1.78e-3F; ///< with `backscattered`: level of the speckle of liver; 1.78e-3 is -55 dB
+
+    /// R: fraction of the intensity that an interface reflects, eq. 2.
     INSONIFY_FN static float reflected(const medium& before, const medium& after) {
         const float z1 = before.impedance(), z2 = after.impedance();
         const float r = (z2 - z1) * (1 / (z1 + z2));
         return r * r;
     }
 
-    /// Share of the intensity that goes on, eq. 3 corrected; with `reflected` it sums to 1.
+    /// Fraction of the intensity that an interface transmits, 1 - R: eq. 3, corrected.
     INSONIFY_FN static float transmitted(const medium& before, const medium& after) {
         const float z1 = before.impedance(), z2 = after.impedance();
-        const float share = 1 / (z1 + z2);
-        return 4 * (z1 * share) * (z2 * share);
+        const float inverse_sum = 1 / (z1 + z2);
+        return 4 * (z1 * inverse_sum) * (z2 * inverse_sum);
     }
 
-    /// What sound loses on each metre of depth: dB/m at a frequency in hertz, one way or two as `travel` says.
+    /// Attenuation per metre of depth, dB/m, at a frequency in hertz; one way or two, depending on `travel`.
     INSONIFY_FN float loss(const medium& m, float frequency) const {
         const float megahertz = frequency * 1e-6F;
-        const float growth =
-            spectrum == insonify::spectrum::linear ? megahertz : std::pow(megahertz, m.attenuation_power);
-        const float both_ways = travel == insonify::travel::two_way ? 2.0F : 1.0F;
-        constexpr float all = 1e30F; // nothing is left after any distance, and sums of it stay finite
-        return lesser(m.attenuation * lesser(both_ways * growth, all), all);
+        const float growth = spectrum == spectrum::linear ? megahertz : std::pow(megahertz, m.attenuation_power);
+        const float ways = travel == travel::two_way ? 2.0F : 1.0F;
+        constexpr float max_loss = 1e30F; // keeps sums finite
+        return min(m.attenuation * min(ways * growth, max_loss), max_loss);
     }
 
-    /// Samples of a line where the caller leaves it open: four a wavelength of 1540 m/s, a multiple of 64.
+    /// Default number of samples of a line: four per wavelength at 1540 m/s, rounded up to a multiple of 64.
     INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
         const float blocks = std::ceil(4 * depth * frequency / 1540 / 64);
-        return 64 * static_cast<std::uint32_t>(clamped(blocks, 1, 1024));
+        return 64 * static_cast<std::uint32_t>(clamp(blocks, 1, 1024));
     }
 
-    /// The bright band of an interface below the last sample may reach up to it.
-    INSONIFY_FN float reach(float depth, view<const medium>) const { return depth + reflection_length; }
+    /// The bright band of an interface below the last sample may extend up to it.
+    INSONIFY_FN float max_depth(float depth, view<const medium>) const { return depth + reflection_length; }
 
-    /// The intensity at one depth of a line, metres: eq. 1, term by term.
+    /// Reflected and transmitted fractions of the intensity, for `ground_truth`.
+    INSONIFY_FN response at_interface(const incidence& at) const {
+        return {.reflected = reflected(at.before, at.after), .transmitted = transmitted(at.before, at.after)};
+    }
+
+    /// The intensity at one depth of a line, metres: eq. 1.
     INSONIFY_FN float at(const traced_line& line, float depth) const {
-        float lost = 0; // dB
+        float total_loss = 0; // dB
         float transmitted_here = 1;
         interface_echo above{};
         for (std::size_t i = 0;;) {
@@ -1498,30 +1734,29 @@ struct law2011 {
             const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
             const interface_echo below = next_interface(line, next, transmitted_here);
             if (depth < end || next == line.layers.size()) {
-                lost += loss(m, line.frequency) * (depth - begin);
-                const float remaining = decay(lost);
-                const interface_echo& echo = band == insonify::band::before ? below : above;
+                total_loss += loss(m, line.frequency) * (depth - begin);
+                const float remaining = decay(total_loss);
+                const interface_echo& echo = band == band::before ? below : above;
                 const bool bright = std::fabs(echo.depth - depth) <= reflection_length;
-                const float weakened = reflection == insonify::reflection::attenuated ? remaining : 1.0F;
-                return remaining * transmitted_here * strength(m) + (bright ? echo.intensity * weakened : 0.0F);
+                const float echo_decay = reflection == reflection::attenuated ? remaining : 1.0F;
+                return remaining * transmitted_here * strength(m) + (bright ? echo.intensity * echo_decay : 0.0F);
             }
-            lost += loss(m, line.frequency) * (end - begin);
+            total_loss += loss(m, line.frequency) * (end - begin);
             transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
             above = below;
             i = next;
         }
     }
 
-    /// Writes the intensity at each sample of a line: sample k stands at depth (k + 1/2) * spacing metres.
-    ///
-    /// @tparam Policy  one that asks for SIMD gets it along the line; equal within rounding
+    /// Writes the intensity at each sample of a line; sample k lies at depth (k + 1/2) * spacing metres.
+    /// @tparam Policy  unsequenced policies use SIMD along the line; results agree within rounding
     template <class Policy>
     INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<float> out) const {
-        float loss_above = 0;       // dB, of the layers above
+        float loss_above = 0;       // of the layers above, dB
         float transmitted_here = 1; // I_t
         interface_echo above{};
-        const auto most = static_cast<float>(out.size());
-        const auto samples_before = [&](float depth) { return clamped(std::ceil(depth / spacing - 0.5F), 0, most); };
+        const auto count = static_cast<float>(out.size());
+        const auto samples_before = [&](float depth) { return clamp(std::ceil(depth / spacing - 0.5F), 0, count); };
         float next_sample = 0;
         for (std::size_t i = 0, next = 0; i < line.layers.size(); i = next) {
             next = i + same_medium(line, i);
@@ -1529,16 +1764,16 @@ struct law2011 {
             const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
             const float slope = loss(m, line.frequency);
             const interface_echo below = next_interface(line, next, transmitted_here);
-            const stretch field{.first = bits_per_db * (loss_above - slope * begin),
-                                .step = bits_per_db * slope * spacing,
-                                .strength = transmitted_here * strength(m)};
-            const float last_sample = greater(next_sample, samples_before(end));
-            if (band == insonify::band::before) {
-                const float bright = clamped(samples_before(below.depth - reflection_length), next_sample, last_sample);
+            const decay_segment field{.first = bits_per_db * (loss_above - slope * begin),
+                                      .step = bits_per_db * slope * spacing,
+                                      .strength = transmitted_here * strength(m)};
+            const float last_sample = max(next_sample, samples_before(end));
+            if (band == band::before) {
+                const float bright = clamp(samples_before(below.depth - reflection_length), next_sample, last_sample);
                 fill<Policy>(out, next_sample, bright, field, 0);
                 fill<Policy>(out, bright, last_sample, field, below.intensity);
             } else {
-                const float bright = clamped(samples_before(above.depth + reflection_length), next_sample, last_sample);
+                const float bright = clamp(samples_before(above.depth + reflection_length), next_sample, last_sample);
                 fill<Policy>(out, next_sample, bright, field, above.intensity);
                 fill<Policy>(out, bright, last_sample, field, 0);
             }
@@ -1556,8 +1791,8 @@ struct law2011 {
         float intensity = 0; // R I_t
     };
 
-    // I_a I_t within one layer: of sample k strength * 2^(first + step (k + 1/2)).
-    struct stretch {
+    // I_a I_t in one layer: strength * 2^(first + step (k + 1/2)) at sample k.
+    struct decay_segment {
         float first = 0, step = 0;
         float strength = 1;
     };
@@ -1565,14 +1800,14 @@ struct law2011 {
     static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
     INSONIFY_FN static float decay(float decibels) { return std::exp2(bits_per_db * decibels); }
 
-    // How many layers from this one on have its medium: objects may touch, an interface is where the medium changes.
+    // Number of consecutive layers with the medium of the first: there is no interface between them.
     INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {
         std::size_t next = first + 1;
         while (next < line.layers.size() && line.layers[next].medium == line.layers[first].medium) ++next;
         return next - first;
     }
 
-    // The echo of the interface at which layer `after` begins; none where the line ends before it.
+    // The echo of the interface at the beginning of layer `after`; none at the end of the line.
     INSONIFY_FN static interface_echo next_interface(const traced_line& line, std::size_t after, float intensity) {
         if (after == line.layers.size()) return {FLT_MAX, 0};
         const medium &above = line.media[line.layers[after - 1].medium], &below = line.media[line.layers[after].medium];
@@ -1580,15 +1815,15 @@ struct law2011 {
     }
 
     INSONIFY_FN float strength(const medium& m) const {
-        return incident == insonify::incident::backscattered ? texture * m.backscatter : 1.0F;
+        return incident == incident::backscattered ? texture * m.backscatter : 1.0F;
     }
 
-    // Fills the samples from `begin` on that stand before `end`, whole numbers.
+    // Fills the samples from `begin` to before `end`, both whole numbers.
     template <class Policy>
-    INSONIFY_FN void fill(view<float> out, float begin, float end, const stretch& field, float echo) const {
+    INSONIFY_FN void fill(view<float> out, float begin, float end, const decay_segment& field, float echo) const {
         if (begin >= end) return;
-        const float weakened = reflection == insonify::reflection::attenuated ? echo : 0.0F;
-        const float bare = echo - weakened, scale = field.strength + weakened;
+        const float attenuated = reflection == reflection::attenuated ? echo : 0.0F;
+        const float bare = echo - attenuated, scale = field.strength + attenuated;
         auto next = static_cast<std::size_t>(begin);
         const auto last = static_cast<std::size_t>(end);
 #if !defined(INSONIFY_NO_SIMD)
@@ -1596,16 +1831,17 @@ struct law2011 {
             constexpr int width = simd_width;
             using floats = lanes<width>;
             const floats ratio(last - next > width ? std::exp2(field.step * width) : 0.0F);
-            floats place = floats([](auto lane) { return static_cast<float>(lane) + 0.5F; }) + floats(begin);
-            // The last ones may run over the end of the stretch: the next one writes there. Powers are taken at one of
-            // four; from each to the next the ratio is the same.
+            floats position =
+                each_lane<width>([](int lane) { return static_cast<float>(lane) + 0.5F; }) + floats(begin);
+            // May overrun the end of the segment, where the next one writes. Powers are computed for every fourth
+            // vector; the ratio between consecutive vectors is constant.
             while (next < last && next + width <= out.size()) {
-                floats decayed = power_of_two<width>(place * floats(field.step) + floats(field.first));
+                floats decayed = power_of_two<width>(position * floats(field.step) + floats(field.first));
                 for (int i = 0; i < 4 && next < last && next + width <= out.size(); ++i, next += width) {
                     store(multiply_add(floats(scale), decayed, floats(bare)), out.data() + next);
                     decayed = decayed * ratio;
                 }
-                place = place + floats(4 * width);
+                position = position + floats(4 * width);
             }
         }
 #endif
@@ -1626,52 +1862,59 @@ struct law2011 {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What an echo loses on each metre of depth, there and back: 2 alpha0 f^b, in dB/m.
+/// Attenuation of an echo per metre of depth, there and back, in dB/m at a frequency in hertz.
 ///
-/// alpha0 in dB/m at 1 MHz, f in MHz, b the medium's `attenuation_power`. Exact for one frequency. Finite for every
-/// medium that is valid: nothing is left of a sound that loses FLT_MAX.
+///     loss = 2 alpha0 f^b
+///
+/// alpha0 = `attenuation` in dB/m at 1 MHz, f in MHz, b = `attenuation_power`. Valid for a single frequency. The result
+/// is finite for every valid medium: it is at most FLT_MAX.
+/// Source: the power law of attenuation in tissue, Szabo, Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
 INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
     const float megahertz = frequency * 1e-6F;
     const float growth = m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power);
-    return lesser(m.attenuation * lesser(2 * growth, FLT_MAX), FLT_MAX);
+    return min(m.attenuation * min(2 * growth, FLT_MAX), FLT_MAX);
 }
 
-/// What an attenuation law must say: law(medium, frequency), the dB that an echo loses a metre of the medium, there and
-/// back.
+/// An attenuation law: law(medium, frequency) is the attenuation of an echo in dB per metre, there and back; the
+/// frequency is in hertz.
 template <class Law>
 concept attenuation_law = requires(const Law& law, const medium& m, float frequency) {
     { law(m, frequency) } -> std::convertible_to<float>;
 };
 
-/// The usual one: `echo_loss`.
+/// The default attenuation law: `echo_loss`.
 struct power_law {
-    /// dB a metre, there and back; the frequency in hertz.
+    /// dB/m, there and back; the frequency in hertz.
     INSONIFY_FN float operator()(const medium& m, float frequency) const { return echo_loss(m, frequency); }
 
     friend bool operator==(const power_law&, const power_law&) = default;
 };
 
-/// A pulse of finite bandwidth on its way through media whose attenuation grows with frequency: the high frequencies
-/// suffer most, so its centre moves down and its peak loses less than one frequency would.
+/// The echo of a pulse of finite bandwidth. Attenuation grows with frequency, so the centre of the spectrum shifts down
+/// and the peak loses less than a single frequency would.
 struct broadband_echo {
-    float loss_db = 0;   ///< of the peak
+    float loss_db = 0;   ///< of the peak, dB
     float frequency = 0; ///< of the centre of the spectrum, hertz
 };
 
-/// A Gaussian pulse after a depth at which one frequency would have lost `narrowband_db`, there and back.
+/// A Gaussian pulse after a path, there and back, on which a single frequency would lose `narrowband_db`.
 ///
-///     beta = echo loss in Np per Hz, over the whole way;  sigma = B f0 / 2.3548, of the amplitude spectrum
-///     loss = beta f0 - beta^2 sigma^2 / 2,   centre = f0 - beta sigma^2
+///     beta = narrowband_db ln(10) / (20 f0)                       Np/Hz
+///     sigma = B f0 / 2.3548                                       Hz, of the amplitude spectrum
+///     loss = beta f0 - beta^2 sigma^2 / 2                         Np, of the peak
+///     centre = f0 - beta sigma^2                                  Hz
 ///
-/// Holds for attenuation linear in f and while the centre stays well above 0; the gain is limited to where the centre
-/// would have fallen by half.
-/// @param bandwidth  fractional, -6 dB: B
-/// Source: the product of a Gaussian and an exponential, completed to a square.
+/// Valid for attenuation linear in f, as long as the centre is well above 0. beta is limited to the value at which the
+/// centre is f0 / 2.
+/// @param frequency  f0, of the carrier, hertz
+/// @param bandwidth  B, fractional, at -6 dB
+/// Source: product of the Gaussian spectrum and exp(-beta f), by completing the square; see also Szabo,
+/// Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
 INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequency, float bandwidth) {
     constexpr float neper_per_db = 0.115129255F; // ln(10) / 20
     const float sigma = bandwidth * frequency / 2.3548F;
-    const float most = 0.5F * frequency / (sigma * sigma); // beta that halves the centre
-    const float beta = lesser(neper_per_db * narrowband_db / frequency, most);
+    const float max_beta = 0.5F * frequency / (sigma * sigma);
+    const float beta = min(neper_per_db * narrowband_db / frequency, max_beta);
     return {.loss_db = narrowband_db - 0.5F * beta * beta * sigma * sigma / neper_per_db,
             .frequency = frequency - beta * sigma * sigma};
 }
@@ -1681,6 +1924,9 @@ INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequenc
 #ifndef INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 #define INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 
+#ifndef INSONIFY_ACOUSTICS_CELL_LAYOUT_HPP
+#define INSONIFY_ACOUSTICS_CELL_LAYOUT_HPP
+
 #ifndef INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
 #define INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
 
@@ -1689,10 +1935,11 @@ INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequenc
 
 #include <cstdint>
 
-/// Random numbers by counter: a hash of seed and index, so that any thread may ask for any of them in any order.
+/// Counter-based random numbers: hashes of a seed and an index, without state, so threads can compute them in any
+/// order.
 namespace insonify::inline INSONIFY_ABI {
 
-/// 64 well-mixed bits for one index of one stream.
+/// 64 random bits for one index of a stream.
 /// Source: the finaliser of SplitMix64 (Steele, Lea & Flood 2014), applied twice.
 INSONIFY_FN constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t index) {
     const auto mix = [](std::uint64_t z) {
@@ -1703,23 +1950,24 @@ INSONIFY_FN constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t 
     return mix(mix(seed + 0x9E3779B97F4A7C15U) + (index + 1) * 0x9E3779B97F4A7C15U);
 }
 
-/// 32 well-mixed bits of 32: cheaper than `hash_bits` where values are made by the million, and fit for SIMD.
-/// Source: the "lowbias32" constants found by C. Wellons, 2018.
+/// A 32-bit integer hash; cheaper than `hash_bits`, and suitable for SIMD.
+/// Source: lowbias32, C. Wellons, 2018.
 INSONIFY_FN constexpr std::uint32_t mix_bits(std::uint32_t h) {
     h = (h ^ (h >> 16U)) * 0x7FEB352DU;
     h = (h ^ (h >> 15U)) * 0x846CA68BU;
     return h ^ (h >> 16U);
 }
 
-/// Uniform in [0, 1), 24 bits.
+/// A uniform random number in [0, 1), with 24 bits.
 INSONIFY_FN constexpr float hash_uniform(std::uint64_t seed, std::uint64_t index) {
     return static_cast<float>(hash_bits(seed, index) >> 40U) * 0x1p-24F;
 }
 
-/// Two independent standard normal numbers. Source: Box & Muller 1958.
+/// Two independent standard normal random numbers. Source: Box & Muller 1958.
 INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
     const std::uint64_t bits = hash_bits(seed, index);
-    const float radius_uniform = static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // (0, 1]: the logarithm stays finite
+    const float radius_uniform =
+        static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // in (0, 1], so that the logarithm is finite
     const float angle = 2 * pi * static_cast<float>(bits & 0xFFFFFFU) * 0x1p-24F;
     const float radius = std::sqrt(-2 * std::log(radius_uniform));
     return {radius * std::cos(angle), radius * std::sin(angle)};
@@ -1728,24 +1976,26 @@ INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 
-/// What the cells of a `cell_field` hold: complex numbers of mean power 1, found from an index alone.
+/// The contents of the cells of a `cell_field`: complex random numbers of mean power 1, computed from an index.
 namespace insonify::inline INSONIFY_ABI {
 
-/// Complex numbers, one a lane.
+/// One complex number per lane.
 template <int N>
 struct complex_lanes {
-    lanes<N> real{};      ///< one a lane
-    lanes<N> imaginary{}; ///< one a lane
+    lanes<N> real{};      ///< real parts
+    lanes<N> imaginary{}; ///< imaginary parts
 };
 
-/// Very many scatterers to a resolution cell: their sum is a complex Gaussian, the envelope Rayleigh distributed.
+/// Fully developed speckle: many scatterers per resolution cell, whose sum is complex Gaussian and whose envelope is
+/// Rayleigh distributed.
+/// Source: Goodman, Speckle Phenomena in Optics, 2007, chapter 3.
 struct gaussian_numbers {
-    /// @param index  of the cells
+    /// @param index  hashes of the cells
     template <int N>
     INSONIFY_FN INSONIFY_INLINE complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
-        // Each part the sum of two uniform numbers of 8 bits, mean 0, variance 1/2: the Gauss curve comes of the sums
-        // that follow. Both sums at once, in the halves of a word.
-        constexpr float scale = 0.0067658736F; // sqrt(1/2) over the deviation of the sum, sqrt(2 (256^2 - 1) / 12)
+        // Each part is the sum of two uniform 8-bit numbers, with mean 0 and variance 1/2; interpolation and
+        // convolution make the distribution Gaussian. Both sums are computed at once, in the halves of a word.
+        constexpr float scale = 0.0067658736F; // sqrt(1/2) / sqrt(2 (256^2 - 1) / 12)
         constexpr std::uint32_t bytes = 0x00FF00FFU;
         const bit_lanes<N> bits = mix_lanes<N>(index);
         const bit_lanes<N> sums = (bits & bytes) + ((bits >> 8) & bytes);
@@ -1758,29 +2008,35 @@ struct gaussian_numbers {
     friend bool operator==(const gaussian_numbers&, const gaussian_numbers&) = default;
 };
 
-/// Countable scatterers of normally distributed strength and random phase, as many to a volume as Poisson's distribution
-/// says.
+/// Sparse speckle: a Poisson distributed number of scatterers per cell, with normally distributed amplitude and
+/// uniformly distributed phase.
+///
+///     (A_1 exp(j theta_1) + ... + A_n exp(j theta_n)) / sqrt(mean),   n ~ Poisson(mean),   mean = density * volume
+///
+/// density is in 1/m^3, volume that of a cell in m^3; the A are standard normal, so the mean power is 1.
+/// Source: a marked Poisson process; Wagner et al., "Statistics of speckle in ultrasound B-scans", 1983.
 struct poisson_numbers {
-    float density = 20e9F; ///< scatterers in a cubic metre, of media that state none: 20 in a cubic millimetre
+    float density = 20e9F; ///< scatterers per m^3 in media without `scatterer_density`; 20 per mm^3
 
-    /// @throws usage_error  where there are none
+    /// @throws usage_error  if `density` is out of range
     void check() const {
         if (!is_finite(density) || !(density > 0))
             throw usage_error{
-                "poisson_numbers: `density` must be a finite number above 0; `no_scatterers` is no texture"};
+                "poisson_numbers: `density` must be a finite number above 0; use `no_scatterers` for no speckle"};
     }
 
-    /// @param volume  of a cell, m^3
-    /// @param stated  the medium's scatterers in a cubic metre; 0: `density`
+    /// @param index              hashes of the cells
+    /// @param volume             of a cell, m^3
+    /// @param scatterer_density  of the medium, per m^3; 0: `density`
     template <int N>
-    INSONIFY_FN complex_lanes<N> operator()(const bit_lanes<N>& index, float volume, float stated) const {
-        const float mean = (stated > 0 ? stated : density) * volume;
-        if (mean > 32) return gaussian_numbers{}.operator()<N>(index, volume, stated); // nobody could tell them apart
+    INSONIFY_FN complex_lanes<N> operator()(const bit_lanes<N>& index, float volume, float scatterer_density) const {
+        const float mean = (scatterer_density > 0 ? scatterer_density : density) * volume;
+        if (mean > 32) return gaussian_numbers{}.operator()<N>(index, volume, scatterer_density); // indistinguishable
         std::uint32_t each[N];
         store_bits<N>(index, each);
         float real[N], imaginary[N];
         for (int i = 0; i < N; ++i) {
-            const vec2 sum = of_cell(each[i], mean);
+            const vec2 sum = cell_sum(each[i], mean);
             real[i] = sum.x;
             imaginary[i] = sum.y;
         }
@@ -1790,15 +2046,16 @@ struct poisson_numbers {
     friend bool operator==(const poisson_numbers&, const poisson_numbers&) = default;
 
   private:
-    INSONIFY_FN static vec2 of_cell(std::uint32_t index, float mean) {
-        const float chance = static_cast<float>(mix_bits(index) >> 8U) * 0x1p-24F;
-        float probability = std::exp(-mean), reached = probability; // of no scatterer, of so many at most
+    // Sum of the scatterers of one cell; their number by inversion of the cumulative distribution.
+    INSONIFY_FN static vec2 cell_sum(std::uint32_t index, float mean) {
+        const float uniform = static_cast<float>(mix_bits(index) >> 8U) * 0x1p-24F;
+        float probability = std::exp(-mean), cumulative = probability; // of 0 scatterers
         vec2 sum{0, 0};
-        for (std::uint32_t count = 1; chance >= reached && count < 64; ++count) {
+        for (std::uint32_t count = 1; uniform >= cumulative && count < 64; ++count) {
             const float angle = 2 * pi * static_cast<float>(mix_bits(index + count * 0x632BE5ABU) >> 8U) * 0x1p-24F;
             sum += hash_normal(index, count).x * vec2{std::cos(angle), std::sin(angle)};
             probability *= mean / static_cast<float>(count);
-            reached += probability;
+            cumulative += probability;
         }
         return sum / std::sqrt(mean);
     }
@@ -1811,69 +2068,77 @@ struct poisson_numbers {
 
 #include <concepts>
 
-/// The texture of tissue: where along a line its scatterers are, and how strong. They are anchored in the coordinates of
-/// the object, so that speckle follows the tissue.
+/// Scatterer fields: position and amplitude of the scatterers along a line. Scatterers are fixed in the coordinates of
+/// the object, so that speckle moves with the tissue.
 namespace insonify::inline INSONIFY_ABI {
 
-/// A line in an object's own coordinates. Axes of length 1.
+/// A line in coordinates of an object; axes of length 1.
 struct material_line {
     vec3 origin{0, 0, 0};        ///< metres
-    vec3 along{0, 0, 1};         ///< the way of the sound
-    vec3 elevation{0, 1, 0};     ///< out of the slice
-    std::uint32_t object = ~0U;  ///< its id; ~0: the background
-    float scatterer_density = 0; ///< of the medium: see there
+    vec3 along{0, 0, 1};         ///< propagation direction
+    vec3 elevation{0, 1, 0};     ///< normal of the slice plane
+    std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
+    float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
 
-    /// The point so many metres along it.
+    /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
 };
 
-/// A line of the world in the coordinates of an object that stands at `place`.
+/// A line in coordinates of an object.
+/// @param place  pose of the object: object to world
 INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
                                            float scatterer_density = 0) {
     return {place.local_point(line.origin), place.local_direction(line.along), place.local_direction(line.elevation),
             object, scatterer_density};
 }
 
-/// Scatterers at equal steps: number i stands at first + i * step metres along the line.
+/// Spacing of scatterers along a line, metres: an eighth of the wavelength c0 / f0, four per cycle of the echo.
+INSONIFY_FN constexpr float scatterer_spacing(float frequency) { return display_speed / (8 * frequency); }
+
+/// Scatterers at equal steps: scatterer i lies first + i * step metres along the line.
 struct scatterer_run {
-    float first = 0;                  ///< metres along the line
+    float first = 0;                  ///< position of the first one, metres along the line
     float step = 0;                   ///< metres
-    std::uint32_t count = 0;          ///< of scatterers
-    const float* real = nullptr;      ///< of the complex amplitudes
-    const float* imaginary = nullptr; ///< as many
-    vec2 slope{0, 0}; ///< on lines beside this one each stands deeper by so many metres a metre: in plane, out of it
+    std::uint32_t count = 0;          ///< number of scatterers
+    const float* real = nullptr;      ///< real parts of the amplitudes
+    const float* imaginary = nullptr; ///< imaginary parts
+    vec2 slope{0, 0};                 ///< change of depth per metre across the line: in the slice plane, out of it
 };
 
-/// Something to emit to, for the check below.
+namespace detail {
+
+/// An argument for the concept below.
 struct any_emit {
-    /// Does nothing.
     INSONIFY_FN void operator()(const scatterer_run&) const {}
 };
 
-/// What a scattering field must do: emit(run) for the scatterers of one object between two distances along a line.
+} // namespace detail
+
+/// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
+/// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
 ///
-/// `spacing` metres of tissue at rest hold a mean power of 1, whatever the field; `covariance` says how alike the
-/// amplitudes on two lines are that lie so many metres apart and differ in direction by so many radians, 1 to 0.
+/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines, 1 to 0, by their distance in metres
+/// and the angle between them in radians.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
-    field.scatter(line, x, x, x, any_emit{});
+    field.scatter(line, x, x, x, detail::any_emit{});
     { field.covariance(x, x) } -> std::convertible_to<float>;
 };
 
-/// No texture at all.
+/// No speckle.
 struct no_scatterers {
     /// Emits nothing.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line&, float, float, float, Emit&&) const {}
-    /// Of nothing: 0.
+    /// 0.
     INSONIFY_FN float covariance(float, float) const { return 0; }
 
     friend bool operator==(const no_scatterers&, const no_scatterers&) = default;
 };
 
-/// Points of an object stay where they are: the map of tissue that moves rigidly, or not at all.
+/// The identity: the material map of tissue that is rigid.
 struct undeformed {
-    /// The point itself.
+    /// Returns the point unchanged.
     INSONIFY_FN vec3 operator()(std::uint32_t, vec3 point) const { return point; }
 
     friend bool operator==(const undeformed&, const undeformed&) = default;
@@ -1885,259 +2150,275 @@ struct undeformed {
 #define INSONIFY_ACOUSTICS_VIEW_DIRECTION_HPP
 
 
-/// Scatterers are laid out for the direction that they are looked at from, along it finely and across it coarsely. There
-/// are layouts for some directions only, and a line takes one of those around its own: so the texture stays while a probe
-/// is turned a little, and turns into another one bit by bit.
-namespace insonify::inline INSONIFY_ABI {
+/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
+/// directions; each line uses, slab by slab, a random one of the four around its own. Thus speckle persists while a
+/// probe turns a little, and decorrelates gradually as it turns further.
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Directions on the six sides of a cube, an eighth of half an edge apart: 7 degrees in the middle of a side.
+/// Lattice directions lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a
+/// face.
 inline constexpr float view_steps = 8;
 
-/// How alike the choices of two lines are whose directions lie so many radians apart: they agree with this probability in
-/// the middle of a side; towards the edges of the cube, where the directions lie closer, less often.
-INSONIFY_FN inline float same_view(float radians) { return greater(0, 1 - view_steps * std::fabs(radians)); }
+/// Probability that two lines at this angle, radians, choose the same direction in a slab. Exact in the middle of a
+/// face; an upper bound towards the edges of the cube, where directions are closer.
+INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - view_steps * std::fabs(angle)); }
 
-/// One of the four directions of the lattice around `towards`, the nearer the likelier.
+/// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
 /// @param towards  not 0
-/// @param chance   32 random bits
+/// @param bits     32 random bits
 /// @return         length 1
-INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t chance) {
-    const vec3 size = absolute(towards);
+INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t bits) {
+    const vec3 size = abs(towards);
     const int main = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
     const int next = (main + 1) % 3, last = (main + 2) % 3;
-    const auto rounded = [&](int axis, std::uint32_t bits) {
-        return std::floor(view_steps * towards[axis] / size[main] + (static_cast<float>(bits) + 0.5F) * 0x1p-16F);
+    const auto rounded = [&](int axis, std::uint32_t random) {
+        return std::floor(view_steps * towards[axis] / size[main] + (static_cast<float>(random) + 0.5F) * 0x1p-16F);
     };
     vec3 chosen{};
     chosen[main] = std::copysign(view_steps, towards[main]);
-    chosen[next] = rounded(next, chance & 0xFFFFU);
-    chosen[last] = rounded(last, chance >> 16U);
+    chosen[next] = rounded(next, bits & 0xFFFFU);
+    chosen[last] = rounded(last, bits >> 16U);
     return normalize(chosen);
 }
 
-/// Space in oblique slabs, each of which makes its own choice.
+/// Parallel oblique slabs that fill space; the view direction is chosen once for each.
 struct view_slabs {
-    static constexpr float thickness = 2e-3F;
+    static constexpr float thickness = 2e-3F; ///< metres
 
-    /// Where a point stands, in slabs; its floor is the number of the slab.
-    INSONIFY_FN static float place(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
+    /// Position of a point in slabs; its floor is the index of the slab.
+    INSONIFY_FN static float position(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// A straight segment of a line in the undeformed material.
+struct rest_line {
+    vec3 origin{0, 0, 0}; ///< metres
+    vec3 along{0, 0, 1};  ///< metres of material per metre of the line
+};
+
+/// The slots and cells that one segment of a line traverses.
+struct cell_layout {
+    double slot = 0;             ///< at the origin of the segment
+    double slots_per_metre = 1;  ///< of the line
+    vec2 across{0, 0};           ///< lateral position of the origin, in cells
+    vec2 across_per_slot{0, 0};  ///< change of the lateral position from slot to slot, in cells
+    std::uint32_t key = 0;       ///< hash of seed, object and layout direction
+    float volume = 0;            ///< of a cell, m^3
+    float scatterer_density = 0; ///< of the medium, per m^3
+    vec2 slope{0, 0};            ///< see `scatterer_run`
+
+    /// Values of N consecutive slots, interpolated between the four cells around the line.
+    /// @param first_slot  index of the first slot
+    /// @param offset      slots from the origin to the centre of each
+    /// @param numbers     the contents of the cells, such as `gaussian_numbers`
+    template <int N, class Numbers>
+    INSONIFY_FN INSONIFY_INLINE complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
+                                                        const Numbers& numbers) const {
+        using floats = lanes<N>;
+        using bits = bit_lanes<N>;
+        constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
+        const bits slot_hash = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
+        const bits jitter = mix_lanes<N>(slot_hash); // displaces the cells of each slot: 16 bits for each axis
+        const floats one(1.0F), to_cells(0x1p-16F);
+        const floats x =
+            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(jitter & 0xFFFFU) * to_cells;
+        const floats y = floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(jitter >> 16) * to_cells;
+        const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
+        const floats right = x - floats_of<N>(column), upper = y - floats_of<N>(row);
+        const floats left = one - right, lower = one - upper;
+        const bits index = slot_hash + column * next_column + row * next_row + 0x51ED270BU;
+        const complex_lanes<N> a = numbers.template operator()<N>(index, volume, scatterer_density),
+                               b = numbers.template operator()<N>(index + next_column, volume, scatterer_density),
+                               c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
+                               d = numbers.template operator()<N>(index + (next_column + next_row), volume,
+                                                                  scatterer_density);
+        const floats scale = unit_power_scale<N>(right) * unit_power_scale<N>(upper);
+        return {
+            (lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
+            (lower * (left * a.imaginary + right * b.imaginary) + upper * (left * c.imaginary + right * d.imaginary)) *
+                scale};
+    }
+
+  private:
+    // Keeps the power of linear interpolation: 1 / sqrt(w^2 + (1 - w)^2) = sqrt(2 / (1 + u)), u = (2 w - 1)^2, as a
+    // polynomial in u within 1e-4.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE static lanes<N> unit_power_scale(const lanes<N>& weight) {
+        const lanes<N> twice = weight + weight - lanes<N>(1.0F);
+        return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
+    }
+};
+
+/// The layout of cells of a given size for one segment of a line in one slab.
+/// @param spacing  length of a slot, metres
+INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, const material_line& line,
+                                                const rest_line& segment, double slab, float spacing) {
+    const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object);
+    const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
+    const vec3 view = view_direction(segment.along, mix_bits(object_hash + slab_index * 0x9E3779B9U));
+    const orthonormal_basis axes{view};
+    const vec3 lateral = cross(line.elevation, line.along);
+    const float advance = dot(segment.along, view);
+    cell_layout cells;
+    cells.slot = static_cast<double>(dot(segment.origin, view)) / spacing;
+    cells.slots_per_metre = static_cast<double>(advance) / spacing;
+    cells.across = vec2{dot(segment.origin, axes.first), dot(segment.origin, axes.second)} / cell;
+    cells.across_per_slot =
+        vec2{dot(segment.along, axes.first), dot(segment.along, axes.second)} * (spacing / (advance * cell));
+    cells.key = object_hash;
+    for (int axis = 0; axis < 3; ++axis)
+        cells.key = mix_bits(cells.key ^
+                             static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(view[axis] * 16384))));
+    cells.volume = cell * cell * spacing;
+    cells.scatterer_density = line.scatterer_density;
+    cells.slope = vec2{dot(lateral, view), dot(line.elevation, view)} / -advance;
+    return cells;
+}
+
+/// The point itself, or the origin for points so far away (about 100 km) that floats do not resolve the cells, or that
+/// integers do not count the slots.
+INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
+    const vec3 size = abs(point);
+    const float max_coordinate = min(0x1p29F * min(cell, 1e-3F), 0x1p50F * spacing);
+    return size.x < max_coordinate && size.y < max_coordinate && size.z < max_coordinate ? point : vec3{0, 0, 0};
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <type_traits>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Scatterers in cells that are fixed in the material.
+/// A random scatterer field on a grid that is fixed in the material, so that speckle moves with the tissue.
 ///
-/// Along the line one value per slot; the slots are fixed in the material, so each echo moves with it. Across the line
-/// cells, linear between two. Each slot's cells are displaced by chance, so that no spacing of lines keeps step with
-/// them. Both are laid out for a `view_direction` near the line's.
-/// @tparam Numbers   what a cell holds: `gaussian_numbers` or `poisson_numbers`
-/// @tparam Material  vec3(std::uint32_t object, vec3 point): where the tissue now at `point` (object's coordinates) is
-///                   when at rest; smooth over half a millimetre
+/// Along the line the grid consists of slots, each with one scatterer; across the line it consists of cells, with
+/// linear interpolation between them. The cells of each slot are displaced at random, so no line spacing coincides with
+/// their period. The grid is aligned with one of a fixed set of directions, close to that of the line.
+/// Source: the convolution model of speckle, Bamber & Dickinson 1980; the grid is the library's own.
+/// @tparam Numbers   the contents of a cell: `gaussian_numbers` or `poisson_numbers`
+/// @tparam Material  vec3(std::uint32_t object, vec3 point): the position at rest of the tissue now at `point`, both in
+///                   coordinates of the object; smooth over half a millimetre
 template <class Numbers, class Material>
 struct cell_field {
-    std::uint32_t seed = 1; ///< another one, another texture of the same kind
-    float cell = 0.2e-3F;   ///< metres, across the line
-    Numbers numbers{};      ///< what a cell holds
-    Material material{};    ///< where tissue is when at rest
+    std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
+    float cell = 0.2e-3F;   ///< size of a cell across the line, metres
+    Numbers numbers{};      ///< contents of the cells
+    Material material{};    ///< position of tissue at rest
 
-    /// @throws usage_error  where the cells have no size
+    /// @throws usage_error  if a setting is out of range
     void check() const {
         if (!is_finite(cell) || !(cell > 0))
             throw usage_error{"cell_field: `cell` must be a finite number of metres above 0, such as 0.2_mm"};
         if constexpr (requires { numbers.check(); }) numbers.check();
     }
 
-    /// Mean of what two lines have in common, whose values are linear between cells and scaled to power 1.
-    /// @param apart   metres
-    /// @param turned  radians between their directions
-    INSONIFY_FN float covariance(float apart, float turned) const {
-        // Integrals over the places of a line within its cell, at distances of eighths of a cell; linear between them.
+    /// Covariance of the scatterers of two lines, 1 to 0, averaged over the positions of the lines in their cells.
+    /// @param distance  between the lines, metres
+    /// @param angle     between their directions, radians
+    INSONIFY_FN float covariance(float distance, float angle) const {
+        // At distances of eighths of a cell, by numerical integration; linear in between.
         constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
                                      0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
                                      0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
-        const float place = 8 * std::fabs(apart) / cell;
-        if (!(place < 16)) return 0;
-        const auto below = static_cast<int>(place);
-        const float share = place - static_cast<float>(below);
-        return ((1 - share) * eighths[below] + share * eighths[below + 1]) * same_view(turned);
+        const float position = 8 * std::fabs(distance) / cell;
+        if (!(position < 16)) return 0;
+        const auto below = static_cast<int>(position);
+        const float weight = position - static_cast<float>(below);
+        return ((1 - weight) * eighths[below] + weight * eighths[below + 1]) * detail::same_view_probability(angle);
     }
 
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
-        // No line has so many samples: this is a stretch whose ends floats hardly tell apart, where sound all but stands still.
+        // More slots than any line has samples: the sound speed is close to 0, and floats barely resolve the interval.
         if (!(end - begin < 0x1p25F * spacing)) return;
-        // Between two points the map is taken as linear; without one, a straight line stays one.
+        // The material map is linearised piecewise; without deformation the whole line is straight.
         const float piece = std::is_same_v<Material, undeformed> ? end - begin : 0.5e-3F;
         for (float from = begin; from < end;) {
             const float to = from + 1.5F * piece < end ? from + piece : end;
             const vec3 first = material(line.object, line.at(from)), last = material(line.object, line.at(to));
-            const vec3 course = std::is_same_v<Material, undeformed> ? line.along : (last - first) * (1 / (to - from));
-            if (course != vec3{0, 0, 0})
-                scatter_straight(line, from, to, {countable(first, spacing), course}, spacing, emit);
+            const vec3 along = std::is_same_v<Material, undeformed> ? line.along : (last - first) * (1 / (to - from));
+            if (along != vec3{0, 0, 0})
+                scatter_straight(line, from, to, {detail::resolvable(first, cell, spacing), along}, spacing, emit);
             from = to;
         }
     }
 
-    /// The value at one point, linear between slots too: for what is no volume, such as a rough surface.
+    /// The value of the field at one point, interpolated between slots too: for surfaces, which have no volume.
     INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
-        const vec3 point = countable(material(line.object, line.at(distance)), spacing);
-        const layout cells = layout_for(line, {point, line.along}, std::floor(view_slabs::place(point)), spacing);
+        const vec3 point = detail::resolvable(material(line.object, line.at(distance)), cell, spacing);
+        const detail::cell_layout cells = detail::make_cell_layout(
+            seed, cell, line, {point, line.along}, std::floor(detail::view_slabs::position(point)), spacing);
         const double below = std::floor(cells.slot);
-        const auto share = static_cast<float>(cells.slot - below);
+        const auto weight = static_cast<float>(cells.slot - below);
         const auto slot = static_cast<std::uint32_t>(static_cast<std::int64_t>(below));
         vec2 sum{0, 0};
         for (const std::uint32_t side : {0U, 1U}) {
-            const complex_lanes<1> one = cells.template values<1>(slot + side, lanes<1>(0.0F), numbers);
+            const complex_lanes<1> one = cells.values<1>(slot + side, lanes<1>(0.0F), numbers);
             float real = 0, imaginary = 0;
             store(one.real, &real);
             store(one.imaginary, &imaginary);
-            sum += (side == 0 ? 1 - share : share) * vec2{real, imaginary};
+            sum += (side == 0 ? 1 - weight : weight) * vec2{real, imaginary};
         }
-        return sum / std::sqrt((1 - share) * (1 - share) + share * share);
+        return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
     }
 
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
   private:
-    // A straight piece of a line at rest: where it begins, and metres there for a metre of the line.
-    struct rest_line {
-        vec3 origin{0, 0, 0};
-        vec3 course{0, 0, 1};
-    };
-
-    // Slots and cells as one line meets them: `slot` at its origin, and where the line stands across, in cells.
-    struct layout {
-        double slot = 0;
-        double slots_per_metre = 1;
-        vec2 across{0, 0};
-        vec2 across_per_slot{0, 0};
-        std::uint32_t key = 0; // what its numbers depend on beside
-        float volume = 0;      // of a cell
-        float density = 0;
-        vec2 slope{0, 0};
-
-        // Of N slots, `past` slots beyond the origin: the four cells around the line, each with a number of its own.
-        template <int N>
-        INSONIFY_FN INSONIFY_INLINE complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& past,
-                                                            const Numbers& number) const {
-            using floats = lanes<N>;
-            using bits = bit_lanes<N>;
-            constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
-            const bits own = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
-            const bits chance = mix_lanes<N>(own);
-            const floats one(1.0F), to_share(0x1p-16F);
-            const floats x =
-                floats(across.x) + past * floats(across_per_slot.x) + floats_of<N>(chance & 0xFFFFU) * to_share;
-            const floats y =
-                floats(across.y) + past * floats(across_per_slot.y) + floats_of<N>(chance >> 16) * to_share;
-            const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
-            const floats right = x - floats_of<N>(column), upper = y - floats_of<N>(row);
-            const floats left = one - right, lower = one - upper;
-            const bits cell_of = own + column * next_column + row * next_row + 0x51ED270BU;
-            const complex_lanes<N> a = number.template operator()<N>(cell_of, volume, density),
-                                   b = number.template operator()<N>(cell_of + next_column, volume, density),
-                                   c = number.template operator()<N>(cell_of + next_row, volume, density),
-                                   d = number.template operator()<N>(cell_of + (next_column + next_row), volume,
-                                                                     density);
-            const floats scale = of_power_1<N>(right) * of_power_1<N>(upper);
-            return {(lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
-                    (lower * (left * a.imaginary + right * b.imaginary) +
-                     upper * (left * c.imaginary + right * d.imaginary)) *
-                        scale};
-        }
-
-        // 1 / sqrt(share^2 + (1 - share)^2) within 1e-4, as a polynomial in u = (2 share - 1)^2: sqrt(2 / (1 + u)).
-        template <int N>
-        INSONIFY_FN INSONIFY_INLINE static lanes<N> of_power_1(const lanes<N>& share) {
-            const lanes<N> twice = share + share - lanes<N>(1.0F);
-            return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
-        }
-    };
-
     static constexpr std::uint32_t run_length = 128;
 
-    // Some 100 km away no float tells one cell from the next, and farther no integer counts them, nor slots that are
-    // next to nothing: there the texture is that of the origin.
-    INSONIFY_FN vec3 countable(vec3 point, float spacing) const {
-        const vec3 size = absolute(point);
-        const float farthest = lesser(0x1p29F * lesser(cell, 1e-3F), 0x1p50F * spacing);
-        return size.x < farthest && size.y < farthest && size.z < farthest ? point : vec3{0, 0, 0};
-    }
-
-    INSONIFY_FN layout layout_for(const material_line& line, const rest_line& at_rest, double slab,
-                                  float spacing) const {
-        const std::uint32_t own = mix_bits(seed * 0x9E3779B9U + line.object);
-        const auto number = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
-        const vec3 view = view_direction(at_rest.course, mix_bits(own + number * 0x9E3779B9U));
-        const axes_across axes{view};
-        const vec3 lateral = cross(line.elevation, line.along);
-        const float advance = dot(at_rest.course, view);
-        layout cells;
-        cells.slot = static_cast<double>(dot(at_rest.origin, view)) / spacing;
-        cells.slots_per_metre = static_cast<double>(advance) / spacing;
-        cells.across = vec2{dot(at_rest.origin, axes.first), dot(at_rest.origin, axes.second)} / cell;
-        cells.across_per_slot =
-            vec2{dot(at_rest.course, axes.first), dot(at_rest.course, axes.second)} * (spacing / (advance * cell));
-        cells.key = own;
-        for (int axis = 0; axis < 3; ++axis)
-            cells.key = mix_bits(
-                cells.key ^ static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(view[axis] * 16384))));
-        cells.volume = cell * cell * spacing;
-        cells.density = line.scatterer_density;
-        cells.slope = vec2{dot(lateral, view), dot(line.elevation, view)} / -advance;
-        return cells;
-    }
-
+    // Divides a straight segment where it leaves a slab: each slab has its own layout.
     template <class Emit>
-    INSONIFY_FN void scatter_straight(const material_line& line, float begin, float end, const rest_line& at_rest,
-                                      float spacing, Emit&& emit) const {
-        const double place = static_cast<double>(view_slabs::place(at_rest.origin));
-        const double slabs_per_metre = static_cast<double>(view_slabs::place(at_rest.course));
-        double slab = std::floor(place);
-        for (float from = begin; from<end; slab += slabs_per_metre> 0 ? 1 : -1) {
-            const double border = slab + (slabs_per_metre > 0 ? 1 : 0);
+    INSONIFY_FN void scatter_straight(const material_line& line, float begin, float end,
+                                      const detail::rest_line& segment, float spacing, Emit&& emit) const {
+        const double position = static_cast<double>(detail::view_slabs::position(segment.origin));
+        const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(segment.along));
+        const bool ascending = slabs_per_metre > 0;
+        double slab = std::floor(position);
+        for (float from = begin; from < end; slab += ascending ? 1 : -1) {
+            const double border = slab + (ascending ? 1 : 0);
             float to = end;
             if (std::fabs(slabs_per_metre) > 1e-3)
-                to = clamped(static_cast<float>(static_cast<double>(begin) + (border - place) / slabs_per_metre), from,
-                             end);
-            const rest_line from_here{at_rest.origin + (from - begin) * at_rest.course, at_rest.course};
-            if (to > from) scatter_slab(layout_for(line, from_here, slab, spacing), from, to, emit);
+                to = clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
+                           end);
+            const detail::rest_line rest{segment.origin + (from - begin) * segment.along, segment.along};
+            if (to > from)
+                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), from, to, emit);
             from = to;
         }
     }
 
     template <class Emit>
-    INSONIFY_FN void scatter_slab(const layout& cells, float begin, float end, Emit&& emit) const {
+    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, float begin, float end, Emit&& emit) const {
         const double from = cells.slot, to = from + static_cast<double>(end - begin) * cells.slots_per_metre;
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
-        const auto past_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
+        const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
         float real[run_length], imaginary[run_length];
-        for (std::int64_t slot = first_slot; slot < past_slot;) {
-            const std::int64_t left = past_slot - slot;
-            const auto count = static_cast<std::uint32_t>(left < run_length ? left : run_length);
-            const double past = static_cast<double>(slot) + 0.5 - from;
+        for (std::int64_t slot = first_slot; slot < end_slot;) {
+            const std::int64_t remaining = end_slot - slot;
+            const auto count = static_cast<std::uint32_t>(remaining < run_length ? remaining : run_length);
+            const double offset = static_cast<double>(slot) + 0.5 - from;
             for (std::uint32_t i = 0; i < count; i += simd_width) {
-                const auto some =
-                    cells.template values<simd_width>(static_cast<std::uint32_t>(slot) + i,
-                                                      floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) +
-                                                          lanes<simd_width>(static_cast<float>(past)),
-                                                      numbers);
-                store(some.real, real + i);
-                store(some.imaginary, imaginary + i);
+                const auto value = cells.values<simd_width>(static_cast<std::uint32_t>(slot) + i,
+                                                            floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) +
+                                                                lanes<simd_width>(static_cast<float>(offset)),
+                                                            numbers);
+                store(value.real, real + i);
+                store(value.imaginary, imaginary + i);
             }
-            // A slot that a border cuts counts with its part inside.
-            const auto cut = [&](std::uint32_t i, double part) {
-                real[i] *= static_cast<float>(part);
-                imaginary[i] *= static_cast<float>(part);
+            // A slot cut by a border is weighted by the fraction inside.
+            const auto weight = [&](std::uint32_t i, double fraction) {
+                real[i] *= static_cast<float>(fraction);
+                imaginary[i] *= static_cast<float>(fraction);
             };
-            if (slot == first_slot) cut(0, static_cast<double>(first_slot) + 1 - from);
-            if (slot + count == past_slot) cut(count - 1, 1 - (static_cast<double>(past_slot) - to));
-            emit(scatterer_run{.first = begin + static_cast<float>(past / cells.slots_per_metre),
+            if (slot == first_slot) weight(0, static_cast<double>(first_slot) + 1 - from);
+            if (slot + count == end_slot) weight(count - 1, 1 - (static_cast<double>(end_slot) - to));
+            emit(scatterer_run{.first = begin + static_cast<float>(offset / cells.slots_per_metre),
                                .step = static_cast<float>(1 / cells.slots_per_metre),
                                .count = count,
                                .real = real,
@@ -2148,12 +2429,12 @@ struct cell_field {
     }
 };
 
-/// The texture of most tissue.
+/// Fully developed speckle, as in most tissue.
 template <class Material = undeformed>
 using gaussian_field = cell_field<gaussian_numbers, Material>;
 
-/// Sparse texture, whose statistics show how many scatterers there are: `medium::scatterer_density`, or for media that
-/// state none `{.numbers = {.density = 5e9F}}`.
+/// Sparse scatterers, whose speckle statistics depend on their number: `medium::scatterer_density`, or for media
+/// without one `{.numbers = {.density = 5e9F}}`.
 template <class Material = undeformed>
 using poisson_scatterers = cell_field<poisson_numbers, Material>;
 
@@ -2165,13 +2446,32 @@ using poisson_scatterers = cell_field<poisson_numbers, Material>;
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run.
+struct scatterer_echoes {
+    float depth = 0;                  ///< of the first echo, metres
+    float step = 0;                   ///< metres, 0 or more
+    std::uint32_t count = 0;          ///< number of scatterers
+    const float* real = nullptr;      ///< real parts of the amplitudes
+    const float* imaginary = nullptr; ///< imaginary parts
+    float first_level = 0;            ///< factor on the amplitudes at the first scatterer ...
+    float last_level = 0;             ///< ... and one step after its last scatterer
+    vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
+};
+
 /// Writes echoes into one line of complex samples at baseband.
 ///
-/// An echo a at displayed depth z adds a exp(-j 4 pi f0 z / c0) to its two neighbouring samples, divided linearly;
-/// sample k stands at (k + 1/2) * spacing. The phase is reduced in cycles, so it keeps its digits at any depth.
+///     s += a exp(-j 4 pi f0 z / c0)
+///
+/// for an echo of amplitude a at displayed depth z, in metres, f0 in hertz and c0 = `display_speed` in m/s; it is
+/// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
+/// reduced in cycles, in double precision, so it is accurate at any depth.
+///
+/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; the
+/// tracer substitutes one that compensates for the kernels of later stages.
+/// Source: demodulation to baseband of an echo with delay 2 z / c0.
 class echo_line {
   public:
-    /// @param samples    written to; they keep what they hold
+    /// @param samples    to which echoes are added
     /// @param spacing    metres of displayed depth from sample to sample
     /// @param frequency  of the carrier, hertz
     INSONIFY_FN echo_line(view<vec2> samples, float spacing, float frequency)
@@ -2183,73 +2483,92 @@ class echo_line {
     /// Metres to the end of the last sample.
     INSONIFY_FN float depth() const { return spacing_ * static_cast<float>(samples_.size()); }
 
-    /// One echo at a displayed depth, metres; what lies beyond the ends of the line is dropped.
-    INSONIFY_FN void add(float depth, vec2 amplitude) const { put(depth, turned(amplitude, phase(depth))); }
+    /// Adds one echo at a displayed depth, metres. Echoes beyond the ends of the line are dropped.
+    INSONIFY_FN void add(float depth, vec2 amplitude) const { write(depth, product(amplitude, phase(depth))); }
 
-    /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i times its complex amplitude.
-    /// @param step       not below 0
-    INSONIFY_LAZY INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real,
-                                       const float* imaginary, float scale, float ratio) const {
+    /// Adds the specular echo of a surface. The third argument is the change of its displayed depth per metre across the
+    /// line, in the slice plane and out of it.
+    INSONIFY_FN void surface(float depth, float amplitude, vec2 /* slope */) const { add(depth, {amplitude, 0}); }
+
+    /// Adds the diffuse echo of a rough surface.
+    /// @param amplitude  rms
+    /// @param value      vec2(float offset): the surface's random field, of power 1, `offset` metres deeper
+    template <class Value>
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 /* slope */, const Value& value) const {
+        add(depth, value(0.0F) * amplitude);
+    }
+
+    /// Adds the echoes of scatterers.
+    INSONIFY_FN void scatterers(const scatterer_echoes& run) const {
+        constexpr float min_level = 1e-15F; // -300 dB: the ratio could overflow below
+        const float ratio = run.first_level > min_level && run.last_level > 0
+                                ? std::exp2(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count))
+                                : 1.0F;
+        add(run.depth, run.step, run.count, run.real, run.imaginary, run.first_level, ratio);
+    }
+
+  private:
+    // Echo i lies at depth + i * step, with its amplitude times scale * ratio^i.
+    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
+                         float scale, float ratio) const {
         constexpr int width = simd_width;
         using floats = lanes<width>;
-        const vec2 turn = ratio * phase(step);
+        const vec2 step_factor = ratio * phase(step);
         float powers[2][width];
         vec2 power = scale * phase(depth);
         for (int i = 0; i < width; ++i) {
             powers[0][i] = power.x;
             powers[1][i] = power.y;
-            power = turned(power, turn);
+            power = product(power, step_factor);
         }
-        vec2 turn_on{1, 0};
-        for (int i = 0; i < width; ++i) turn_on = turned(turn_on, turn);
+        vec2 block_factor{1, 0};
+        for (int i = 0; i < width; ++i) block_factor = product(block_factor, step_factor);
         floats carrier_x = load<width>(powers[0]), carrier_y = load<width>(powers[1]);
-        const auto inside = static_cast<std::uint32_t>(samples_.size()) - 1; // of a sample with a next one
-        const floats turn_x(turn_on.x), turn_y(turn_on.y), one(1.0F);
+        const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
+        const floats factor_x(block_factor.x), factor_y(block_factor.y), one(1.0F);
         for (std::uint32_t first = 0; first < count; first += width) {
-            const floats x = some_of(real + first, count - first), y = some_of(imaginary + first, count - first);
+            const floats x = load_some(real + first, count - first), y = load_some(imaginary + first, count - first);
             const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
-            const floats number = floats_of<width>(steps_of_bits<width>(first, 1));
-            const floats place = (floats(depth) + number * floats(step)) * floats(per_spacing_) - floats(0.5F);
+            const floats index = floats_of<width>(steps_of_bits<width>(first, 1));
+            const floats position = (floats(depth) + index * floats(step)) * floats(per_spacing_) - floats(0.5F);
             const bit_lanes<width> below = floor_bits<width>(
-                lesser(greater(place, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
-            const floats share = place - floats_of<width>(below);
+                min(max(position, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
+            const floats weight = position - floats_of<width>(below);
             vec2 here[width], next[width];
-            store_pairs((one - share) * value_x, (one - share) * value_y, here);
-            store_pairs(share * value_x, share * value_y, next);
+            store_pairs((one - weight) * value_x, (one - weight) * value_y, here);
+            store_pairs(weight * value_x, weight * value_y, next);
             std::uint32_t sample[width];
             store_bits<width>(below, sample);
-            if (count - first >= width && sample[0] < inside && sample[width - 1] < inside)
+            if (count - first >= width && sample[0] < last && sample[width - 1] < last)
                 for (int i = 0; i < width; ++i) {
                     samples_[sample[i]] += here[i];
                     samples_[sample[i] + 1] += next[i];
                 }
             else
-                for (std::uint32_t i = 0; i < width && i < count - first; ++i) put_parts(sample[i], here[i], next[i]);
-            const floats turned_x = carrier_x * turn_x - carrier_y * turn_y;
-            carrier_y = carrier_x * turn_y + carrier_y * turn_x;
-            carrier_x = turned_x;
+                for (std::uint32_t i = 0; i < width && i < count - first; ++i) add_pair(sample[i], here[i], next[i]);
+            const floats next_x = carrier_x * factor_x - carrier_y * factor_y;
+            carrier_y = carrier_x * factor_y + carrier_y * factor_x;
+            carrier_x = next_x;
         }
     }
 
-  private:
-    INSONIFY_FN static vec2 turned(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
 
     INSONIFY_FN vec2 phase(float depth) const {
         const double cycles = cycles_ * static_cast<double>(depth);
-        const auto part = static_cast<float>(cycles - std::floor(cycles));
-        return {std::cos(2 * pi * part), -std::sin(2 * pi * part)};
+        const auto fraction = static_cast<float>(cycles - std::floor(cycles));
+        return {std::cos(2 * pi * fraction), -std::sin(2 * pi * fraction)};
     }
 
-    INSONIFY_FN void put(float depth, vec2 value) const {
-        const float place = clamped(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
-        const float below = std::floor(place);
-        const float share = place - below;
-        put_parts(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - share) * value, share * value);
+    INSONIFY_FN void write(float depth, vec2 value) const {
+        const float position = clamp(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
+        const float below = std::floor(position);
+        const float weight = position - below;
+        add_pair(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - weight) * value, weight * value);
     }
 
-    // As many as a register holds; zeros after the last.
-    template <class = void>
-    INSONIFY_FN INSONIFY_INLINE static lanes<simd_width> some_of(const float* from, std::uint32_t count) {
+    // Loads `count` floats, at most a register; the other lanes are 0.
+    INSONIFY_FN INSONIFY_INLINE static lanes<simd_width> load_some(const float* from, std::uint32_t count) {
         if (count >= simd_width) return load<simd_width>(from);
         float some[simd_width] = {};
         for (std::uint32_t i = 0; i < count; ++i) some[i] = from[i];
@@ -2264,8 +2583,8 @@ class echo_line {
         for (int i = 0; i < simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
     }
 
-    // To a sample, which may lie before the first by wrapping round, and to the next.
-    INSONIFY_FN void put_parts(std::uint32_t sample, vec2 here, vec2 next) const {
+    // Adds to a sample and the next one; an index below 0 wraps around.
+    INSONIFY_FN void add_pair(std::uint32_t sample, vec2 here, vec2 next) const {
         const auto end = static_cast<std::uint32_t>(samples_.size());
         if (sample < end) samples_[sample] += here;
         if (sample + 1 < end) samples_[sample + 1] += next;
@@ -2282,45 +2601,16 @@ class echo_line {
 #ifndef INSONIFY_ACOUSTICS_FRESNEL_HPP
 #define INSONIFY_ACOUSTICS_FRESNEL_HPP
 
-#ifndef INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
-#define INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
-
-#include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Sound that arrives at the border between two media.
-struct incidence {
-    medium before{};     ///< that the sound comes from
-    medium after{};      ///< that it meets
-    float cosine = 1;    ///< of the angle between the beam and the normal of the surface, 0 to 1
-    float frequency = 0; ///< hertz
-};
-
-/// What becomes of it.
-struct response {
-    float reflected = 0;   ///< signed pressure amplitude of the echo, relative to what arrives
-    float transmitted = 1; ///< share of an echo's amplitude that survives crossing there and back
-};
-
-/// How an interface reflects: `fresnel`, or one of your own. Called only where the medium changes.
-template <class Law>
-concept interface_law = requires(const Law& law, const incidence& at) {
-    { law(at) } -> std::same_as<response>;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Cosine of the angle t of the transmitted ray; 0 at and beyond the critical angle, where there is none.
+/// Cosine of the angle of refraction t; 0 at and beyond the critical angle.
 ///
 ///     sin t = (c2 / c1) sin i
 ///     cos^2 t = ((c1 - c2)(c1 + c2) + c2^2 cos^2 i) / c1^2
 ///
-/// The second form, equal to 1 - sin^2 t, keeps its digits at grazing incidence, where speeds that are nearly equal
-/// would leave a difference of two ones. Source: Snell's law, with the speeds of sound c of the two media in m/s.
+/// The second form equals 1 - sin^2 t but does not cancel at grazing incidence between nearly equal speeds.
+/// Source: Snell's law; c1 and c2 are the sound speeds of the two media, m/s.
 /// @param cosine  of the angle of incidence i, 0 to 1
 INSONIFY_FN inline float refracted_cosine(const medium& before, const medium& after, float cosine) {
     const float c1 = before.sound_speed, c2 = after.sound_speed;
@@ -2330,12 +2620,12 @@ INSONIFY_FN inline float refracted_cosine(const medium& before, const medium& af
     return squared > 0 ? std::sqrt(squared) : 0.0F;
 }
 
-/// Direction in which sound goes on behind an interface; {0, 0, 0} where it is totally reflected.
+/// Propagation direction behind an interface; {0, 0, 0} for total reflection.
 ///
 ///     d_t = eta d + (eta cos i - cos t) n,   eta = c2 / c1,   cos i = -n.d
 ///
-/// @param direction  of the arriving sound, length 1; unchanged where the two speeds are equal
-/// @param normal     of the surface, length 1, towards either side
+/// @param direction  d, of the incident wave, length 1; returned unchanged if the two speeds are equal
+/// @param normal     n, of the surface, length 1, on either side
 /// Source: Snell's law in vector form.
 INSONIFY_FN inline vec3 refracted(vec3 direction, vec3 normal, const medium& before, const medium& after) {
     if (before.sound_speed == after.sound_speed) return direction;
@@ -2348,54 +2638,54 @@ INSONIFY_FN inline vec3 refracted(vec3 direction, vec3 normal, const medium& bef
     return eta * direction + turn * normal;
 }
 
-/// The plane interface between two fluids, at any angle: the law of nature where roughness and shear are left out.
+/// Reflection and transmission at the plane interface between two fluids, at any angle of incidence. Roughness and
+/// shear waves are neglected.
 ///
-///     r = (Z2 cos i - Z1 cos t) / (Z2 cos i + Z1 cos t)              pressure reflected
-///     p = 2 Z2 cos i / (Z2 cos i + Z1 cos t) = 1 + r                 pressure transmitted
+///     r = (Z2 cos i - Z1 cos t) / (Z2 cos i + Z1 cos t)              reflected pressure
+///     p = 2 Z2 cos i / (Z2 cos i + Z1 cos t) = 1 + r                 transmitted pressure
 ///     R = r^2,  T = 4 Z1 Z2 cos i cos t / (Z2 cos i + Z1 cos t)^2    energy; R + T = 1
 ///
-/// Z = density times speed in rayl, i and t the angles of incidence and of refraction. At and beyond the critical angle
-/// r = 1 and nothing is transmitted (its phase and the evanescent wave are left out). T is also the product of the
-/// pressures p of the ways there and back, hence what an echo keeps when it crosses twice.
+/// Z = density times sound speed in rayl; i and t are the angles of incidence and of refraction. At and beyond the
+/// critical angle r = 1 and T = 0; the phase of the echo and the evanescent wave are neglected. T is also the product
+/// of p there and back: the fraction of an echo's amplitude that survives both crossings. For media of equal sound
+/// speed r = (density2 - density1) / (density2 + density1) at every angle, exactly 0 for equal media.
 ///
-/// All is computed in float: r and T are quotients of the same two terms, so R + T = 1 within a few roundings whatever
-/// the error of those. That error is as if the angle had been given a rounding away: it matters near the critical angle
-/// alone, where r changes infinitely fast.
-/// Source: Kinsler et al., Fundamentals of Acoustics, oblique incidence on a fluid; for media of equal speed of sound
-/// r = (density2 - density1) / (density2 + density1) at every angle: exactly 0 for equal media.
+/// r and T are quotients of the same two terms, so R + T = 1 within a few roundings. The rounding error of these terms
+/// is equivalent to that of the angle; it is noticeable only near the critical angle, where the slope of r is infinite.
+/// Source: Kinsler et al., Fundamentals of Acoustics, 4th edition, chapter 6.
 struct fresnel {
-    /// Signed pressure of the echo, relative to the pressure that arrives: -1 to 1.
-    /// @param cosine  of the angle of incidence, 0 to 1; here and below
+    /// r: signed pressure of the echo relative to the incident pressure, -1 to 1.
+    /// @param cosine  of the angle of incidence, 0 to 1; also below
     INSONIFY_FN float pressure_reflection(const medium& before, const medium& after, float cosine) const {
         const terms at = terms_of(before, after, cosine);
         return at.transmitted == 0 ? 1.0F : (at.incident - at.transmitted) / (at.incident + at.transmitted);
     }
 
-    /// Pressure behind the interface, relative to the pressure that arrives: 0 to 2; 0 where nothing is transmitted.
+    /// p: pressure behind the interface relative to the incident pressure, 0 to 2; 0 for total reflection.
     INSONIFY_FN float pressure_transmission(const medium& before, const medium& after, float cosine) const {
         const terms at = terms_of(before, after, cosine);
         return at.transmitted == 0 ? 0.0F : 2 * (at.incident / (at.incident + at.transmitted));
     }
 
-    /// Share of the energy that is reflected, 0 to 1.
+    /// R: fraction of the energy that is reflected, 0 to 1.
     INSONIFY_FN float energy_reflection(const medium& before, const medium& after, float cosine) const {
         const float r = pressure_reflection(before, after, cosine);
         return r * r;
     }
 
-    /// Share of the energy that is transmitted, 0 to 1: the same in both directions of one ray.
+    /// T: fraction of the energy that is transmitted, 0 to 1; the same for the reversed ray.
     INSONIFY_FN float energy_transmission(const medium& before, const medium& after, float cosine) const {
         const terms at = terms_of(before, after, cosine);
         const float sum = at.incident + at.transmitted;
         return at.transmitted == 0 ? 0.0F : 4 * (at.incident / sum) * (at.transmitted / sum);
     }
 
-    /// Angle of incidence from which on everything is reflected, radians: asin(c1 / c2); pi / 2 where there is none.
+    /// Critical angle of total reflection, radians: asin(c1 / c2); pi / 2 if there is none.
     INSONIFY_FN float critical_angle(const medium& before, const medium& after) const {
         return before.sound_speed < after.sound_speed ? std::asin(before.sound_speed / after.sound_speed) : pi / 2;
     }
 
-    /// As `interface_law` asks: r, and what an echo keeps there and back, T.
+    /// The interface law: r and T.
     INSONIFY_FN response operator()(const incidence& at) const {
         return {.reflected = pressure_reflection(at.before, at.after, at.cosine),
                 .transmitted = energy_transmission(at.before, at.after, at.cosine)};
@@ -2404,7 +2694,7 @@ struct fresnel {
     friend bool operator==(const fresnel&, const fresnel&) = default;
 
   private:
-    // Z2 cos i and Z1 cos t, up to a factor that cancels; the second is 0 where sound is totally reflected.
+    // Z2 cos i and Z1 cos t, up to a factor that cancels; the second is 0 for total reflection.
     struct terms {
         float incident = 0;
         float transmitted = 0;
@@ -2424,76 +2714,72 @@ struct fresnel {
 #include <cfloat>
 #include <concepts>
 
-/// What a rough surface takes from the mirror echo and scatters instead: Kirchhoff's approximation for heights that are
-/// normally distributed, with the rms height h, the wave number k = 2 pi f / c of the medium before the interface and the
-/// angle of incidence i.
-///
-/// Of the reflected energy R, the mirror keeps R exp(-4 k^2 h^2 cos^2 i); the rest is spread as by Lambert's law.
-/// Source: Beckmann & Spizzichino, The Scattering of Electromagnetic Waves from Rough Surfaces, 1963.
 namespace insonify::inline INSONIFY_ABI {
 
-/// Rms height of an interface, metres: the larger roughness of the two media.
+/// Rms height of an interface, metres: the larger `roughness` of the two media.
 INSONIFY_FN inline float rms_height(const medium& before, const medium& after) {
-    return greater(before.roughness, after.roughness);
+    return max(before.roughness, after.roughness);
 }
 
-/// Spread of the echo's phase over a rough interface, radians rms: 2 k h cos i.
-INSONIFY_FN inline float phase_spread(const incidence& at) {
-    const float wave_number = 2 * pi * at.frequency / at.before.sound_speed;
-    return 2 * wave_number * rms_height(at.before, at.after) * at.cosine;
-}
-
-/// Factor on the amplitude of the mirror echo, 0 to 1: exp(-2 k^2 h^2 cos^2 i); exactly 1 where both media are smooth.
-INSONIFY_FN inline float coherent_amplitude(const incidence& at) {
-    const float spread = phase_spread(at);
-    return std::exp(-spread * spread / 2);
-}
-
-/// Share of the reflected energy that the mirror echo loses and the surface scatters: 1 - exp(-4 k^2 h^2 cos^2 i).
-INSONIFY_FN inline float diffuse_energy(const incidence& at) {
-    const float spread = phase_spread(at);
-    return -std::expm1(-spread * spread);
-}
-
-/// What a roughness law must say of a meeting with a surface: law.coherent(at), the factor on the amplitude of the mirror
-/// echo, and law.diffuse(at), the share of the reflected energy that is scattered instead; both 0 to 1.
+/// A roughness law: law.coherent(incidence) is the factor on the amplitude of the specular echo, and
+/// law.diffuse(incidence) the fraction of the reflected energy that is scattered diffusely; both 0 to 1.
 template <class Law>
 concept roughness_law = requires(const Law& law, const incidence& at) {
     { law.coherent(at) } -> std::convertible_to<float>;
     { law.diffuse(at) } -> std::convertible_to<float>;
 };
 
-/// The usual one: `coherent_amplitude` and `diffuse_energy`.
+/// Kirchhoff's approximation for a surface with normally distributed heights.
+///
+///     phi = 2 k h cos i                  rms phase of the echo, radians
+///     coherent = exp(-phi^2 / 2)         amplitude of the specular echo
+///     diffuse = 1 - exp(-phi^2)          energy, relative to the reflected energy; coherent^2 + diffuse = 1
+///
+/// h is the rms height in metres, k = 2 pi f / c the wave number in the medium before the interface in 1/m, and i the
+/// angle of incidence.
+/// Source: Beckmann & Spizzichino, The Scattering of Electromagnetic Waves from Rough Surfaces, 1963.
 struct kirchhoff {
-    /// Factor on the amplitude of the mirror echo, 0 to 1.
-    INSONIFY_FN float coherent(const incidence& at) const { return coherent_amplitude(at); }
-    /// Share of the reflected energy that is scattered, 0 to 1.
-    INSONIFY_FN float diffuse(const incidence& at) const { return diffuse_energy(at); }
+    /// Factor on the amplitude of the specular echo, 0 to 1; exactly 1 between smooth media.
+    INSONIFY_FN float coherent(const incidence& at) const {
+        const float phase = rms_phase(at);
+        return std::exp(-phase * phase / 2);
+    }
+    /// Fraction of the reflected energy that is scattered diffusely, 0 to 1.
+    INSONIFY_FN float diffuse(const incidence& at) const {
+        const float phase = rms_phase(at);
+        return -std::expm1(-phase * phase);
+    }
+    /// Rms phase of the echo over the rough surface, radians.
+    INSONIFY_FN float rms_phase(const incidence& at) const {
+        const float wave_number = 2 * pi * at.frequency / at.before.sound_speed;
+        return 2 * wave_number * rms_height(at.before, at.after) * at.cosine;
+    }
 
     friend bool operator==(const kirchhoff&, const kirchhoff&) = default;
 };
 
-/// How a diffuse surface spreads what it scatters: power per steradian over intensity times area, cos i cos s / pi.
+/// Power that a diffuse surface scatters per steradian, over incident intensity times area: cos i cos s / pi.
 ///
-/// @param cosine_in   of the angle between the arriving sound and the normal, 0 to 1
-/// @param cosine_out  of the angle between the scattered sound and the normal, 0 to 1
-/// Source: Lambert's law; summed over the half space it gives the arriving power, cos i.
+/// @param cosine_in   of the angle of incidence i, 0 to 1
+/// @param cosine_out  of the angle s between the scattered wave and the normal, 0 to 1
+/// Source: Lambert's law; the integral over the half space is the incident power, cos i.
 INSONIFY_FN constexpr float lambert_lobe(float cosine_in, float cosine_out) { return cosine_in * cosine_out / pi; }
 
-/// A normal of the small facets that make up a rough surface, drawn at random: cos a = u^(1 / (s + 1)) from `normal`.
+/// Samples the normal of a microfacet of a rough surface, at an angle a from the surface normal: cos a = u^(1 / (s +
+/// 1)).
 ///
-/// @param normal    of the surface as a whole, length 1
-/// @param exponent  s: the density of directions falls as cos^s a; 0 is the whole half space, infinity a mirror
-/// @param uniform   two independent numbers in [0, 1): u, and the share of the turn about `normal`
+/// @param normal    of the surface, length 1
+/// @param exponent  s: the density of directions is proportional to cos^s a; 0: uniform in the half space
+/// @param uniform   two independent random numbers in [0, 1): u, and the azimuth in turns
 /// @return          length 1, in the half space of `normal`
 /// Source: Mattausch & Goksel, Monte-Carlo ray tracing for ultrasound, 2016.
 INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 uniform) {
-    // By logarithms, so that sin^2 a = 1 - u^(2 / (s + 1)) keeps its digits for a nearly smooth surface.
-    const float logarithm = std::log(greater(uniform.x, FLT_MIN)) / (exponent + 1);
+    // By logarithms: 1 - u^(2 / (s + 1)) = sin^2 a would cancel for a nearly smooth surface.
+    const float logarithm = std::log(max(uniform.x, FLT_MIN)) / (exponent + 1);
     const float cosine = std::exp(logarithm);
     const float sine = std::sqrt(-std::expm1(2 * logarithm));
     const float azimuth = 2 * pi * uniform.y;
-    const axes_across axes{normal};
+    const detail::orthonormal_basis axes{normal};
     return cosine * normal + sine * (std::cos(azimuth) * axes.first + std::sin(azimuth) * axes.second);
 }
 
@@ -2506,56 +2792,59 @@ INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 unifo
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What a specular law must say: law(angle, fnumber, wavelengths), the share of a smooth facet's echo that an aperture
-/// collects, as amplitude; see `specular_return`.
+/// A specular law: law(angle, fnumber, wavelengths) is the fraction of a specular echo's amplitude that the aperture
+/// collects; see `specular_return`.
 template <class Law>
 concept specular_law = requires(const Law& law, float x) {
     { law(x, x, x) } -> std::convertible_to<float>;
 };
 
-/// How the echo of a smooth surface fades as the surface turns away from the beam by an angle phi.
-enum class specular_lobe {
-    aperture, ///< max(0, 1 - phi / psi), psi = atan(1 / (2 F)): what of the mirrored aperture covers the aperture
-    cosine,   ///< cos^power phi, the "specularity" of Buerger et al. 2013; of a plate at F/2: power 79, at F/4: 270
-    exact     ///< `aperture` with the diffraction at its edges, in closed form
-};
-
-/// Share of a smooth facet's echo that a focused aperture collects: an amplitude, 1 for a facet across the beam.
+/// Fraction of a specular echo's amplitude that a focused aperture collects; 1 at normal incidence.
 ///
-/// Each element of the aperture sees the others mirrored in the facet. An aperture focused on the facet spans the angles
-/// -psi to psi from there; a facet turned by phi sends the ray that came at angle u back at 2 phi - u. In the sum over
-/// all pairs of elements at angles u and v the path is short of the focused one by d (u + v - 2 phi)^2 / 4, hence
+/// Each element receives the mirror images of the others. Seen from a facet at the focus, at depth d, the aperture
+/// spans the angles -psi to psi; a facet tilted by phi reflects a ray from angle u to angle 2 phi - u. For elements at
+/// angles u and v the path is shorter than the focused one by d (u + v - 2 phi)^2 / 4, so the sum over all pairs of
+/// elements is
 ///
-///     L(phi) ~ | integral of max(0, 1 - |a| / psi) exp(-i k d (phi - a)^2) da |,   k d = 2 pi depth / wavelength
+///     L(phi) ~ | integral of max(0, 1 - |a| / psi) exp(-i k d (phi - a)^2) da |,   k d = 2 pi d / wavelength
 ///
-/// the triangle of `aperture` blurred by the Fresnel zone: `exact` is this integral, `aperture` its limit for short
-/// waves. With x = 2 phi sqrt(d / wavelength), and p the same of psi, two integrations by parts leave the triangle and
-/// three waves from the edges,
+/// the triangle of `lobe::aperture` blurred by the Fresnel zone. `lobe::exact` is this integral, `lobe::aperture` its
+/// limit for short wavelengths. With x = 2 phi sqrt(d / wavelength) and p = 2 psi sqrt(d / wavelength), two
+/// integrations by parts give the triangle and three edge waves,
 ///
 ///     L(phi) = |e(x)| / |e(0)|,   e(x) = (1 - i) max(0, p - |x|) - w(x + p) + 2 w(x) - w(x - p)
 ///     w(x) = (x g(x) + i (1/pi - x f(x))) exp(-i pi x^2 / 2)   for x >= 0,   w(-x) = w(x)
 ///
-/// where f and g are the auxiliary functions of the Fresnel integrals. Small angles and one frequency are assumed.
-/// Against a wide-band simulation of a plate in the focus, 30 mm deep at F/2, for 2.5, 5 and 7.5 MHz: above -12 dB
-/// `exact` is within 0.51, 0.19 and 0.23 dB, `aperture` within 1.22, 0.83 and 0.75 dB; -6 dB, there at 7.71, 7.52 and
-/// 7.43 degrees, lies at 7.71, 7.39 and 7.37 with `exact` and at 7.02 with `aperture`.
+/// where f and g are the auxiliary functions of the Fresnel integrals. Angles are assumed small, and the pulse
+/// narrowband.
+///
+/// Compared with a broadband simulation of a plate at the focus, 30 mm deep, F/2, at 2.5, 5 and 7.5 MHz: above -12 dB
+/// `exact` deviates by at most 0.51, 0.19 and 0.23 dB, `aperture` by 1.22, 0.83 and 0.75 dB. The -6 dB angles are 7.71,
+/// 7.52 and 7.43 degrees in the simulation, 7.71, 7.39 and 7.37 with `exact`, and 7.02 with `aperture`.
 /// Source: the image-source method; Abramowitz & Stegun, section 7.3, for f and g.
 struct specular_return {
-    specular_lobe lobe = specular_lobe::aperture; ///< how it fades
-    float power = 1;                              ///< of `cosine`
+    /// How the echo decreases with the angle phi between the beam and the surface normal.
+    enum class lobe {
+        aperture, ///< max(0, 1 - |phi| / psi), psi = atan(1 / (2 F)): overlap of the aperture and its mirror image
+        cosine,   ///< cos^power phi, the specularity of Buerger et al. 2013; a plate at F/2 has power 79, at F/4 270
+        exact     ///< `aperture` with diffraction at its edges, in closed form
+    };
 
-    /// @param angle        between the beam and the facet's normal, in the plane of the aperture, radians, any sign
-    /// @param fnumber      depth of the facet over the width of the aperture
-    /// @param wavelengths  depth of the facet over the wavelength, above 0; read by `exact` alone
+    enum lobe lobe = lobe::aperture; ///< shape of the lobe
+    float power = 1;                 ///< exponent of `lobe::cosine`
+
+    /// @param angle        phi: from the beam to the surface normal, in the plane of beam and aperture, radians
+    /// @param fnumber      F: depth of the facet over the width of the aperture
+    /// @param wavelengths  depth of the facet over the wavelength, above 0; used by `lobe::exact` only
     INSONIFY_FN float operator()(float angle, float fnumber, float wavelengths) const {
-        if (lobe == specular_lobe::cosine) return std::pow(greater(std::cos(angle), 0), power);
+        if (lobe == lobe::cosine) return std::pow(max(std::cos(angle), 0), power);
         const float edge = std::atan(1 / (2 * fnumber));
-        if (lobe == specular_lobe::aperture) return greater(0, 1 - std::fabs(angle) / edge);
+        if (lobe == lobe::aperture) return max(0, 1 - std::fabs(angle) / edge);
         const float scale = 2 * std::sqrt(wavelengths);
         return length(collected(scale * std::fabs(angle), scale * edge)) / length(collected(0, scale * edge));
     }
 
-    /// @throws usage_error  where the power makes no sense
+    /// @throws usage_error  if `power` is out of range
     void check() const {
         if (!is_finite(power) || !(power >= 0))
             throw usage_error{"specular_return: `power` must be a finite number, 0 or more"};
@@ -2564,12 +2853,12 @@ struct specular_return {
     friend bool operator==(const specular_return&, const specular_return&) = default;
 
   private:
-    // e(x); real and imaginary part
+    // e(x), as real and imaginary part.
     INSONIFY_FN static vec2 collected(float x, float p) {
-        return greater(0, p - x) * vec2{1, -1} - edge_wave(x + p) + 2.0F * edge_wave(x) - edge_wave(std::fabs(x - p));
+        return max(0, p - x) * vec2{1, -1} - edge_wave(x + p) + 2.0F * edge_wave(x) - edge_wave(std::fabs(x - p));
     }
 
-    // w(x) for x >= 0, within 2e-4: both polynomials fall off with the powers of x that x g and 1/pi - x f fall off with.
+    // w(x) for x >= 0, within 2e-4. The polynomials decay with the same powers of x as x g and 1/pi - x f.
     INSONIFY_FN static vec2 edge_wave(float x) {
         const float t = 1 / (1 + x / 1.4F);
         const float real =
@@ -2590,84 +2879,85 @@ struct specular_return {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Where an echo is displayed: at its travel time through the media, or as if sound had `display_speed` in all of them.
+/// Depth at which an echo is displayed: by its travel time through the media, or as if all had `display_speed`.
 enum class timing { sound_speed, uniform };
 
-/// Angle at which beams meet surfaces: as they do, or as if each were met head on.
+/// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
 enum class angle { oblique, normal };
 
-/// How attenuation treats the pulse: as one frequency, or as a band of them, which loses less (see `attenuated`). The
-/// echo's carrier stays where it is: `attenuated` tells by how much it would sink.
-enum class pulse_band { narrow, broad };
+/// Bandwidth of the pulse under attenuation: a single frequency, or a Gaussian spectrum, which loses less
+/// (`attenuated`). The downshift of its centre is neglected.
+enum class pulse_bandwidth { narrow, broad };
 
-/// What has become of the sound on its way along a line.
+/// State of the wave at a point of its path.
 struct echo_path {
     float shown = 0;   ///< displayed depth, metres
-    float lost_db = 0; ///< to attenuation, there and back
-    float passed = 1;  ///< amplitude that interfaces have let through, there and back
+    float lost_db = 0; ///< attenuation so far, there and back, dB
+    float passed = 1;  ///< factor on amplitude of the interfaces so far, there and back
 };
 
-/// The pulse-echo model: pressure amplitudes, complex and at baseband, ready for `convolve`.
+/// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
 ///
-///     interface   r(i) exp(-2 k^2 h^2 cos^2 i) L(phi) + diffuse,  at its travel time        specular echo, roughness
-///     between     backscatter * 10^(-55/20) * complex Gaussian field                         texture of the tissue
-///     both times  product of what interfaces let through there and back * 10^(-loss / 20)    what arrives
+///     specular   T A r(i) exp(-2 k^2 h^2 cos^2 i) L(phi_x) L(phi_y)          `fresnel`, `kirchhoff`, `specular_return`
+///     diffuse    T A sqrt(r^2 (1 - exp(-4 k^2 h^2 cos^2 i)) 0.166 / (Fx Fy)) cos i, rms
+///     speckle    T A backscatter 10^(texture_db / 20), rms                   `gaussian_field`
 ///
-/// Of the echo of a tilted surface `convolve` and the planes of the slice take a part, for its phase differs from line to
-/// line; L contains that already, so it is divided out beforehand.
+/// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation there and back
+/// (`echo_loss`). r is the pressure reflection at the angle of incidence i, k the wave number in 1/m, h the rms height
+/// in m; phi and F are tilt and F-number in the slice plane (x) and out of it (y).
 ///
-/// Amplitude 1 is the echo of a perfect mirror met head on without attenuation. An echo a displayed at depth z is written
-/// as a exp(-j 4 pi f0 z / c0), divided between the two samples beside it.
-/// @tparam Boundary    an `interface_law`: what is reflected and what goes on
-/// @tparam Scattering  a `scattering_field`: the texture
-/// @tparam Specular    a `specular_law`: what the aperture collects of mirror echoes
-/// @tparam Roughness   a `roughness_law`: what rough surfaces take from them and scatter
-/// @tparam Attenuation an `attenuation_law`
+/// Amplitude 1 is the echo of a perfect mirror at normal incidence without attenuation. `echo_line` defines how an echo
+/// is written to the samples. Source: see each law.
+/// @tparam Boundary    an `interface_law`: reflection and transmission
+/// @tparam Scattering  a `scattering_field`: the speckle
+/// @tparam Specular    a `specular_law`: the fraction of specular echoes that the aperture collects
+/// @tparam Roughness   a `roughness_law`: coherent and diffuse echoes of rough surfaces
+/// @tparam Attenuation an `attenuation_law`: dB per metre
 template <interface_law Boundary = fresnel, scattering_field Scattering = gaussian_field<>,
           specular_law Specular = specular_return, roughness_law Roughness = kirchhoff,
           attenuation_law Attenuation = power_law>
 struct physical {
-    using sample_type = vec2; ///< in phase, in quadrature
+    using sample_type = vec2; ///< in-phase and quadrature component
 
-    Boundary boundary{};                                      ///< what interfaces reflect and let through
-    Scattering scattering{};                                  ///< texture
-    Specular specular{};                                      ///< what the aperture collects of mirror echoes
-    insonify::timing timing = insonify::timing::sound_speed;  ///< where echoes are displayed
-    insonify::angle angle = insonify::angle::oblique;         ///< at which surfaces are met
-    insonify::pulse_band band = insonify::pulse_band::narrow; ///< what attenuation does to a pulse
-    float texture_db = -55;                                   ///< echo of liver's texture against a perfect mirror
-    float shadow_floor_db = -FLT_MAX; ///< no shadow is deeper than this below what the background would let through
+    Boundary boundary{};                                     ///< reflection and transmission at interfaces
+    Scattering scattering{};                                 ///< speckle
+    Specular specular{};                                     ///< fraction of specular echoes that the aperture collects
+    insonify::timing timing = insonify::timing::sound_speed; ///< depth at which echoes are displayed
+    insonify::angle angle = insonify::angle::oblique;        ///< of incidence
+    insonify::pulse_bandwidth bandwidth = insonify::pulse_bandwidth::narrow; ///< of the pulse under attenuation
+    float texture_db = -55;           ///< level of the speckle of liver relative to a perfect mirror
+    float shadow_floor_db = -FLT_MAX; ///< lower bound on transmission relative to the background alone
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
-    Roughness roughness{};            ///< what rough surfaces scatter
-    Attenuation attenuation{};        ///< dB a metre
+    Roughness roughness{};            ///< of surfaces
+    Attenuation attenuation{};        ///< dB per metre, there and back
 
-    /// The same model with another law at interfaces.
+    /// The same model with another interface law.
     template <interface_law Law>
     physical<Law, Scattering, Specular, Roughness, Attenuation> with_boundary(const Law& law) const {
         return with(law, scattering, specular, roughness, attenuation);
     }
-    /// The same model with another texture.
+    /// The same model with another scatterer field.
     template <scattering_field Field>
     physical<Boundary, Field, Specular, Roughness, Attenuation> with_scattering(const Field& field) const {
         return with(boundary, field, specular, roughness, attenuation);
     }
-    /// The same model with another specular return.
+    /// The same model with another specular law.
     template <specular_law Law>
     physical<Boundary, Scattering, Law, Roughness, Attenuation> with_specular(const Law& law) const {
         return with(boundary, scattering, law, roughness, attenuation);
     }
-    /// The same model with other rough surfaces.
+    /// The same model with another roughness law.
     template <roughness_law Law>
     physical<Boundary, Scattering, Specular, Law, Attenuation> with_roughness(const Law& law) const {
         return with(boundary, scattering, specular, law, attenuation);
     }
-    /// The same model with another attenuation.
+    /// The same model with another attenuation law.
     template <attenuation_law Law>
     physical<Boundary, Scattering, Specular, Roughness, Law> with_attenuation(const Law& law) const {
         return with(boundary, scattering, specular, roughness, law);
     }
 
-    /// @throws usage_error  naming the setting that makes no sense
+    /// @throws usage_error  if a setting is out of range
     void check() const {
         if (!is_finite(texture_db)) throw usage_error{"physical: `texture_db` must be a finite number of dB"};
         if (!(shadow_floor_db <= 0))
@@ -2677,30 +2967,45 @@ struct physical {
         if constexpr (requires { specular.check(); }) specular.check();
     }
 
-    /// Samples of a line where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
+    /// Default number of samples of a line, for a pulse of 2.5 cycles: see `samples_for`.
     INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
         return samples_for(depth, nominal_sigma(frequency));
     }
 
-    /// Sound fast on its way is displayed early: the line goes on until the time is spent, and a little further, so that
-    /// no scatterer is cut at the last sample.
-    INSONIFY_FN float reach(float depth, view<const medium> media) const {
+    /// Length of the line to trace, metres: at least as far as sound in the fastest medium travels in the time of the
+    /// last sample, with a margin for the scatterers of that sample.
+    INSONIFY_FN float max_depth(float depth, view<const medium> media) const {
         float fastest = display_speed;
-        for (const medium& m : media) fastest = greater(fastest, m.sound_speed);
+        for (const medium& m : media) fastest = max(fastest, m.sound_speed);
         return 1e-3F + (timing == insonify::timing::sound_speed ? depth * fastest / display_speed : depth);
     }
 
-    /// Of texture on neighbouring lines, and of the diffuse echoes of rough surfaces; see `scattering_field`.
-    INSONIFY_FN float covariance(float apart, float turned) const { return scattering.covariance(apart, turned); }
-    /// The same of the diffuse echoes of rough surfaces.
-    INSONIFY_FN float surface_covariance(float apart, float turned) const {
-        return surface_field().covariance(apart, turned);
+    /// Covariance of the speckle of two lines: see `scattering_field`.
+    INSONIFY_FN float covariance(float distance, float radians) const {
+        return scattering.covariance(distance, radians);
+    }
+    /// Covariance of the diffuse echoes of rough surfaces on two lines.
+    INSONIFY_FN float surface_covariance(float distance, float radians) const {
+        return surface_field().covariance(distance, radians);
     }
 
-    /// Adds the echoes of one line to samples that start at 0; sample k stands at displayed depth (k + 1/2) * spacing.
+    /// Reflection and transmission of an interface by the model's interface law.
+    INSONIFY_FN response at_interface(incidence at) const {
+        if (angle == insonify::angle::normal) at.cosine = 1;
+        return boundary(at);
+    }
+    /// Attenuation of an echo per metre of a medium, there and back, dB/m; the frequency is in hertz.
+    INSONIFY_FN float loss(const medium& m, float frequency) const { return attenuation(m, frequency); }
+
+    /// Adds the echoes of one line to samples that start at 0; sample k lies at displayed depth (k + 1/2) * spacing.
     template <class Policy>
     INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<vec2> out) const {
-        const echo_line echoes{out, spacing, line.frequency};
+        emit(line, echo_line{out, spacing, line.frequency});
+    }
+
+    /// Emits the echoes of one line to `echoes`: an `echo_line`, or another type with its members.
+    template <class Echoes>
+    INSONIFY_FN void emit(const traced_line& line, const Echoes& echoes) const {
         echo_path path{};
         for (std::size_t i = 0; i < line.layers.size() && path.shown < echoes.depth(); ++i) {
             add_layer(line, line.layers[i], path, echoes);
@@ -2709,41 +3014,50 @@ struct physical {
         }
     }
 
-    /// Adds the texture of a layer, which `path` then has gone through.
+    /// Emits the speckle of a layer and advances `path` to its end.
+    template <class Echoes>
     INSONIFY_FN void add_layer(const traced_line& line, const layer& here, echo_path& path,
-                               const echo_line& echoes) const {
+                               const Echoes& echoes) const {
         const medium& m = line.media[here.medium];
-        add_texture(line, here, m, path, echoes);
+        add_speckle(line, here, m, path, echoes);
         path.shown += (here.end - here.begin) * stretch(m);
         path.lost_db += (here.end - here.begin) * attenuation(m, line.frequency);
     }
 
-    /// Adds the echo of the surface between two layers, at which `path` stands; returns what the law says of it.
+    /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
+    /// interface.
+    template <class Echoes>
     INSONIFY_FN response add_interface(const traced_line& line, const layer& above, const layer& below,
-                                       const echo_path& path, const echo_line& echoes) const {
+                                       const echo_path& path, const Echoes& echoes) const {
         const medium &before = line.media[above.medium], &after = line.media[below.medium];
-        const bool head_on = angle == insonify::angle::normal;
-        const float cosine = head_on ? 1.0F : below.cosine;
-        const vec2 tilt = head_on ? vec2{0, 0} : below.tilt;
-        const incidence meeting{before, after, cosine, line.frequency};
-        const response met = boundary(meeting);
-        const beam_sample beam = line.beam.at(path.shown);
+        const bool normal_incidence = angle == insonify::angle::normal;
+        const float cosine = normal_incidence ? 1.0F : below.cosine;
+        const vec2 tilt = normal_incidence ? vec2{0, 0} : below.tilt;
+        const incidence at{before, after, cosine, line.frequency};
+        const response wave = at_interface(at);
+        const float fnumber = line.aperture.fnumber(path.shown), elevation_fnumber = line.aperture.elevation_fnumber;
         const float arrived = arriving(line, path.passed, path.lost_db, path.shown);
 
-        const float wavelengths = greater(path.shown, 1e-4F) * line.frequency / display_speed;
+        const float wavelengths = max(path.shown, 1e-4F) * line.frequency / display_speed;
         const vec2 slope = stretch(before) * slope_of(tilt);
-        const float collected = specular(tilt.x, beam.fnumber, wavelengths) *
-                                specular(tilt.y, beam.elevation_fnumber, wavelengths) /
-                                (across_the_lines(line, slope.x, beam) * across_the_planes(line, slope.y, path.shown));
-        const float coherent = arrived * met.reflected * roughness.coherent(meeting) * collected;
-        if (coherent != 0) echoes.add(path.shown, {coherent, 0});
+        const float collected =
+            specular(tilt.x, fnumber, wavelengths) * specular(tilt.y, elevation_fnumber, wavelengths);
+        const float coherent = arrived * wave.reflected * roughness.coherent(at) * collected;
+        if (coherent != 0) echoes.surface(path.shown, coherent, slope);
 
-        // A Lambert lobe over the array's solid angle, by an independent calibration: 0.166 / (F#x F#y).
-        const float scattered = met.reflected * met.reflected * roughness.diffuse(meeting);
-        const float diffuse =
-            arrived * std::sqrt(scattered * 0.166F / (beam.fnumber * beam.elevation_fnumber)) * cosine;
-        if (diffuse > 0) add_diffuse(line, below, stretch(before), slope, diffuse, path, echoes);
-        return met;
+        // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
+        const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
+        const float diffuse = arrived * std::sqrt(scattered * 0.166F / (fnumber * elevation_fnumber)) * cosine;
+        if (diffuse > 0) {
+            const pose place = line.places.empty() ? pose{} : line.places[below.place];
+            const material_line inside = in_object(line.frame, place, below.object);
+            const gaussian_field<> field = surface_field();
+            const float displayed = stretch(before);
+            echoes.rough_surface(path.shown, diffuse, slope, [&](float offset) {
+                return field.value(inside, below.begin + offset / displayed, scatterer_spacing(line.frequency));
+            });
+        }
+        return wave;
     }
 
     friend bool operator==(const physical&, const physical&) = default;
@@ -2751,143 +3065,73 @@ struct physical {
   private:
     template <class A, class B, class C, class D, class E>
     physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
-        return {a, b, c, timing, angle, band, texture_db, shadow_floor_db, seed, d, e};
+        return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e};
     }
 
-    // Displayed metres a metre of the medium.
+    // Displayed depth per metre of the medium.
     INSONIFY_FN float stretch(const medium& m) const {
         return timing == insonify::timing::sound_speed ? displayed_stretch(m) : 1.0F;
     }
 
-    INSONIFY_FN static float amplitude_of(float decibels) { return std::exp2(0.16609640F * decibels); } // log2(10) / 20
-
-    // Of a pulse of 2.5 cycles, whose bandwidth is 1.61 / 2.5.
+    // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
     INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
 
     INSONIFY_FN static float sigma_of(const traced_line& line) {
         return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
     }
 
-    // Amplitude that arrives and comes back, `lost_db` down a line at displayed depth `shown`.
+    // Amplitude T A of an echo from displayed depth `shown`, after an attenuation of `lost_db`.
     INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown) const {
         const float frequency = line.frequency;
-        const float peak_loss = band == insonify::pulse_band::broad
-                                    ? attenuated(lost_db, frequency, nominal_bandwidth(line)).loss_db
+        const float peak_loss = bandwidth == insonify::pulse_bandwidth::broad
+                                    ? attenuated(lost_db, frequency, bandwidth_of(line)).loss_db
                                     : lost_db;
-        const float direct = passed * amplitude_of(-peak_loss);
+        const float direct = passed * amplitude_of_decibels(-peak_loss);
         if (shadow_floor_db == -FLT_MAX) return direct;
-        return greater(direct, amplitude_of(shadow_floor_db - shown * attenuation(line.media[0], frequency)));
+        return max(direct, amplitude_of_decibels(shadow_floor_db - shown * attenuation(line.media[0], frequency)));
     }
 
-    INSONIFY_FN static float nominal_bandwidth(const traced_line& line) {
-        return axial_sigma(sigma_of(line), line.frequency); // the formula is its own inverse
+    INSONIFY_FN static float bandwidth_of(const traced_line& line) {
+        return axial_sigma(sigma_of(line), line.frequency); // axial_sigma is its own inverse
     }
 
-    INSONIFY_FN void add_texture(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
-                                 const echo_line& echoes) const {
+    template <class Echoes>
+    INSONIFY_FN void add_speckle(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
+                                 const Echoes& echoes) const {
         if (!(m.backscatter > 0)) return;
-        const float shrink = stretch(m), loss = attenuation(m, line.frequency);
+        const float displayed = stretch(m), loss = attenuation(m, line.frequency);
         const float sigma = sigma_of(line);
-        const float slot = lesser(slot_of(line.frequency), 0.5F * sigma / shrink); // fine for slow media too
-        const float along = std::sqrt(std::sqrt(pi) * sigma / (slot * shrink)); // root of the pulse's power over slots
-        const float level = m.backscatter * amplitude_of(texture_db) / along;
+        const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
+        // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
+        const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
+        const float level = m.backscatter * amplitude_of_decibels(texture_db) / pulse_gain;
         const pose place = line.places.empty() ? pose{} : line.places[here.place];
-        const float end = lesser(here.end, here.begin + (echoes.depth() - path.shown) / shrink + slot);
+        const float end = min(here.end, here.begin + (echoes.depth() - path.shown) / displayed + slot);
         const material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
         scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
-            const auto at = [&](float distance) {
-                const float into = distance - here.begin, shown = path.shown + into * shrink;
-                const beam_sample beam = line.beam.at(shown);
-                return lesser(level * beam.incoherent * upright(line.frequency, run.slope * shrink, beam) *
-                                  arriving(line, path.passed, path.lost_db + into * loss, shown),
-                              1e20F); // so that sums stay finite, whatever the medium
+            const auto level_at = [&](float distance) {
+                const float into = distance - here.begin;
+                const float arrived =
+                    arriving(line, path.passed, path.lost_db + into * loss, path.shown + into * displayed);
+                return min(level * arrived, 1e20F); // keeps sums finite
             };
-            const float length = run.step * static_cast<float>(run.count);
-            const float first = at(run.first), last = at(run.first + length);
-            // At -300 dB nothing is heard, and ratios to less might overflow.
-            const float ratio =
-                first > 1e-15F && last > 0 ? std::exp2(std::log2(last / first) / static_cast<float>(run.count)) : 1.0F;
-            echoes.add(path.shown + (run.first - here.begin) * shrink, run.step * shrink, run.count, run.real,
-                       run.imaginary, first, ratio);
+            echoes.scatterers({.depth = path.shown + (run.first - here.begin) * displayed,
+                               .step = run.step * displayed,
+                               .count = run.count,
+                               .real = run.real,
+                               .imaginary = run.imaginary,
+                               .first_level = level_at(run.first),
+                               .last_level = level_at(run.first + run.step * static_cast<float>(run.count)),
+                               .slope = run.slope * displayed});
         });
     }
 
-    // No echo is raised further than by one over this: of a surface that is curved or small less is taken.
-    static constexpr float least_share = 0.15F;
-
-    // What `convolve` will take from the echo of a tilted surface, because its phase and depth differ from line to line.
-    // The specular return contains that already, so it is divided out. A slope of s metres of depth a metre across gives
-    // the lines' Gaussian, narrowed to where the pulse still reaches, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and
-    // its spectrum at the phase's slope of 4 pi f0 s / c0 and at the nearest aliases of the lines.
-    INSONIFY_FN static float across_the_lines(const traced_line& line, float slope, const beam_sample& beam) {
-        if (!(beam.lateral_sigma > 0) || !(beam.line_spacing > 0)) return 1;
-        const float sigma_z = sigma_of(line);
-        const float narrowed = 1 / std::sqrt(1 + square(beam.lateral_sigma * slope / sigma_z));
-        const float phase = phase_per_metre(line.frequency) * slope, alias = 2 * pi / beam.line_spacing;
-        const float nearest = phase - alias * std::floor(phase / alias + 0.5F);
-        float met = 0, all = 0;
-        for (int i = -1; i <= 1; ++i) {
-            const float shift = static_cast<float>(i) * alias;
-            met += std::exp(-0.5F * square(narrowed * beam.lateral_sigma * (nearest + shift)));
-            all += std::exp(-0.5F * square(beam.lateral_sigma * shift));
-        }
-        return greater(narrowed * met / all, least_share);
-    }
-
-    // The same for the planes of the slice.
-    INSONIFY_FN static float across_the_planes(const traced_line& line, float slope, float shown) {
-        const float left = line.beam.across_the_planes(shown, slope, sigma_of(line), phase_per_metre(line.frequency));
-        return greater(left, least_share);
-    }
-
-    // Metres of displayed depth a metre across, for a surface so much tilted.
+    // Change of depth per metre across the line, for a surface of this tilt.
     INSONIFY_FN static vec2 slope_of(vec2 tilt) {
-        return {std::tan(clamped(tilt.x, -1.4F, 1.4F)), std::tan(clamped(tilt.y, -1.4F, 1.4F))};
-    }
-
-    // Radians of an echo's phase a metre of displayed depth.
-    INSONIFY_FN static float phase_per_metre(float frequency) { return 4 * pi * frequency / display_speed; }
-
-    // The level of texture is that of scatterers whose echoes on neighbouring lines have one depth. On a slope their
-    // phases part: of two lines d apart by 4 pi f0 s d / c0, and what they have in common counts by its cosine.
-    INSONIFY_FN static float upright(float frequency, vec2 slope, const beam_sample& beam) {
-        const vec2 spread =
-            square(phase_per_metre(frequency)) * slope * slope * beam.alike; // mean square of the angles
-        return std::exp(0.25F * lesser(spread.x + spread.y, 4));
+        return {std::tan(clamp(tilt.x, -1.4F, 1.4F)), std::tan(clamp(tilt.y, -1.4F, 1.4F))};
     }
 
     INSONIFY_FN gaussian_field<> surface_field() const { return {.seed = seed}; }
-
-    // Metres along the line that a scatterer of texture stands for.
-    INSONIFY_FN static float slot_of(float frequency) { return display_speed / (8 * frequency); }
-
-    // A rough surface is spread over the depths that the line's width and height cover on it: independent parts, of one
-    // power in all, for otherwise a steep one would be a staircase.
-    //
-    // Its level is that of a surface met head on. On a slope two lines d apart meet it s d deeper: other slots, with
-    // other phases. Both Gaussian, what they have in common falls by exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l are 0.632
-    // slots, over which the field is alike, and k the phase a metre; at the end they have nothing in common.
-    INSONIFY_FN void add_diffuse(const traced_line& line, const layer& below, float shrink, vec2 slope, float amplitude,
-                                 const echo_path& path, const echo_line& echoes) const {
-        const pose place = line.places.empty() ? pose{} : line.places[below.place];
-        const material_line inside = in_object(line.frame, place, below.object);
-        const gaussian_field<> surface = surface_field();
-        const beam_sample beam = line.beam.at(path.shown);
-        const float slot = slot_of(line.frequency);
-        const float per_metre = 1 / square(0.632F * slot) + square(phase_per_metre(line.frequency));
-        const vec2 apart = vec2{1, 1} + slope * slope * beam.surface_alike * per_metre;
-        const float spread = lesser(beam.line_spacing * std::fabs(slope.x) + line.height * std::fabs(slope.y), 3e-3F);
-        const float part = greater(0.5F * sigma_of(line), 1e-6F);
-        const auto parts = static_cast<int>(std::ceil(spread / part)) + 1;
-        const float level = lesser(beam.surface_incoherent * std::sqrt(std::sqrt(apart.x * apart.y)), beam.independent);
-        const float each = amplitude * level / std::sqrt(static_cast<float>(parts));
-        for (int i = 0; i < parts; ++i) {
-            const float deeper = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
-            echoes.add(path.shown + deeper, surface.value(inside, below.begin + deeper / shrink, slot) * each);
-        }
-    }
-
-    INSONIFY_FN static float square(float x) { return x * x; }
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -2895,86 +3139,47 @@ struct physical {
 #ifndef INSONIFY_ACOUSTICS_TISSUE_HPP
 #define INSONIFY_ACOUSTICS_TISSUE_HPP
 
-#ifndef INSONIFY_CORE_LATER_HPP
-#define INSONIFY_CORE_LATER_HPP
-
-
-/// For templates that work on what does not depend on their parameters: vectors, and what holds them, spans, optionals. Such
-/// a type is completed where a compiler reads the template, also one that nobody uses, and its constexpr functions, which
-/// since C++20 those of std::vector are, are instantiated where it reads a call. Every file that includes this library
-/// would pay for that. So types are told only when the template is used:
-///
-///     INSONIFY_LAZY void grow() { later<Later>(values_).push_back(1); }
-///     INSONIFY_LAZY later_t<Later, std::span<float>> values() { return values_; }
-namespace insonify::inline INSONIFY_ABI {
-
-/// What `later_t` asks.
-template <class Later, class T>
-struct later_type {
-    using type = T; ///< whatever Later is
-};
-/// T, as soon as Later is known.
-template <class Later, class T>
-using later_t = typename later_type<Later, T>::type;
-
-/// The value itself, of a type that is told as soon as Later is known.
-template <class Later, class T>
-later_t<Later, T>& later(T& value) {
-    return value;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #include <optional>
 #include <string_view>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Amplitude of a level in whole decibels: 10^(level / 20).
-constexpr float amplitude_of_decibels(int level) {
-    constexpr double step = 1.1220184543019634356; // 10^(1/20)
-    double amplitude = 1;
-    for (; level > 0; --level) amplitude *= step;
-    for (; level < 0; ++level) amplitude /= step;
-    return static_cast<float>(amplitude);
-}
-
-/// Media of the body, of tools and of phantoms: rounded picks between published values, none a copy of one database.
+/// Media of the body, of instruments and of phantoms. The values are rounded choices within the published range; none
+/// is copied from a single database.
 ///
-/// The short names of the sources:
-/// IT'IS: tissue database of the IT'IS Foundation, V4.1. Fernandes: Fernandes et al., Bioengineering 2025 12:946.
-/// raysim: its material table. Buerger: the open re-implementation of Buerger et al. 2013. Sensors: 2023 23:5942.
-/// Diagnostics: 2023 13:855. Mech. Mater.: 2012 44:174. Lu: Lu et al., Ultrasound Med. Biol. 1999. Fei: Fei & Shung,
-/// J. Acoust. Soc. Am. 1985. k-Wave, PyMUST, BabelBrain: the documentation of these programs. Szabo, Culjat: as
-/// commonly quoted. Spirou: 2005. Browne: 2003. Gammex: guide of the 405 phantoms. CIRS: pages of the 040GSE. ISO:
-/// 9613. ASTM: E494. "Convention" marks what no document was read for; backscatter is mostly such: what looks right in
-/// a clinic. Attenuation differs between laboratories by up to a factor of 2 for one tissue, speed by less than a
-/// percent.
+/// Sources, by their short names: IT'IS: tissue database of the IT'IS Foundation, V4.1. Fernandes: Fernandes et al.,
+/// Bioengineering 2025 12:946. raysim: its material table. Buerger: the open re-implementation of Buerger et al. 2013.
+/// Sensors: 2023 23:5942. Diagnostics: 2023 13:855. Mech. Mater.: 2012 44:174. Lu: Lu et al., Ultrasound Med. Biol.
+/// 1999. Fei: Fei & Shung, J. Acoust. Soc. Am. 1985. k-Wave, PyMUST, BabelBrain: the documentation of these programs.
+/// Szabo, Culjat: as commonly quoted. Spirou: 2005. Browne: 2003. Gammex: guide to the 405 phantoms. CIRS: data of the
+/// 040GSE. ISO: 9613. ASTM: E494. "Convention" marks values without a published source; this includes most backscatter
+/// levels, which follow the clinical appearance. Published attenuation of one tissue varies between laboratories by up
+/// to a factor of 2, sound speed by less than one percent.
 ///
-/// Roughness is a choice: 30 um for bone, 20 um for soft solids, 2 um for polished metal, 0 for liquids and gases.
+/// Roughness is by convention: 30 um for bone, 20 um for soft solids, 2 um for polished metal, 0 for liquids and gases.
 namespace tissue {
 
 // clang-format off
-// density, sound speed, attenuation at 1 MHz, its power, backscatter, roughness
+// density, sound speed, attenuation at 1 MHz, exponent of frequency, backscatter, roughness
 
 /// Degassed, at 20 degrees Celsius. Sources: IT'IS, raysim, Sensors, Diagnostics, k-Wave (attenuation).
 inline constexpr medium water{998, 1482, 0.00217_dB_per_cm, 2, 0, 0};
 
-/// Saline of 0.9 % at 25 degrees, a local anaesthetic as well. Convention: like water.
+/// 0.9 % saline at 25 degrees; also a local anaesthetic. Convention: as water.
 inline constexpr medium saline{1004, 1505, 0.0022_dB_per_cm, 2, 0, 0};
 
-/// At 37 degrees. Sources: IT'IS (0.206 f^1.05), raysim (0.18 f), Buerger, Diagnostics, Szabo (0.14 f^1.21: followed).
+/// At 37 degrees. Sources: IT'IS (0.206 f^1.05), raysim (0.18 f), Buerger, Diagnostics, Szabo (0.14 f^1.21, adopted).
 inline constexpr medium blood{1055, 1575, 0.15_dB_per_cm, 1.2F, amplitude_of_decibels(-20), 0};
 
-/// Under the skin. Sources: IT'IS (0.38 to 0.61 dB/cm), Fernandes, raysim (0.63), Sensors (0.8), Diagnostics,
+/// Subcutaneous. Sources: IT'IS (0.38 to 0.61 dB/cm), Fernandes, raysim (0.63), Sensors (0.8), Diagnostics,
 /// Mech. Mater.
 inline constexpr medium fat{930, 1455, 0.6_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um};
 
 /// Dermis. Sources: IT'IS, Fernandes, Sensors, Diagnostics, Buerger, Mech. Mater.
-/// Its attenuation is given as 0.35 (Diagnostics), 1.0 (Buerger) and 1.84 dB/cm (IT'IS): here the middle.
+/// Published attenuation: 0.35 (Diagnostics), 1.0 (Buerger) and 1.84 dB/cm (IT'IS); an intermediate value is adopted.
 inline constexpr medium skin{1110, 1625, 1.2_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};
 
-/// Skeletal, the beam across its fibres. Sources: IT'IS, Fernandes, raysim, Sensors, Diagnostics, Mech. Mater.
+/// Skeletal, with the beam across its fibres. Sources: IT'IS, Fernandes, raysim, Sensors, Diagnostics, Mech. Mater.
 /// Anisotropic: 0.96 dB/cm across the fibres, 1.40 along them (Diagnostics); 1562 and 1599 m/s (Fernandes).
 inline constexpr medium muscle{1075, 1580, 1.0_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um};
 
@@ -2984,19 +3189,19 @@ inline constexpr medium tendon{1130, 1750, 1.8_dB_per_cm, 1.1F, amplitude_of_dec
 /// Connective tissue. Sources: Diagnostics (attenuation), Culjat (density and speed); IT'IS has 1027 kg/m^3, 1545 m/s.
 inline constexpr medium fascia{1120, 1613, 1.57_dB_per_cm, 1, amplitude_of_decibels(6), 20_um};
 
-/// Peripheral. Source: IT'IS alone.
+/// Peripheral. Source: IT'IS.
 inline constexpr medium nerve{1075, 1630, 1.1_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};
 
-/// The reference of backscatter: 5e-4 /cm/sr at 3 MHz (Lu).
+/// The reference for backscatter: 5e-4 /cm/sr at 3 MHz (Lu).
 /// Sources: IT'IS, Fernandes, raysim, Buerger, Diagnostics, Mech. Mater., Lu (1.66 dB/cm at 3 MHz, in vivo).
 inline constexpr medium liver{1060, 1570, 0.52_dB_per_cm, 1.05F, amplitude_of_decibels(0), 20_um};
 
 /// Cortex. Sources: IT'IS, Fernandes, Buerger, Diagnostics, Mech. Mater.
-/// IT'IS has 0.244 dB/cm for the kidney but 1.04 for its cortex; Buerger and Diagnostics 1.0: followed.
+/// IT'IS has 0.244 dB/cm for the kidney but 1.04 for its cortex; the 1.0 of Buerger and Diagnostics is adopted.
 inline constexpr medium kidney{1060, 1560, 1.0_dB_per_cm, 1, amplitude_of_decibels(-4), 20_um};
 
-/// Sources: IT'IS, Diagnostics, Mech. Mater., Szabo. Excised it scatters least of five organs (Fei), in the clinic it
-/// looks like liver or brighter: the latter followed.
+/// Sources: IT'IS, Diagnostics, Mech. Mater., Szabo. Excised spleen scatters least of five organs (Fei), but clinically
+/// it is as bright as liver or brighter, which is adopted.
 inline constexpr medium spleen{1060, 1567, 0.4_dB_per_cm, 1.3F, amplitude_of_decibels(0), 20_um};
 
 /// Sources: IT'IS, Fernandes, Mech. Mater., BabelBrain (0.60 dB/cm), Szabo.
@@ -3008,7 +3213,7 @@ inline constexpr medium heart{1065, 1570, 0.45_dB_per_cm, 1.1F, amplitude_of_dec
 /// Sources: IT'IS, Buerger (whose impedance, 1.99 MRayl, is the highest), Mech. Mater.
 inline constexpr medium vessel_wall{1100, 1570, 0.7_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};
 
-/// Of the urinary bladder. Source: IT'IS, whose 1500 m/s is that database's default and not followed.
+/// Of the urinary bladder. Source: IT'IS, except its 1500 m/s, which is that database's default.
 inline constexpr medium bladder_wall{1075, 1560, 0.5_dB_per_cm, 1, amplitude_of_decibels(-2), 20_um};
 
 /// Source: IT'IS.
@@ -3017,42 +3222,42 @@ inline constexpr medium urine{1022, 1538, 0.006_dB_per_cm, 1.6F, 0, 0};
 /// Sources: IT'IS (0.131 dB/cm), Buerger (1.0).
 inline constexpr medium gallbladder_wall{1070, 1580, 0.5_dB_per_cm, 1, amplitude_of_decibels(0), 20_um};
 
-/// Source: IT'IS, but for its density of 928 kg/m^3: bile is denser than water.
+/// Source: IT'IS, except its density of 928 kg/m^3: bile is denser than water.
 inline constexpr medium bile{1015, 1510, 0.03_dB_per_cm, 1.3F, 0, 0};
 
 /// Hyaline. Sources: IT'IS, Fernandes, Mech. Mater.
-/// The 0.038 dB/cm of IT'IS are implausibly low; attenuation by convention, textbooks have about 5.
+/// The 0.038 dB/cm of IT'IS is implausibly low. Attenuation by convention; textbooks have about 5 dB/cm.
 inline constexpr medium cartilage{1100, 1650, 3.0_dB_per_cm, 1, amplitude_of_decibels(-15), 20_um};
 
-/// Cortical, as a fluid: longitudinal waves only. Its surface is what is seen.
+/// Cortical, as a fluid: longitudinal waves only. Only its surface is visible.
 /// Sources: IT'IS (6.71 MRayl), Fernandes (5.95), Sensors (6.50), Diagnostics, Mech. Mater., BabelBrain.
-/// raysim, Buerger and classic teaching have 7.80 MRayl with 4080 m/s: not followed, it is above all measurements.
+/// raysim, Buerger and older textbooks have 7.80 MRayl with 4080 m/s, which exceeds all measurements.
 inline constexpr medium bone_cortical{1910, 3500, 5.0_dB_per_cm, 1, 0, 30_um};
 
 /// Cancellous. Sources: IT'IS (4.08 f^1.2), Fernandes, Mech. Mater., Culjat.
 inline constexpr medium bone_trabecular{1180, 2100, 6.0_dB_per_cm, 1, 0, 30_um};
 
-/// Another name for `bone_cortical`.
+/// Same as `bone_cortical`.
 inline constexpr medium bone = bone_cortical;
 
-/// Inflated. Sources: IT'IS (949 m/s, 20.1 dB/cm), Diagnostics; speed and power by convention.
+/// Inflated. Sources: IT'IS (949 m/s, 20.1 dB/cm), Diagnostics; sound speed and exponent by convention.
 inline constexpr medium lung{400, 650, 40.0_dB_per_cm, 0.6F, 0, 20_um};
 
-/// At 20 degrees. Sources: ISO (its leading term gives 1.60 dB/cm), Buerger (1.64).
-/// IT'IS has 0.0034 dB/cm, 470 times too low, and Diagnostics 7.5: neither followed.
+/// At 20 degrees. Sources: ISO (1.60 dB/cm from its leading term), Buerger (1.64).
+/// IT'IS has 0.0034 dB/cm, 470 times too low, and Diagnostics 7.5; neither is adopted.
 inline constexpr medium air{1.2F, 343, 1.6_dB_per_cm, 2, 0, 0};
 
-/// For coupling. Convention; Buerger sets its impedance to that of the first tissue.
+/// Coupling gel. Convention; Buerger gives it the impedance of the first tissue.
 inline constexpr medium gel{1020, 1520, 0.05_dB_per_cm, 1, 0, 0};
 
-/// Of a probe: silicone rubber. Convention.
+/// Lens of a probe: silicone rubber. Convention.
 inline constexpr medium lens{1200, 1020, 4.0_dB_per_cm, 1.3F, 0, 20_um};
 
 /// Crystalline. Sources: IT'IS, Mech. Mater.
-/// The attenuation is that of IT'IS and implausibly low; others have about 2 dB/cm.
+/// Attenuation as in IT'IS, which is implausibly low; others have about 2 dB/cm.
 inline constexpr medium eye_lens{1076, 1643, 0.06_dB_per_cm, 1, amplitude_of_decibels(-15), 20_um};
 
-/// What a scanner assumes everywhere. Sources: PyMUST, CIRS, Culjat, and the derating of the FDA (0.3 dB/cm).
+/// The mean that scanners assume. Sources: PyMUST, CIRS, Culjat, and the derating of the FDA (0.3 dB/cm).
 inline constexpr medium soft_tissue{1058, 1540, 0.5_dB_per_cm, 1, amplitude_of_decibels(-2), 20_um};
 
 /// Stainless, 304 or 316: needles. Source: ASTM. Longitudinal waves only (shear: 3100 m/s).
@@ -3064,25 +3269,25 @@ inline constexpr medium titanium{4430, 6170, 0.3_dB_per_cm, 1, 0, 2_um};
 /// Plastisol phantom. Source: Spirou (1400 m/s, 0.56 f^1.51 below 1.25 MHz).
 inline constexpr medium pvcp{1000, 1400, 0.56_dB_per_cm, 1.5F, amplitude_of_decibels(-6), 20_um};
 
-/// Tissue-mimicking, the class of 0.5 dB/(cm MHz). Sources: CIRS, Gammex, Browne (measured powers: 1.08 to 1.83).
+/// Tissue-mimicking material of 0.5 dB/(cm MHz). Sources: CIRS, Gammex, Browne (measured exponents: 1.08 to 1.83).
 inline constexpr medium tmm_low{1040, 1540, 0.5_dB_per_cm, 1, amplitude_of_decibels(0), 20_um};
 
-/// Tissue-mimicking, the class of 0.7 dB/(cm MHz). Source: CIRS.
+/// Tissue-mimicking material of 0.7 dB/(cm MHz). Source: CIRS.
 inline constexpr medium tmm_high{1040, 1540, 0.7_dB_per_cm, 1, amplitude_of_decibels(0), 20_um};
 
-/// A cyst of a phantom: tissue-mimicking without scatterers. Source: Gammex.
+/// Anechoic tissue-mimicking material, for cysts in phantoms. Source: Gammex.
 inline constexpr medium tmm_cyst{1040, 1540, 0.05_dB_per_cm, 1, 0, 20_um};
 
-/// Tissue-mimicking rubber: slower than the 1540 m/s a scanner assumes, so depths look 6 % too large.
-/// Source: Browne; its speed by convention, 1450 m/s at 23 degrees.
+/// Tissue-mimicking rubber. It is slower than the 1540 m/s that scanners assume, so displayed depths are 6 % too large.
+/// Source: Browne; sound speed by convention, 1450 m/s at 23 degrees.
 inline constexpr medium urethane{1050, 1450, 0.5_dB_per_cm, 1.3F, amplitude_of_decibels(0), 20_um};
 
 // clang-format on
 
-/// A medium under the name that it has in `tissue`.
+/// A medium with its name in `tissue`.
 struct named_medium {
-    const char* name = ""; ///< as written in the code
-    medium value{};        ///< its numbers
+    const char* name = ""; ///< such as "muscle"
+    medium value{};        ///< its properties
 };
 
 // clang-format off
@@ -3102,8 +3307,8 @@ inline constexpr named_medium all[] = {
 #undef INSONIFY_NAMED
 // clang-format on
 
-/// The medium of that name, as a mesh file may give it; none where there is no such name. Case counts.
-INSONIFY_LAZY constexpr later_t<Later, std::optional<medium>> find(std::string_view name) {
+/// The medium of that name, case-sensitive; none if there is no such medium.
+constexpr std::optional<medium> find(std::string_view name) {
     for (const named_medium& each : all)
         if (name == each.name) return each.value;
     return std::nullopt;
@@ -3118,24 +3323,81 @@ INSONIFY_LAZY constexpr later_t<Later, std::optional<medium>> find(std::string_v
 #ifndef INSONIFY_IMAGE_SCAN_CONVERT_HPP
 #define INSONIFY_IMAGE_SCAN_CONVERT_HPP
 
+#ifndef INSONIFY_CORE_MEMO_HPP
+#define INSONIFY_CORE_MEMO_HPP
+
+#include <concepts>
+#include <optional>
+#include <tuple>
+#include <type_traits>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Converts to T and to nothing else, a base of T least of all.
+template <class T>
+struct exactly {
+    template <std::same_as<T> U>
+    operator const U&() const;
+};
+
+/// T has an == of its own that is not a template. A type derived from one with == only inherits the comparison of its
+/// base, which does not see the members that the derived type adds.
+template <class T>
+concept comparable = std::equality_comparable<T> &&
+    (!std::is_class_v<T> || requires(const T& value, const exactly<T>& other) { value == other; });
+
+/// Caches one value, computed from its inputs, until these change. Inputs that are not comparable count as changed.
+template <class Value, class... Inputs>
+class memo {
+  public:
+    /// The value for these inputs.
+    /// @param compute  compute(value) overwrites the old value, whose memory it may reuse
+    template <class Compute>
+    const Value& operator()(const Compute& compute, const Inputs&... inputs) {
+        if constexpr ((comparable<Inputs> && ...))
+            if (inputs_ && *inputs_ == std::tie(inputs...)) return value_;
+        inputs_.reset(); // an exception in compute leaves no valid value
+        compute(value_);
+        inputs_.emplace(inputs...);
+        return value_;
+    }
+
+  private:
+    std::optional<std::tuple<Inputs...>> inputs_{};
+    Value value_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #ifndef INSONIFY_IMAGE_CHECK_SIZE_HPP
 #define INSONIFY_IMAGE_CHECK_SIZE_HPP
 
-#include <cstddef>
+#include <cstdint>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A picture larger than this is taken for a mistake.
-inline constexpr std::size_t most_pixels = std::size_t{1} << 28U;
+/// Largest number of columns, and of rows, of an image.
+inline constexpr std::uint32_t max_picture_side = 16384;
 
-/// @throws usage_error  where a picture has no pixels, or more than `most_pixels`
-INSONIFY_LAZY void check_size(uvec2 size) {
-    const std::size_t pixels = static_cast<std::size_t>(size.x) * size.y;
-    if (pixels == 0 || pixels > most_pixels)
-        throw usage_error{"a picture of " + std::to_string(size.x) + " x " + std::to_string(size.y) +
-                          " pixels was asked for; it must have at least 1 and at most 2^28 pixels"};
+namespace detail {
+
+inline bool is_picture_size(uvec2 size) {
+    return size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side;
 }
+
+/// @param caller  start of the sentence
+/// @param advice  end of the sentence for an image that is too large
+/// @throws usage_error  for an image without pixels, or with a side above `max_picture_side`
+inline void check_size(uvec2 size, const char* caller, const std::string& advice = "ask for fewer") {
+    if (is_picture_size(size)) return;
+    const std::string sentence =
+        std::string{caller} + ": size " + std::to_string(size.x) + 'x' + std::to_string(size.y);
+    if (size.x == 0 || size.y == 0) throw usage_error{sentence + " has no pixels; it must be at least 1x1"};
+    throw usage_error{sentence + " exceeds 16384 pixels a side; " + advice};
+}
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -3147,22 +3409,22 @@ INSONIFY_LAZY void check_size(uvec2 size) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A grey picture: row by row from the top, 0 black to 1 white.
+/// A greyscale image: rows from the top, 0 black to 1 white.
 struct image {
     uvec2 size{0, 0};          ///< columns, rows
     std::vector<float> pixels; ///< row by row
 
     image() = default;
-    /// All pixels of one grey.
-    INSONIFY_LAZY explicit image(uvec2 columns_rows, float value = 0)
+    /// All pixels have one value.
+    explicit image(uvec2 columns_rows, float value = 0)
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, value) {}
 
-    /// One pixel; neither index is checked.
+    /// One pixel; indices are not checked.
     /// @{
-    INSONIFY_LAZY float& operator()(std::uint32_t column, std::uint32_t row) {
+    float& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    INSONIFY_LAZY const float& operator()(std::uint32_t column, std::uint32_t row) const {
+    const float& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     /// @}
@@ -3179,14 +3441,11 @@ struct image {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Whether lines can be this deep, in metres: from 1 nm to 1000 km. Beyond, sums and squares of lengths would overflow.
-INSONIFY_FN inline bool is_depth(float depth) { return is_finite(depth) && depth >= 1e-9F && depth <= 1e6F; }
-
-/// How deep to look and how finely to sample a line.
+/// Depth and sampling of the scan lines.
 struct acquisition {
-    float depth = 0.08F;       ///< metres, from 1 nm to 1000 km
-    std::uint32_t samples = 0; ///< along each line; 0: chosen by the model
-    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 parallel slices that stand for the thickness of the beam
+    float depth = 0.08F;       ///< metres, at most 10
+    std::uint32_t samples = 0; ///< depth samples of each line; 0: chosen by the model
+    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -3199,23 +3458,23 @@ struct acquisition {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What lies along the lines of a probe: `count` lines of `samples` values each, line after line.
+/// Values along the scan lines of a probe: `count` lines of `samples` values each.
 ///
-/// Sample k of a line stands at depth (k + 1/2) / samples * depth.
+/// Sample k of a line is at depth (k + 1/2) / samples * depth.
 template <class Value>
 struct line_grid {
-    std::uint32_t count = 0;     ///< lines
-    std::uint32_t samples = 0;   ///< along each line
-    float depth = 0;             ///< metres from the face to the end of the last sample
+    std::uint32_t count = 0;     ///< number of lines
+    std::uint32_t samples = 0;   ///< depth samples of each line
+    float depth = 0;             ///< from the face to the end of the last sample, metres
     std::vector<Value> values{}; ///< line after line
 
     line_grid() = default;
-    /// Values as `Value{}` makes them: zeros.
+    /// All values are `Value{}`, which is zero.
     line_grid(std::uint32_t lines, std::uint32_t samples_per_line, float end_depth)
         : count{lines}, samples{samples_per_line}, depth{end_depth},
           values(static_cast<std::size_t>(lines) * samples_per_line) {}
 
-    /// Another shape in the same memory: values that were there are left where they are.
+    /// Changes the shape and reuses the memory; old values are left unchanged.
     void reshape(std::uint32_t lines, std::uint32_t samples_per_line, float end_depth) {
         count = lines;
         samples = samples_per_line;
@@ -3223,7 +3482,7 @@ struct line_grid {
         values.resize(static_cast<std::size_t>(lines) * samples_per_line);
     }
 
-    /// One value; neither index is checked.
+    /// One value; indices are not checked.
     /// @{
     Value& operator()(std::uint32_t line, std::uint32_t sample) {
         return values[static_cast<std::size_t>(line) * samples + sample];
@@ -3236,15 +3495,15 @@ struct line_grid {
     friend bool operator==(const line_grid&, const line_grid&) = default;
 };
 
-/// Says which object: its `object_id` as a number.
+/// The object at a sample: its `object_id` as a number.
 using label_id = std::uint32_t;
 
-/// The label of what lies in no object, and of pixels outside the field of view.
+/// The label outside all objects, and of pixels outside the field of view.
 inline constexpr label_id background_label = ~0U;
 
-using scan_lines = line_grid<float>;     ///< real values: intensity, envelope, or grey after `log_compress`
-using iq_lines = line_grid<vec2>;        ///< complex values at baseband: x in phase, y in quadrature
-using label_lines = line_grid<label_id>; ///< which object lies there
+using scan_lines = line_grid<float>;     ///< real values: intensity, envelope, or brightness after `log_compress`
+using iq_lines = line_grid<vec2>;        ///< complex baseband values: x in phase, y in quadrature
+using label_lines = line_grid<label_id>; ///< the object at each sample
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -3258,12 +3517,12 @@ using label_lines = line_grid<label_id>; ///< which object lies there
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A half line, or a piece of one. Distances along it are in units of `direction`: metres where that has length 1.
+/// A ray, or a segment of one. Distances are in units of `direction`: metres where its length is 1.
 struct ray {
-    vec3 origin{0, 0, 0};         ///< where it begins, metres
-    vec3 direction{0, 0, 1};      ///< of any length but 0
-    float min_distance = 0;       ///< hits nearer than this do not count
-    float max_distance = FLT_MAX; ///< hits further than this do not count
+    vec3 origin{0, 0, 0};         ///< metres
+    vec3 direction{0, 0, 1};      ///< of any length except 0
+    float min_distance = 0;       ///< closer hits are ignored
+    float max_distance = FLT_MAX; ///< further hits are ignored
 
     /// The point at a distance, in units of `direction`.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * direction; }
@@ -3271,23 +3530,100 @@ struct ray {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_PROBE_PLAUSIBLE_HPP
+#define INSONIFY_PROBE_PLAUSIBLE_HPP
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+/// Range checks of settings. Where a value is plausible in another unit the error suggests that unit: "probe: width is
+/// 38 m: did you mean 38_mm?". The limits admit all ultrasound, from the testing of concrete to acoustic microscopy.
+namespace insonify::inline INSONIFY_ABI {
+
+inline constexpr float max_scan_depth = 10;   ///< of lines, metres
+inline constexpr float max_aperture = 1;      ///< of the face of a probe, metres
+inline constexpr float min_frequency = 1e3F;  ///< hertz
+inline constexpr float max_frequency = 1e10F; ///< hertz
+
+namespace detail {
+
+/// A number with up to four significant digits and, in every locale, a decimal point.
+inline std::string number_text(float value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", static_cast<double>(value));
+    std::string number{text};
+    std::replace(number.begin(), number.end(), ',', '.');
+    return number;
+}
+
+} // namespace detail
+
+/// @param setting  name of the setting
+/// @throws usage_error  for a value outside 1e-9 to 1e12, whose square overflows or underflows, or NaN
+inline void check_positive(float value, const char* setting) {
+    if (!is_finite(value) || !(value >= 1e-9F && value <= 1e12F))
+        throw usage_error{std::string{"probe: "} + setting + " is " + detail::number_text(value) +
+                          "; it must be a number from 1e-9 to 1e12"};
+}
+
+/// @param setting  name of the setting
+/// @param max      metres
+/// @param owner    start of the sentence: who has the setting
+/// @throws usage_error  for a length outside 1 nm to `max`, or NaN
+inline void check_length(float metres, const char* setting, float max = max_aperture, const char* owner = "probe") {
+    if (is_finite(metres) && metres >= 1e-9F && metres <= max) return;
+    const std::string text = detail::number_text(metres),
+                      sentence = std::string{owner} + ": " + setting + " is " + text;
+    if (is_finite(metres) && metres > max && 1e-3F * metres <= max)
+        throw usage_error{sentence + " m: did you mean " + text + "_mm?"};
+    throw usage_error{sentence + " m; it must be from 1 nm to " + detail::number_text(max) + " m"};
+}
+
+/// @throws usage_error  for a depth outside 1 nm to `max_scan_depth`, or NaN
+inline void check_depth(float metres, const char* owner) { check_length(metres, "depth", max_scan_depth, owner); }
+
+/// @throws usage_error  for a frequency outside `min_frequency` to `max_frequency`, or NaN
+inline void check_frequency(float hertz, const char* owner = "probe") {
+    if (is_finite(hertz) && hertz >= min_frequency && hertz <= max_frequency) return;
+    const std::string text = detail::number_text(hertz), sentence = std::string{owner} + ": frequency is " + text;
+    if (is_finite(hertz) && hertz < min_frequency && 1e6F * hertz >= min_frequency)
+        throw usage_error{sentence + " Hz: did you mean " + text + "_MHz?"};
+    throw usage_error{sentence + " Hz; it must be from 1 kHz to 10 GHz"};
+}
+
+/// @param max  radians
+/// @throws usage_error  for an angle outside 1e-9 rad to `max`, or NaN
+inline void check_angle(float radians, const char* setting, float max, const char* owner) {
+    if (is_finite(radians) && radians >= 1e-9F && radians <= max) return;
+    const float degrees = 180 / pi * max;
+    const std::string text = detail::number_text(radians),
+                      sentence = std::string{owner} + ": " + setting + " is " + text;
+    if (is_finite(radians) && radians > max && radians <= degrees)
+        throw usage_error{sentence + " rad: did you mean " + text + "_deg?"};
+    throw usage_error{sentence + " rad; it must be from 1e-9 rad to " + detail::number_text(degrees) + "_deg"};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #include <concepts>
 #include <cstdint>
-#include <string>
 #include <type_traits>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Anything that sends lines into the body; all of them in the slice plane y = 0 of the probe's frame.
+/// A probe: scan lines in the slice plane y = 0 of the probe frame.
 ///
-/// The frame: x lateral, y elevation, z depth, the face at z = 0 in the middle of the array.
-/// - `std::uint32_t lines`, `float frequency` (hertz): members;
-/// - `ray beam(float line) const`: from the face, in a direction of length 1. Line i of N stands at (i + 1/2) / N - 1/2
-///   of the aperture or field of view; `line` may lie between two, and the field ends at -1/2 and N - 1/2;
-/// - `vec2 locate(vec2 point) const`, its inverse: from {x, z} in metres to {line, depth along the beam in metres}, also
-///   outside the field;
-/// - `void check() const`: throws usage_error where the settings make no sense.
-/// `beam` and `locate` are marked INSONIFY_FN where they shall run on a device.
+/// Probe frame: x lateral, y elevation, z depth; the face is at z = 0 in the centre of the array.
+/// - `std::uint32_t lines`, `float frequency` (hertz): data members.
+/// - `ray beam(float line) const`: starts at the face, with a direction of length 1. Line i of N is at the fraction
+///   (i + 1/2) / N - 1/2 of the aperture or field of view. `line` may be fractional; the field of view extends from
+///   -1/2 to N - 1/2.
+/// - `vec2 locate(vec2 point) const`: the inverse, from {x, z} in metres to {line, depth along the line in metres},
+///   also outside the field of view.
+/// - `void check() const`: throws usage_error for settings out of range.
+/// Mark `beam` and `locate` INSONIFY_FN to use them on a device. With an == of its own, a probe's tables are computed
+/// once, not for every frame.
 template <class Probe>
 concept transducer = requires(const Probe& probe, float line, vec2 point) {
     { probe.lines } -> std::same_as<const std::uint32_t&>;
@@ -3297,16 +3633,16 @@ concept transducer = requires(const Probe& probe, float line, vec2 point) {
     probe.check();
 };
 
-/// Where a (fractional) line stands, as a share of the aperture or field of view: -1/2 to 1/2. And back.
-INSONIFY_FN constexpr float share_of_line(float line, std::uint32_t lines) {
+/// Position of a (fractional) line as a fraction of the aperture or field of view, -1/2 to 1/2.
+INSONIFY_FN constexpr float aperture_fraction(float line, std::uint32_t lines) {
     return (line + 0.5F) / static_cast<float>(lines) - 0.5F;
 }
-/// The line that stands at a share: the inverse.
-INSONIFY_FN constexpr float line_of_share(float share, std::uint32_t lines) {
-    return (share + 0.5F) * static_cast<float>(lines) - 0.5F;
+/// The (fractional) line at a fraction of the aperture or field of view.
+INSONIFY_FN constexpr float line_at_fraction(float fraction, std::uint32_t lines) {
+    return (fraction + 0.5F) * static_cast<float>(lines) - 0.5F;
 }
 
-/// True where the field ends where it began: the last line is the neighbour of the first.
+/// True for a field of view of 360 degrees, where the last line is next to the first.
 template <transducer Probe>
 INSONIFY_FN bool is_full_circle(const Probe& probe) {
     if (probe.lines < 2) return false;
@@ -3315,24 +3651,149 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
            length(end.origin - begin.origin) <= 1e-4F * length(begin.origin);
 }
 
-/// @throws usage_error  naming the setting, where its value is not above 0, or so small or large that squares overflow
-INSONIFY_LAZY void check_positive(float value, const char* setting) {
-    if (!is_finite(value) || !(value >= 1e-9F && value <= 1e12F))
-        throw usage_error{std::string{"probe: `"} + setting + "` must be a number above 0, between 1e-9 and 1e12"};
-}
-
-/// Checks what every array has: lines, frequency, fnumber, focus, elevation_height, elevation_focus and, if there,
-/// bandwidth.
-/// @throws usage_error  naming the setting that makes no sense
+/// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`, `elevation_focus`
+/// and `bandwidth`.
+/// @throws usage_error  naming a setting that is out of range
 template <class Array>
 void check_array(const Array& array) {
-    if (array.lines == 0) throw usage_error{"probe: `lines` must be at least 1"};
-    check_positive(array.frequency, "frequency");
-    check_positive(array.fnumber, "fnumber");
-    if (array.focus != 0) check_positive(array.focus, "focus"); // 0: half the depth of the picture
-    check_positive(array.elevation_height, "elevation_height");
-    check_positive(array.elevation_focus, "elevation_focus");
+    if (array.lines == 0) throw usage_error{"probe: lines is 0; it must be at least 1"};
+    check_frequency(array.frequency);
+    if constexpr (requires { array.fnumber; }) check_positive(array.fnumber, "fnumber");
+    if constexpr (requires { array.focus; })
+        if (array.focus != 0) check_length(array.focus, "focus", max_scan_depth); // 0: half the depth of the picture
+    if constexpr (requires { array.elevation_height; }) check_length(array.elevation_height, "elevation_height");
+    if constexpr (requires { array.elevation_focus; })
+        check_length(array.elevation_focus, "elevation_focus", max_scan_depth);
     if constexpr (requires { array.bandwidth; }) check_positive(array.bandwidth, "bandwidth");
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_PULSE_HPP
+#define INSONIFY_SIGNAL_PULSE_HPP
+
+#ifndef INSONIFY_SIGNAL_TAPS_HPP
+#define INSONIFY_SIGNAL_TAPS_HPP
+
+#include <cstddef>
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Gaussian kernels are truncated at this number of standard deviations: e^-8 or -69 dB.
+inline constexpr float kernel_sigmas = 4;
+
+/// One coefficient of an FIR filter.
+struct tap {
+    float weight = 0;
+    std::ptrdiff_t offset = 0; ///< of its input sample relative to the result, in complex samples
+};
+
+/// Number of samples that `sum_taps` may read beyond those that its results need.
+inline constexpr std::size_t tap_room = std::size_t{4} * simd_width;
+
+/// Computes as many results as eight SIMD registers hold; the sums stay in registers.
+template <int Width, std::size_t... I>
+INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, float* to, std::index_sequence<I...>) {
+    lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
+    for (const tap& one : taps) {
+        const lanes<Width> weight(one.weight);
+        const float* at = from + 2 * one.offset;
+        ((sums[I] = multiply_add(load<Width>(at + I * Width), weight, sums[I])), ...);
+    }
+    (store(sums[I], to + I * Width), ...);
+}
+
+/// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
+///
+/// @tparam Width  floats in a SIMD register
+/// @param from  read up to `tap_room` samples beyond what `count` results need
+/// @param to    must not overlap the samples read
+template <int Width>
+void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
+    constexpr std::size_t block = std::size_t{4} * Width;
+    constexpr auto registers = std::make_index_sequence<8>{};
+    std::size_t begin = 0;
+    for (; begin + block <= count; begin += block)
+        sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin),
+                                 reinterpret_cast<float*>(to + begin), registers);
+    if (begin == count) return;
+    vec2 last[block];
+    sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(last),
+                             registers);
+    for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <string>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Envelope of an echo along displayed depth: a rectangular burst, smoothed by a Gaussian; its peak is 1.
+struct pulse_envelope {
+    float sigma = 1; ///< standard deviation of the Gaussian
+    float burst = 0; ///< length of the burst, in the unit of `sigma`; 0: a Gaussian
+
+    /// The envelope is truncated at this distance from its centre.
+    INSONIFY_FN float half_length() const { return 0.5F * burst + detail::kernel_sigmas * sigma; }
+
+    /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2 to x + L/2, normalized.
+    INSONIFY_FN float operator()(float x) const {
+        if (!(burst > 1e-2F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
+        const float scale = 0.70710678F / sigma, half = 0.5F * burst;
+        return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale));
+    }
+};
+
+/// Transmit pulse: a burst of the carrier, filtered by a transducer whose impulse response has a Gaussian envelope.
+///
+///     pulse{.cycles = 2.5F}               impulse excitation, for imaging
+///     pulse{.cycles = 2.5F, .burst = 8}   excitation of eight cycles, as for Doppler
+struct pulse {
+    float frequency = 0; ///< carrier frequency, hertz; 0: that of the probe
+    float cycles = 2.5F; ///< length of the impulse response between its -20 dB points, in cycles
+    float burst = 0;     ///< length of the excitation, in cycles; 0: impulse excitation
+
+    /// Fractional bandwidth B of the transducer at -6 dB: 1.61 / cycles.
+    ///
+    /// An envelope with the standard deviation s in time falls to -20 dB at +-2.146 s, and s = 0.3748 / (B f0).
+    INSONIFY_FN constexpr float bandwidth() const { return 1.61F / cycles; }
+
+    /// Standard deviation of the pulse envelope along displayed depth, metres: 0.1874 c0 / (B f0).
+    ///
+    /// The standard deviation of the spectrum is B f0 / 2.3548, that of the envelope in time 1 / (2 pi) over it; depth
+    /// is c0 t / 2.
+    /// @param carrier  f0, hertz
+    INSONIFY_FN constexpr float sigma_z(float carrier) const { return axial_sigma(bandwidth(), carrier); }
+
+    /// Envelope along displayed depth, metres; a cycle is c0 / (2 f0) long.
+    INSONIFY_FN constexpr pulse_envelope envelope(float carrier) const {
+        return {.sigma = sigma_z(carrier), .burst = burst * display_speed / (2 * carrier)};
+    }
+
+    /// @param carrier  frequency of the probe at which the echoes were traced, hertz
+    /// @throws usage_error  for a setting out of range, or a frequency other than the carrier
+    void check(float carrier) const {
+        if (!is_finite(cycles) || !(cycles > 0))
+            throw usage_error{"pulse: `cycles` must be finite and above 0, such as 2.5"};
+        if (!is_finite(burst) || !(burst >= 0))
+            throw usage_error{"pulse: `burst` must be a finite number of cycles, or 0 for impulse excitation"};
+        if (!is_finite(frequency) || !(frequency >= 0))
+            throw usage_error{"pulse: `frequency` must be finite and above 0, or 0 for that of the probe"};
+        if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
+            throw usage_error{"pulse: its frequency is " + std::to_string(frequency) + " Hz, that of the probe " +
+                              std::to_string(carrier) + " Hz; make them equal, or leave that of the pulse at 0"};
+    }
+};
+
+/// The shortest pulse that the fractional `bandwidth` of a probe permits; `pulse{}` for a probe without that member.
+template <transducer Probe>
+INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
+    if constexpr (requires { probe.bandwidth; })
+        return {.cycles = 1.61F / probe.bandwidth};
+    else
+        return {};
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -3341,37 +3802,37 @@ void check_array(const Array& array) {
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Pixels are square; the field of view is fitted into the picture and centred.
+/// Size and background of the image. Pixels are square; the field of view is fitted into the image and centred.
 struct scan_convert_settings {
-    uvec2 size{0, 0};     ///< columns, rows; a 0 is chosen so that the field fills the picture; both 0: 512 columns
-    float background = 0; ///< grey of the pixels outside the field of view
+    uvec2 size{0, 0};     ///< columns, rows; a 0 is chosen to fit the field of view; both 0: 512 columns
+    float background = 0; ///< brightness of the pixels outside the field of view
 };
 
-/// Which samples make a pixel: made once for a probe, a depth and a picture size, good for every frame.
+/// Interpolation table of `scan_convert`: made once for a probe, a depth and an image size, valid for every frame.
 ///
-/// Pixel coordinates run from the upper left corner of the picture, right and down; the centre of the first pixel is
-/// {0.5, 0.5}. Points are {x, z} in the slice plane, metres in the probe's frame.
+/// Pixel coordinates start at the upper left corner of the image and increase to the right and down; the centre of the
+/// first pixel is {0.5, 0.5}. Points are {x, z} in the slice plane, metres in the probe frame.
 struct scan_map {
-    static constexpr std::uint32_t outside = ~0U; ///< in `first`: the pixel is not in the field of view
+    static constexpr std::uint32_t outside = ~0U; ///< in `first`: the pixel is outside the field of view
 
     uvec2 size{0, 0};          ///< columns, rows
-    vec2 centre{0, 0};         ///< the point in the middle of the picture
-    float pitch = 0;           ///< edge of a pixel, metres
-    float background = 0;      ///< grey of the pixels outside the field of view
-    std::uint32_t count = 0;   ///< lines
-    std::uint32_t samples = 0; ///< along each line
+    vec2 centre{0, 0};         ///< the point at the centre of the image
+    float pitch = 0;           ///< width of a pixel, metres
+    float background = 0;      ///< brightness of the pixels outside the field of view
+    std::uint32_t count = 0;   ///< number of lines
+    std::uint32_t samples = 0; ///< depth samples of each line
     float depth = 0;           ///< metres
 
-    std::vector<std::uint32_t> first{}; ///< a pixel: index of the upper left one of its four samples, or `outside`
-    std::vector<float> across{};        ///< a pixel: share of the next line
-    std::vector<float> along{};         ///< a pixel: share of the next sample
+    std::vector<std::uint32_t> first{}; ///< of each pixel: index of the upper left of its four samples, or `outside`
+    std::vector<float> across{};        ///< of each pixel: weight of the next line
+    std::vector<float> along{};         ///< of each pixel: weight of the next sample
 
-    /// The index of the sample at the same depth on the next line; that of a full circle's last line is its first.
+    /// Index of the sample at the same depth on the next line; in a full circle the last line is next to the first.
     INSONIFY_FN std::uint32_t beside(std::uint32_t sample) const {
         const std::uint32_t last_line = (count - 1) * samples;
         return sample < last_line ? sample + samples : sample - last_line;
@@ -3381,7 +3842,7 @@ struct scan_map {
     INSONIFY_FN vec2 point(vec2 pixel) const {
         return centre + pitch * (pixel - 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)});
     }
-    /// The centre of a pixel.
+    /// Centre of a pixel.
     INSONIFY_FN vec2 point(std::uint32_t column, std::uint32_t row) const {
         return point({static_cast<float>(column) + 0.5F, static_cast<float>(row) + 0.5F});
     }
@@ -3391,37 +3852,54 @@ struct scan_map {
     }
 };
 
-/// Makes the tables of `scan_convert`.
+namespace detail {
+
+/// @param depth   metres
+/// @param extent  of the field of view, metres
+/// @throws usage_error  as `check_size`, with the likely cause
+inline void check_map_size(uvec2 size, float depth, vec2 extent) {
+    if (is_picture_size(size)) return;
+    const std::string metres = number_text(depth);
+    check_size(size, "scan_convert",
+               depth >= 1 ? "depth is " + metres + " m: did you mean " + metres + "_mm?"
+                          : "the field of view is " + number_text(extent.x) + " m wide and " + number_text(extent.y) +
+                                " m high; ask for fewer");
+}
+
+} // namespace detail
+
+/// Makes the interpolation table of `scan_convert`.
 ///
-/// The field of view reaches half a line beyond the centres of the first and the last line, and from depth 0 to
-/// `depth`. Where it is a full circle, the first line follows upon the last.
-/// @param scan  depth and samples of the lines to come; `samples` must be stated
-/// @throws usage_error  where the probe, the acquisition or the picture size makes no sense
+/// The field of view extends half a line beyond the first and the last line, and from depth 0 to `depth`.
+/// @param scan  depth and samples of the lines to come; 0 samples: as many as `b_mode` chooses for the pulse of the
+///              probe
+/// @throws usage_error  for a probe, depth, number of samples or picture size out of range
 template <exec::policy Policy, transducer Probe>
 scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisition& scan,
                        const scan_convert_settings& settings = {}) {
     probe.check();
-    if (!is_depth(scan.depth) || scan.samples == 0)
-        throw usage_error{"scan_convert: the lines need a depth from 1 nm to 1000 km and at least one sample"};
-    constexpr std::uint32_t most = 1U << 23U; // floats count halves no further
-    if (probe.lines > most || scan.samples > most || std::uint64_t{probe.lines} * scan.samples >= scan_map::outside)
+    check_depth(scan.depth, "scan_convert");
+    const std::uint32_t samples =
+        scan.samples != 0 ? scan.samples : samples_for(scan.depth, nominal_pulse(probe).sigma_z(probe.frequency));
+    constexpr std::uint32_t max_count = 1U << 23U; // larger floats cannot represent half a sample
+    if (probe.lines > max_count || samples > max_count || std::uint64_t{probe.lines} * samples >= scan_map::outside)
         throw usage_error{"scan_convert: at most 2^23 lines and 2^23 samples a line, and below 2^32 in all"};
-    if (!is_finite(settings.background)) throw usage_error{"scan_convert: `background` must be a finite grey"};
+    if (!is_finite(settings.background)) throw usage_error{"scan_convert: `background` must be finite"};
 
     const auto lines = static_cast<float>(probe.lines);
     vec2 lower{FLT_MAX, FLT_MAX};
     vec2 upper{-FLT_MAX, -FLT_MAX};
-    constexpr int steps = 512; // even, so that the middle of a sector, its deepest point, is one of them
+    constexpr int steps = 512; // even, to include the middle of a sector, its deepest point
     for (int i = 0; i <= steps; ++i) {
         const ray beam = probe.beam(lines * static_cast<float>(i) / steps - 0.5F);
         for (const vec3 end : {beam.origin, beam.at(scan.depth)}) {
-            lower = {lesser(lower.x, end.x), lesser(lower.y, end.z)};
-            upper = {greater(upper.x, end.x), greater(upper.y, end.z)};
+            lower = {min(lower.x, end.x), min(lower.y, end.z)};
+            upper = {max(upper.x, end.x), max(upper.y, end.z)};
         }
     }
     const vec2 extent = upper - lower;
 
-    // A dimension not asked for is rounded up, but for the rounding errors of the extent.
+    // A side that is chosen is rounded up, with a tolerance for rounding errors of the extent.
     const auto pixels_of = [](float length, float pitch) {
         const float pixels = std::ceil(length / pitch - 1e-3F);
         return pixels < 1 ? 1U : pixels < 4e9F ? static_cast<std::uint32_t>(pixels) : ~0U;
@@ -3430,45 +3908,68 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
                  .centre = 0.5F * (lower + upper),
                  .background = settings.background,
                  .count = probe.lines,
-                 .samples = scan.samples,
+                 .samples = samples,
                  .depth = scan.depth};
     if (map.size.x == 0 && map.size.y == 0) map.size.x = 512;
     const float pitch_across = map.size.x == 0 ? 0 : extent.x / static_cast<float>(map.size.x);
     const float pitch_down = map.size.y == 0 ? 0 : extent.y / static_cast<float>(map.size.y);
-    map.pitch = greater(pitch_across, pitch_down);
+    map.pitch = max(pitch_across, pitch_down);
     if (!is_finite(map.pitch) || !(map.pitch > 0))
-        throw usage_error{"scan_convert: the field of view has no width; ask for a number of rows, not of columns"};
+        throw usage_error{
+            "scan_convert: the field of view has no width; give the number of rows and leave that of columns at 0"};
     if (map.size.x == 0) map.size.x = pixels_of(extent.x, map.pitch);
     if (map.size.y == 0) map.size.y = pixels_of(extent.y, map.pitch);
-    check_size(map.size);
+    detail::check_map_size(map.size, scan.depth, extent);
 
     const std::size_t pixels = static_cast<std::size_t>(map.size.x) * map.size.y;
     map.first.assign(pixels, scan_map::outside);
     map.across.assign(pixels, 0.0F);
     map.along.assign(pixels, 0.0F);
     const bool full_circle = is_full_circle(probe);
-    const float last_line = greater(lines - 2, 0);
-    const float last_sample = greater(static_cast<float>(map.samples) - 2, 0);
+    const float last_line = max(lines - 2, 0);
+    const float last_sample = max(static_cast<float>(map.samples) - 2, 0);
     exec::for_each_block(policy, map.size.y, 1, 20 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
         const auto y = static_cast<std::uint32_t>(row);
         for (std::uint32_t x = 0; x < map.size.x; ++x) {
             const vec2 at = probe.locate(map.point(x, y));
             if (!(at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= map.depth)) continue;
             const float sample = at.y / map.depth * static_cast<float>(map.samples) - 0.5F;
-            const float line_below = full_circle ? std::floor(at.x) : clamped(std::floor(at.x), 0, last_line);
-            const float sample_below = clamped(std::floor(sample), 0, last_sample);
+            const float line_below = full_circle ? std::floor(at.x) : clamp(std::floor(at.x), 0, last_line);
+            const float sample_below = clamp(std::floor(sample), 0, last_sample);
             const std::size_t i = row * map.size.x + x;
             const float line = line_below < 0 ? lines - 1 : line_below;
             map.first[i] = static_cast<std::uint32_t>(line) * map.samples + static_cast<std::uint32_t>(sample_below);
-            map.across[i] = clamped(at.x - line_below, 0, 1);
-            map.along[i] = clamped(sample - sample_below, 0, 1);
+            map.across[i] = clamp(at.x - line_below, 0, 1);
+            map.along[i] = clamp(sample - sample_below, 0, 1);
         }
     });
     return map;
 }
 
-/// The map of the frame before, made anew where the probe, the lines or the settings have changed, or where probes cannot
-/// be compared.
+namespace detail {
+
+/// Depth and samples of lines.
+/// @throws usage_error  where there are no samples
+template <class Value>
+acquisition acquisition_of(const line_grid<Value>& lines) {
+    if (lines.samples == 0) throw usage_error{"scan_convert: the lines have no samples; trace them first"};
+    return {.depth = lines.depth, .samples = lines.samples};
+}
+
+/// @throws usage_error  for lines that do not match the map
+template <class Value>
+void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
+    if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
+        lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
+        throw usage_error{
+            "scan_convert: the number of lines, of samples or the depth differs from that of the map; make a "
+            "new one with make_scan_map"};
+}
+
+} // namespace detail
+
+/// A map that is kept from frame to frame, and made again where the probe, the lines or the settings have changed, or
+/// where probes cannot be compared.
 template <transducer Probe>
 class kept_scan_map {
   public:
@@ -3476,37 +3977,21 @@ class kept_scan_map {
     template <exec::policy Policy>
     const scan_map& operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
                                const scan_convert_settings& settings) {
-        if constexpr (std::equality_comparable<Probe>) {
-            if (made_for_ && made_for_->probe == probe && made_for_->settings.size == settings.size &&
-                made_for_->settings.background == settings.background && map_.depth == scan.depth &&
-                map_.samples == scan.samples)
-                return map_;
-        }
-        map_ = make_scan_map(policy, probe, scan, settings);
-        made_for_.emplace(cause{probe, settings});
-        return map_;
+        return map_([&](scan_map& map) { map = make_scan_map(policy, probe, scan, settings); }, probe, scan.depth,
+                    scan.samples, settings.size.x, settings.size.y, settings.background);
     }
 
   private:
-    struct cause {
-        Probe probe;
-        scan_convert_settings settings;
-    };
-    std::optional<cause> made_for_{};
-    scan_map map_{};
+    detail::memo<scan_map, Probe, float, std::uint32_t, std::uint32_t, std::uint32_t, float> map_{};
 };
 
-/// The picture of one frame: bilinear between lines and between samples, on the values as they are.
+/// Scan conversion of one frame: bilinear interpolation between lines and samples.
 ///
-/// Allocates nothing but the picture.
-/// @param recycled  a picture whose memory is used again
-/// @throws usage_error  where the lines are not those that the map was made for
+/// @param recycled  an image whose memory is reused
+/// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy>
 image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map& map, image recycled = {}) {
-    if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
-        lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
-        throw usage_error{"scan_convert: lines, samples or depth differ from those that the map was made for; make one "
-                          "anew with make_scan_map"};
+    detail::check_lines_of_map(lines, map);
     const std::size_t next_sample = map.samples > 1 ? 1 : 0;
     recycled.size = map.size;
     recycled.pixels.resize(map.first.size());
@@ -3527,13 +4012,12 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
     return recycled;
 }
 
-/// The picture of one frame, for those who draw only one: makes the map and forgets it.
-/// @throws usage_error  where the lines are empty or not the probe's, or a setting makes no sense
+/// The same for a single frame, with a temporary map.
+/// @throws usage_error  for lines that are empty or not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe>
 image scan_convert(const Policy& policy, const scan_lines& lines, const Probe& probe,
                    const scan_convert_settings& settings = {}) {
-    return scan_convert(policy, lines,
-                        make_scan_map(policy, probe, {.depth = lines.depth, .samples = lines.samples}, settings));
+    return scan_convert(policy, lines, make_scan_map(policy, probe, detail::acquisition_of(lines), settings));
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -3544,25 +4028,26 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const Probe& p
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A probe with every line divided into `rays`: the same face, field and beam, sampled more finely.
+/// A probe with every line split into several: the same face, field of view and beam with finer lateral sampling.
 template <transducer Probe>
 struct refined : Probe {
-    std::uint32_t lines = 1; ///< hides that of the probe: rays times as many
-    std::uint32_t rays = 1;  ///< for each line of the probe
+    std::uint32_t lines = 1; ///< hides the member of the probe: `rays` times as many
+    std::uint32_t rays = 1;  ///< lines for each line of the probe
 
-    /// @param rays_per_line  1 or more
+    /// @param rays_per_line  at least 1
     refined(const Probe& probe, std::uint32_t rays_per_line)
         : Probe{probe}, lines{probe.lines * rays_per_line}, rays{rays_per_line} {}
 
-    /// Ray `line` in the frame of the probe.
+    /// The line as a ray in the probe frame.
     INSONIFY_FN ray beam(float line) const { return Probe::beam((line + 0.5F) / static_cast<float>(rays) - 0.5F); }
-    /// From {x, z} to {ray, metres along it}.
+    /// From {x, z} to {line, depth along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         const vec2 place = Probe::locate(point);
         return {(place.x + 0.5F) * static_cast<float>(rays) - 0.5F, place.y};
     }
 
-    friend bool operator==(const refined&, const refined&) = default;
+    friend bool operator==(const refined&, const refined&) requires detail::comparable<Probe>
+    = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -3573,186 +4058,56 @@ struct refined : Probe {
 #ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 #define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 
-#ifndef INSONIFY_SIGNAL_PULSE_HPP
-#define INSONIFY_SIGNAL_PULSE_HPP
-
-#ifndef INSONIFY_SIGNAL_TAPS_HPP
-#define INSONIFY_SIGNAL_TAPS_HPP
-
-#include <cstddef>
-#include <utility>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Gaussian kernels are cut off at so many standard deviations: e^-8 or -69 dB.
-inline constexpr float kernel_sigmas = 4;
-
-/// One weight of a filter.
-struct tap {
-    float weight = 0;
-    std::ptrdiff_t offset = 0; ///< in complex samples, from the sample that has the number of the result
-};
-
-/// A filter may read so many samples further than its results need.
-inline constexpr std::size_t tap_room = std::size_t{4} * simd_width;
-
-/// As many results as eight registers hold, which the sums never leave.
-template <int Width, std::size_t... I>
-INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, float* to, std::index_sequence<I...>) {
-    lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
-    for (const tap& one : taps) {
-        const lanes<Width> weight(one.weight);
-        const float* at = from + 2 * one.offset;
-        ((sums[I] = multiply_add(load<Width>(at + I * Width), weight, sums[I])), ...);
-    }
-    (store(sums[I], to + I * Width), ...);
-}
-
-/// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
-///
-/// @tparam Width  floats that are worked on at once
-/// @param from  is read up to `tap_room` samples beyond what `count` results need
-/// @param to    must not overlap what is read
-template <int Width>
-void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
-    constexpr std::size_t block = std::size_t{4} * Width;
-    constexpr auto registers = std::make_index_sequence<8>{};
-    std::size_t begin = 0;
-    for (; begin + block <= count; begin += block)
-        sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin),
-                                 reinterpret_cast<float*>(to + begin), registers);
-    if (begin == count) return;
-    vec2 last[block];
-    sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(last),
-                             registers);
-    for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#include <string>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The envelope of an echo along the displayed depth: a burst of constant amplitude, smoothed by a Gaussian; peak 1.
-struct pulse_envelope {
-    float sigma = 1; ///< of the Gaussian
-    float burst = 0; ///< length of the burst, in the unit of `sigma`; 0: the Gaussian itself
-
-    /// Beyond this distance from the middle there is nothing.
-    INSONIFY_FN float reach() const { return 0.5F * burst + kernel_sigmas * sigma; }
-
-    /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, the same summed from x - L/2 to x + L/2.
-    INSONIFY_FN float operator()(float x) const {
-        if (!(burst > 1e-2F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
-        const float scale = 0.70710678F / sigma, half = 0.5F * burst;
-        return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale));
-    }
-};
-
-/// What the probe sends and how it rings: a burst of the carrier through a transducer whose own response has a Gaussian
-/// envelope, and so a Gaussian spectrum.
-///
-///     pulse{.cycles = 2.5F}               as short as the transducer rings, for imaging
-///     pulse{.cycles = 2.5F, .burst = 8}   driven for eight cycles, as for Doppler
-struct pulse {
-    float frequency = 0; ///< of the carrier, hertz; 0: the probe's
-    float cycles = 2.5F; ///< of the transducer's ring, between the points where it has fallen to a tenth (-20 dB)
-    float burst = 0;     ///< cycles for which it is driven at one amplitude; 0: a single stroke
-
-    /// Width of the transducer's amplitude spectrum at half its height (-6 dB), B, as a share of its centre frequency.
-    ///
-    /// B = 1.61 / cycles: an envelope of standard deviation s in time is a tenth at +-2.146 s, and s = 0.3748 / (B f0).
-    INSONIFY_FN constexpr float bandwidth() const { return 1.61F / cycles; }
-
-    /// Standard deviation of the ring's envelope along the displayed depth, metres: 0.1874 c0 / (B f0).
-    ///
-    /// The spectrum's is B f0 / 2.3548 and the envelope's in time 1 / (2 pi) over that; depth is c0 t / 2.
-    /// @param carrier  f0, hertz
-    INSONIFY_FN constexpr float sigma_z(float carrier) const { return axial_sigma(bandwidth(), carrier); }
-
-    /// In metres of displayed depth, in which a cycle is c0 / (2 f0) long.
-    INSONIFY_FN constexpr pulse_envelope envelope(float carrier) const {
-        return {.sigma = sigma_z(carrier), .burst = burst * display_speed / (2 * carrier)};
-    }
-
-    /// @param carrier  frequency of the probe, which the echoes were traced at, hertz
-    /// @throws usage_error  where a setting makes no sense, or the pulse is not at the carrier
-    INSONIFY_LAZY void check(float carrier) const {
-        if (!is_finite(cycles) || !(cycles > 0))
-            throw usage_error{"pulse: `cycles` must be a finite number above 0; 2.5 is usual"};
-        if (!is_finite(burst) || !(burst >= 0))
-            throw usage_error{"pulse: `burst` must be a finite number of cycles, or 0 for a single stroke"};
-        if (!is_finite(frequency) || !(frequency >= 0))
-            throw usage_error{"pulse: `frequency` must be a finite number of hertz, or 0 for the probe's"};
-        if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
-            throw usage_error{"pulse: its frequency of " + std::to_string(frequency) + " Hz is not the probe's, " +
-                              std::to_string(carrier) + " Hz; give both the same, or leave the pulse's at 0"};
-    }
-};
-
-/// The pulse that a probe is built for: as short as its `bandwidth` (a share of its frequency) allows, and `pulse{}`
-/// for a probe that states none.
-template <transducer Probe>
-INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
-    if constexpr (requires { probe.bandwidth; })
-        return {.cycles = 1.61F / probe.bandwidth};
-    else
-        return {};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #include <cstddef>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The envelope of a pulse along a line of complex samples, with one result for every `decimation` samples.
+/// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples, the
+/// decimation.
 ///
-/// Result k stands in the middle of samples k D to k D + D - 1: for an even D between two of them. A line is laid out
-/// by remainder: its samples 0, D, 2 D, ..., then 1, D + 1, ..., each row with zeros around it, so that a tap reads
+/// Result k is at the centre of samples k D to k D + D - 1; for an even D this is between two samples. A line is stored
+/// as D polyphase rows (samples 0, D, 2 D, ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads
 /// consecutive samples for consecutive results.
 class axial_kernel {
   public:
     axial_kernel() = default;
-    INSONIFY_LAZY axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
         set(samples, envelope, decimation);
     }
 
-    /// Another kernel in the same memory. @param envelope  in samples
-    INSONIFY_LAZY void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+    /// Recomputes the kernel in the same memory. @param envelope  in units of samples
+    void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
         decimation_ = decimation;
         results_ = samples / decimation;
-        const auto reach = static_cast<std::size_t>(lesser(envelope.reach(), static_cast<float>(samples)));
-        zeros_ = reach / decimation + 1;
+        const auto half_length = static_cast<std::size_t>(min(envelope.half_length(), static_cast<float>(samples)));
+        zeros_ = half_length / decimation + 1;
         stride_ = results_ + 2 * zeros_ + tap_room;
         taps_.clear();
-        const std::size_t begin = zeros_ * decimation; // of the line, in samples, were it not laid out by remainder
-        for (std::size_t at = begin - reach; at < begin + reach + decimation; ++at) {
-            const float middle = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
-            const float from_middle = static_cast<float>(at) - middle;
-            if (std::fabs(from_middle) > envelope.reach()) continue;
-            later<Later>(taps_).push_back(
-                {.weight = envelope(from_middle),
-                 .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
+        const std::size_t begin = zeros_ * decimation; // of the line in one padded row, before it is split into phases
+        for (std::size_t at = begin - half_length; at < begin + half_length + decimation; ++at) {
+            const float centre = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
+            const float from_centre = static_cast<float>(at) - centre;
+            if (std::fabs(from_centre) > envelope.half_length()) continue;
+            taps_.push_back({.weight = envelope(from_centre),
+                             .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
         }
     }
 
-    /// Of a laid-out line, in samples.
+    /// Size of a polyphase line, in samples.
     std::size_t layout_size() const { return decimation_ * stride_; }
 
-    /// About what a line takes.
+    /// Approximate time for a line.
     float nanoseconds() const { return static_cast<float>(results_ * (2 + taps_.size() / 8)); }
 
-    /// @param layout  zeros, or a line laid out before
-    INSONIFY_LAZY void lay_out(const vec2* line, vec2* layout) const {
-        for (std::size_t remainder = 0; remainder < decimation_; ++remainder)
+    /// Stores a line as polyphase rows. @param layout  zeros, or an earlier line
+    void lay_out(const vec2* line, vec2* layout) const {
+        for (std::size_t phase = 0; phase < decimation_; ++phase)
             for (std::size_t i = 0; i < results_; ++i)
-                layout[remainder * stride_ + zeros_ + i] = line[i * decimation_ + remainder];
+                layout[phase * stride_ + zeros_ + i] = line[i * decimation_ + phase];
     }
 
-    /// @tparam Width  floats that are worked on at once
+    /// @tparam Width  floats in a SIMD register
     template <int Width>
     void apply(const vec2* layout, vec2* results) const {
         sum_taps<Width>({taps_.data(), taps_.size()}, layout, results, results_);
@@ -3761,12 +4116,12 @@ class axial_kernel {
   private:
     std::size_t decimation_ = 1;
     std::size_t results_ = 0;
-    std::size_t zeros_ = 0;  // before the samples of a remainder, and after them
-    std::size_t stride_ = 0; // from one remainder to the next
+    std::size_t zeros_ = 0;  // padding before and after each row
+    std::size_t stride_ = 0; // from row to row
     std::vector<tap> taps_;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #ifndef INSONIFY_SIGNAL_LATERAL_SLAB_HPP
 #define INSONIFY_SIGNAL_LATERAL_SLAB_HPP
@@ -3781,40 +4136,41 @@ class axial_kernel {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How wide the beam is, there and back, at each depth: Gaussian in amplitude, across the lines and out of their plane.
+/// Two-way beam width at each depth: a Gaussian of amplitude in the lateral and in the elevation direction.
 ///
-/// One focus when sending, the aperture opened with depth when receiving. Made by `beam_of`; the depths are metres.
+/// One transmit focus; on receive the aperture grows with depth (constant F-number). Made by `beam_of`. Depths in
+/// metres.
 struct beam_model {
     float wavelength = display_speed / 7.5e6F; ///< lambda = c0 / f0, metres
-    float least_fnumber = 2;                   ///< F#: the depth over the aperture in use, as long as that is there
-    float aperture = FLT_MAX;                  ///< the widest, across the lines, metres
-    float focus = 20_mm;                       ///< z_f, of sending
-    float elevation_height = 5_mm;             ///< h, of the aperture out of the slice plane, metres
-    float elevation_focus = 20_mm;             ///< z_y, of the lens: depth at which the slice is thinnest
+    float min_fnumber = 2;                     ///< F#: depth over active aperture, until the aperture is fully used
+    float aperture = FLT_MAX;                  ///< largest active aperture, metres
+    float focus = 20_mm;                       ///< z_f, transmit focus, metres
+    float elevation_height = 5_mm;             ///< h, height of the aperture, metres
+    float elevation_focus = 20_mm;             ///< z_y, focus of the lens in elevation, metres
 
-    /// Half height (-6 dB) of a Gaussian over its standard deviation: 2 sqrt(2 ln 2).
+    /// -6 dB width of a Gaussian over its standard deviation: 2 sqrt(2 ln 2).
     static constexpr float width_of_sigma = 2.3548F;
 
-    /// F#(z) = max(F#, z / aperture): deep down the whole aperture is in use.
-    INSONIFY_FN float fnumber(float depth) const { return greater(least_fnumber, depth / aperture); }
+    /// F#(z) = max(F#, z / aperture).
+    INSONIFY_FN float fnumber(float depth) const { return max(min_fnumber, depth / aperture); }
 
-    /// -6 dB width across the lines, metres: k(z) lambda F#(z), where
+    /// Lateral -6 dB width, metres: k(z) lambda F#(z), where
     /// k(z) = 0.92 + 0.32 (1 - exp(-((z - z_f) / (4 lambda F#^2))^2)).
     ///
-    /// Source: fitted to simulated fields of an array that receives at constant F#; within 12 % from F/2 to F/4.
+    /// Source: fit to simulated fields of an array that receives at constant F#; within 12 % from F/2 to F/4.
     INSONIFY_FN float lateral_width(float depth) const {
-        const float off_focus = (depth - focus) / (4 * wavelength * least_fnumber * least_fnumber);
+        const float off_focus = (depth - focus) / (4 * wavelength * min_fnumber * min_fnumber);
         const float k = 0.92F + 0.32F * (1 - std::exp(-off_focus * off_focus));
         return k * wavelength * fnumber(depth);
     }
-    /// Standard deviation across the lines, metres.
+    /// Lateral standard deviation, metres.
     INSONIFY_FN float lateral_sigma(float depth) const { return lateral_width(depth) / width_of_sigma; }
 
-    /// F#y = z_y / h.
+    /// F-number in elevation: z_y / h.
     INSONIFY_FN float elevation_fnumber() const { return elevation_focus / elevation_height; }
 
-    /// Standard deviation out of the slice plane, metres: sqrt((0.92 lambda F#y / 2.3548)^2 + (0.289 h |1 - z/z_y|)^2),
-    /// the width at the focus and, away from it, that of the aperture's shadow (0.289 = 1 / sqrt(12)).
+    /// Standard deviation in elevation, metres: sqrt((0.92 lambda F#y / 2.3548)^2 + (0.289 h |1 - z/z_y|)^2), from
+    /// diffraction at the focus and the geometric shadow of the aperture elsewhere (0.289 = 1 / sqrt(12)).
     INSONIFY_FN float elevation_sigma(float depth) const {
         const float diffraction = 0.92F * wavelength * elevation_fnumber() / width_of_sigma;
         const float geometry = 0.289F * elevation_height * (1 - depth / elevation_focus);
@@ -3822,17 +4178,18 @@ struct beam_model {
     }
 };
 
-/// The beam of a probe. What a probe of your own does not state (`fnumber`, `focus`, `elevation_height`,
-/// `elevation_focus`, and `float aperture() const`) is as in `beam_model{}`: F/2, half the depth of the picture, 5 mm,
-/// 20 mm, and no bound.
-/// @param depth  of the picture, metres: a focus of 0 is half of it
-/// @throws usage_error  where the probe or the depth makes no sense
+/// The beam of a probe. Members that a user's probe lacks (`fnumber`, `focus`, `elevation_height`, `elevation_focus`,
+/// and `float aperture() const`) take the defaults of `beam_model`: F/2, half the image depth, 5 mm, 20 mm, and
+/// unlimited.
+/// @param depth  image depth, metres; a focus of 0 is half of it
+/// @throws usage_error  for a depth or a setting of the probe out of range
 template <transducer Probe>
 beam_model beam_of(const Probe& probe, float depth) {
     probe.check();
-    if (!is_depth(depth)) throw usage_error{"beam_of: the depth of the picture must be from 1 nm to 1000 km"};
+    check_array(probe);
+    check_depth(depth, "beam_of");
     beam_model beam{.wavelength = display_speed / probe.frequency, .focus = depth / 2};
-    if constexpr (requires { probe.fnumber; }) beam.least_fnumber = probe.fnumber;
+    if constexpr (requires { probe.fnumber; }) beam.min_fnumber = probe.fnumber;
     if constexpr (requires { probe.aperture(); }) beam.aperture = probe.aperture();
     if constexpr (requires { probe.focus; })
         if (probe.focus > 0) beam.focus = probe.focus;
@@ -3841,57 +4198,58 @@ beam_model beam_of(const Probe& probe, float depth) {
     return beam;
 }
 
-/// Metres between neighbouring lines at a depth along them, in the middle of the field; along the arc where they fan
-/// out.
+/// Distance between neighbouring lines at a depth, in the centre of the field of view, metres; along the arc where
+/// lines diverge.
 template <transducer Probe>
 INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
     const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
     const ray left = probe.beam(middle - 0.5F), right = probe.beam(middle + 0.5F);
     const float chord = length(right.at(depth) - left.at(depth));
-    const float half_sine = 0.5F * length(right.direction - left.direction); // of half the angle between the two
-    return half_sine < 1e-3F ? chord : chord * std::asin(lesser(half_sine, 1)) / half_sine;
+    const float half_sine = 0.5F * length(right.direction - left.direction); // of half the angle between them
+    return half_sine < 1e-3F ? chord : chord * std::asin(min(half_sine, 1)) / half_sine;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// What a line takes from its neighbours at one depth: weights that sum to 1 over the lines that exist.
+/// Lateral weights at one depth; normalized over the lines that exist.
 struct lateral_weights {
-    view<const float> half{}; ///< by distance in lines, 0 to the reach; both sides together sum to 1
-    std::uint32_t lines = 1;  ///< of the probe
-    bool full_circle = false; ///< the last line is the neighbour of the first
-    float spacing = 0;        ///< of the lines at this depth, metres
+    view<const float> half{}; ///< by distance in lines, 0 to `half_width`; both sides sum to 1
+    std::uint32_t lines = 1;  ///< number of lines of the probe
+    bool full_circle = false; ///< the last line is next to the first
+    float spacing = 0;        ///< distance between lines at this depth, metres
 
-    INSONIFY_FN int reach() const { return static_cast<int>(half.size()) - 1; }
+    INSONIFY_FN int half_width() const { return static_cast<int>(half.size()) - 1; }
 
-    /// Offsets of the first and of the last neighbour within reach that exist.
+    /// Offsets of the first and the last neighbour that exist.
     INSONIFY_FN int first(std::uint32_t line) const {
-        const int there = static_cast<int>(line);
-        return full_circle || there > reach() ? -reach() : -there;
+        const int before = static_cast<int>(line);
+        return full_circle || before > half_width() ? -half_width() : -before;
     }
     INSONIFY_FN int last(std::uint32_t line) const {
-        const int there = static_cast<int>(lines - 1 - line);
-        return full_circle || there > reach() ? reach() : there;
+        const int after = static_cast<int>(lines - 1 - line);
+        return full_circle || after > half_width() ? half_width() : after;
     }
 
-    /// The sum of `half` over the lines that exist: 1 but near the ends, where the weights are divided by it.
+    /// Sum of the weights over the lines that exist, by which they are divided: 1 except near the ends.
     INSONIFY_FN float existing(std::uint32_t line) const {
         const int begin = first(line), end = last(line);
-        if (begin == -reach() && end == reach()) return 1;
+        if (begin == -half_width() && end == half_width()) return 1;
         float sum = 0;
         for (int offset = begin; offset <= end; ++offset) sum += weight(offset);
         return sum;
     }
 
-    /// The power that independent echoes have on a line: sum_jk w_j g_j w_k g_k C(x_j - x_k).
-    /// @param covariance  C(lag), of values on two lines that are so many lines apart; 1 at 0, and 0 from some lag on
-    /// @param gain        g(line): the amplitude that the echoes of a line have before
+    /// Power of incoherent echoes on a line after weighting: sum_jk w_j g_j w_k g_k C(x_j - x_k).
+    /// @param covariance  C(lag) of the echoes on two lines, the lag in lines; 1 at lag 0, and 0 from some lag on
+    /// @param gain        g(line), amplitude of the echoes of a line before weighting
     template <class Covariance, class Gain>
     INSONIFY_FN float power(std::uint32_t line, const Covariance& covariance, const Gain& gain) const {
         const int begin = first(line), end = last(line), here = static_cast<int>(line);
@@ -3901,12 +4259,12 @@ struct lateral_weights {
         };
         float sum = 0;
         for (int lag = 0; lag <= end - begin; ++lag) {
-            const float alike = covariance(lag);
-            if (lag > 0 && !(alike > 0)) break;
+            const float correlated = covariance(lag);
+            if (lag > 0 && !(correlated > 0)) break;
             float products = 0;
             for (int offset = begin; offset + lag <= end; ++offset)
                 products += amplitude(offset) * amplitude(offset + lag);
-            sum += (lag == 0 ? 1 : 2) * alike * products;
+            sum += (lag == 0 ? 1 : 2) * correlated * products;
         }
         const float all = existing(line);
         return sum / (all * all);
@@ -3916,51 +4274,51 @@ struct lateral_weights {
     INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
 };
 
-/// The weights of `convolve` at every depth of a grid of lines. Made by `make_lateral_kernel`.
+/// Lateral weights of `convolve` at every depth. Made by `make_lateral_kernel`.
 ///
-/// Stated in the middle of every depth step, and linear between: steps in them would be heard as noise.
+/// Computed at the centre of every depth step and interpolated linearly, since steps would add noise.
 struct lateral_kernel {
     static constexpr std::uint32_t depth_step = 8; ///< samples
 
-    /// Where the weights of a step begin in `weights`.
+    /// Range of the weights of a depth step in `weights`.
     struct entry {
         std::size_t begin = 0;
         std::size_t count = 0;
-        float spacing = 0; ///< of the lines, metres
+        float spacing = 0; ///< distance between lines, metres
     };
     std::uint32_t lines = 1;
-    bool full_circle = false; ///< the last line is the neighbour of the first
+    bool full_circle = false; ///< the last line is next to the first
     std::vector<entry> entries;
     std::vector<float> weights;
 
-    /// In the middle of the step that a sample belongs to.
-    INSONIFY_LAZY lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
+    /// Weights at the centre of the depth step that contains a sample.
+    lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
 
-    /// At a sample itself, as `convolve` takes them: (1 - share) of one step's weights and `share` of another's.
+    /// Weights at a sample: (1 - fraction) of the weights `above` plus `fraction` of those `below`.
     struct blend {
         view<const float> above{};
         view<const float> below{};
-        float share = 0;
+        float fraction = 0;
     };
-    INSONIFY_LAZY blend blend_at(std::uint32_t sample) const {
+    blend blend_at(std::uint32_t sample) const {
         const auto last = static_cast<float>(entries.size() - 1);
-        const float place = clamped((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
+        const float place = clamp((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
         const auto first = static_cast<std::size_t>(place);
         const entry &above = entries[first], &below = entries[first + (place < last ? 1 : 0)];
         return {.above = {weights.data() + above.begin, above.count},
                 .below = {weights.data() + below.begin, below.count},
-                .share = place - static_cast<float>(first)};
+                .fraction = place - static_cast<float>(first)};
     }
 
-    /// The furthest of all depths, in lines.
-    INSONIFY_LAZY std::size_t reach() const {
-        std::size_t most = 1;
-        for (const entry& e : entries) most = e.count > most ? e.count : most;
-        return most - 1;
+    /// The largest of all depths, in lines.
+    std::size_t half_width() const {
+        std::size_t longest = 1;
+        for (const entry& e : entries) longest = std::max(longest, e.count);
+        return longest - 1;
     }
 
   private:
-    INSONIFY_LAZY lateral_weights of(const entry& e) const {
+    lateral_weights of(const entry& e) const {
         return {.half = {weights.data() + e.begin, e.count},
                 .lines = lines,
                 .full_circle = full_circle,
@@ -3968,29 +4326,29 @@ struct lateral_kernel {
     }
 };
 
-/// @param scan      depth and samples of the lines; `samples` must be stated
-/// @param recycled  a kernel whose memory is used again
-/// @throws usage_error  where the probe or the acquisition makes no sense
+/// @param scan      depth and samples of the lines; `samples` must not be 0
+/// @param recycled  a kernel whose memory is reused
+/// @throws usage_error  for a setting of the probe or acquisition out of range
 template <transducer Probe>
 lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, lateral_kernel recycled = {}) {
     const beam_model beam = beam_of(probe, scan.depth);
-    if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` must be stated"};
+    if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` is 0; it must be that of the lines"};
     constexpr std::uint32_t step = lateral_kernel::depth_step;
     lateral_kernel kernel = std::move(recycled);
     kernel.lines = probe.lines;
     kernel.full_circle = is_full_circle(probe);
-    auto& entries = later<Probe>(kernel.entries);
-    auto& weights = later<Probe>(kernel.weights);
+    auto& entries = kernel.entries;
+    auto& weights = kernel.weights;
     entries.clear();
     weights.clear();
-    const std::uint32_t most = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
+    const std::uint32_t last = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
     for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
         const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
         const float sigma = beam.lateral_sigma(depth);
         const float spacing = line_spacing(probe, depth);
         const std::size_t begin = weights.size();
         double sum = 0;
-        for (std::uint32_t offset = 0; offset <= most; ++offset) {
+        for (std::uint32_t offset = 0; offset <= last; ++offset) {
             const float sigmas = static_cast<float>(offset) * spacing / sigma;
             if (sigmas > kernel_sigmas) break;
             weights.push_back(std::exp(-0.5F * sigmas * sigmas));
@@ -4004,84 +4362,87 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
     return kernel;
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <algorithm>
 #include <utility>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A few consecutive samples of every line, copied out to be weighted with their neighbours on other lines.
+/// A copy of a few consecutive samples of every line, for filtering across the lines. H is the half width of the
+/// kernel:
 ///
-///     line  -reach ... -1 | 0 ... lines - 1 | lines ... lines - 1 + reach
+///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
 ///           zeros, or for a full circle the lines from the other end
 ///
-/// All samples of a line lie together, each with weights of its own, so that whole registers are worked on.
+/// The samples of a line are contiguous and each has its own weights, so that SIMD works along the line.
 class lateral_slab {
   public:
     static constexpr std::size_t samples = 32;
 
-    /// @param memory  what is worked in; it grows where it must
-    INSONIFY_LAZY lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
-        : kernel_{kernel}, lines_{kernel.lines}, reach_{kernel.reach()} {
-        const std::size_t rows = 2 * (reach_ + 1) + lines_ + 2 * reach_;
-        later<Later>(memory).resize(rows * samples);
+    /// @param memory  scratch memory; grows as needed
+    lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
+        : kernel_{kernel}, lines_{kernel.lines}, half_width_{kernel.half_width()} {
+        const std::size_t rows = 2 * (half_width_ + 1) + lines_ + 2 * half_width_;
+        memory.resize(rows * samples);
         weights_ = memory.data();
-        tails_ = weights_ + (reach_ + 1) * samples;
-        values_ = tails_ + (reach_ + 1) * samples;
-        std::fill(values_, values_ + reach_ * samples, vec2{0, 0});
-        std::fill(row(lines_), row(lines_) + reach_ * samples, vec2{0, 0});
+        tails_ = weights_ + (half_width_ + 1) * samples;
+        values_ = tails_ + (half_width_ + 1) * samples;
+        std::fill(values_, values_ + half_width_ * samples, vec2{0, 0});
+        std::fill(row(lines_), row(lines_) + half_width_ * samples, vec2{0, 0});
     }
 
-    /// Takes the weights of `count` samples from number `first` on.
-    INSONIFY_LAZY void weigh(std::size_t first, std::size_t count) {
+    /// Computes the weights of samples `first` to `first` + `count` - 1.
+    void weigh(std::size_t first, std::size_t count) {
         std::fill(weights_, values_, vec2{0, 0});
         for (std::size_t k = 0; k < count; ++k) {
             const lateral_kernel::blend at = kernel_.blend_at(static_cast<std::uint32_t>(first + k));
-            for (std::size_t i = 0; i < at.above.size(); ++i) weights_[i * samples + k] += (1 - at.share) * at.above[i];
-            for (std::size_t i = 0; i < at.below.size(); ++i) weights_[i * samples + k] += at.share * at.below[i];
+            for (std::size_t i = 0; i < at.above.size(); ++i)
+                weights_[i * samples + k] += (1 - at.fraction) * at.above[i];
+            for (std::size_t i = 0; i < at.below.size(); ++i) weights_[i * samples + k] += at.fraction * at.below[i];
         }
-        for (std::size_t i = reach_; i-- > 0;) // what the neighbours beyond the i-th weigh
+        for (std::size_t i = half_width_; i-- > 0;) // sum of the weights of the neighbours beyond the i-th
             for (std::size_t k = 0; k < samples; ++k)
                 tails_[i * samples + k] = tails_[(i + 1) * samples + k] + weights_[(i + 1) * samples + k];
     }
 
-    /// @param stride  from line to line
-    INSONIFY_LAZY void copy(const vec2* from, std::size_t stride, std::size_t count) {
+    /// Copies samples of all lines. @param stride  from line to line
+    void copy(const vec2* from, std::size_t stride, std::size_t count) {
         for (std::size_t line = 0; line < lines_; ++line) std::copy_n(from + line * stride, count, row(line));
         if (!kernel_.full_circle) return;
-        std::copy_n(row(lines_ - reach_), reach_ * samples, values_);
-        std::copy_n(row(0), reach_ * samples, row(lines_));
+        std::copy_n(row(lines_ - half_width_), half_width_ * samples, values_);
+        std::copy_n(row(0), half_width_ * samples, row(lines_));
     }
 
-    /// Each line with its neighbours, divided by the weight of those that exist.
-    /// @tparam Width  floats that are worked on at once
+    /// Filters across the lines; the weights are normalized over the lines that exist.
+    /// @tparam Width  floats in a SIMD register
     template <int Width>
     void apply(vec2* to, std::size_t stride, std::size_t count) const {
         vec2 sums[samples];
         for (std::size_t line = 0; line < lines_; ++line) {
             const std::size_t after = lines_ - 1 - line;
-            const bool whole = kernel_.full_circle || (line >= reach_ && after >= reach_);
+            const bool whole = kernel_.full_circle || (line >= half_width_ && after >= half_width_);
             vec2* out = whole && count == samples ? to + line * stride : sums;
             for (std::size_t part = 0; part < samples; part += std::size_t{4} * Width)
                 sum_neighbours<Width>(row(line) + part, weights_ + part, out + part, std::make_index_sequence<8>{});
             if (!whole)
                 for (std::size_t k = 0; k < count; ++k)
-                    sums[k] /= 1 - (line < reach_ ? tails_[line * samples + k].x : 0) -
-                               (after < reach_ ? tails_[after * samples + k].x : 0);
+                    sums[k] /= 1 - (line < half_width_ ? tails_[line * samples + k].x : 0) -
+                               (after < half_width_ ? tails_[after * samples + k].x : 0);
             if (out == sums) std::copy_n(sums, count, to + line * stride);
         }
     }
 
   private:
-    vec2* row(std::size_t line) const { return values_ + (reach_ + line) * samples; }
+    vec2* row(std::size_t line) const { return values_ + (half_width_ + line) * samples; }
 
-    // As many samples as eight registers hold, which the sums never leave.
+    // As many samples as eight SIMD registers hold; the sums stay in registers.
     template <int Width, std::size_t... I>
     INSONIFY_INLINE void sum_neighbours(const vec2* here, const vec2* weights, vec2* to,
                                         std::index_sequence<I...>) const {
         const auto floats = [](const vec2* at) { return reinterpret_cast<const float*>(at); };
         lanes<Width> sums[] = {load<Width>(floats(here) + I * Width) * load<Width>(floats(weights) + I * Width)...};
-        for (std::size_t apart = samples; apart <= reach_ * samples; apart += samples) {
+        for (std::size_t apart = samples; apart <= half_width_ * samples; apart += samples) {
             const float *left = floats(here - apart), *right = floats(here + apart), *weight = floats(weights + apart);
             ((sums[I] = multiply_add(load<Width>(left + I * Width) + load<Width>(right + I * Width),
                                      load<Width>(weight + I * Width), sums[I])),
@@ -4092,14 +4453,15 @@ class lateral_slab {
 
     const lateral_kernel& kernel_;
     std::size_t lines_ = 0;
-    std::size_t reach_ = 0;
-    vec2* weights_ = nullptr; // by distance in lines: that of each sample, twice
-    vec2* tails_ = nullptr;
+    std::size_t half_width_ = 0;
+    vec2* weights_ = nullptr; // by distance in lines, that of each sample twice: for x and y
+    vec2* tails_ = nullptr;   // by distance in lines: sum of the weights beyond
     vec2* values_ = nullptr;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -4108,78 +4470,84 @@ class lateral_slab {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What `convolve` does beside spreading the echoes.
+/// Options of `convolve`.
 struct convolve_settings {
-    std::uint32_t decimation = 1; ///< so many samples become one, in the middle of them; it must divide their number
+    std::uint32_t decimation = 1; ///< samples per result; a divisor of the number of samples
 };
 
-/// What `convolve` keeps from frame to frame: handed back each time, nothing is allocated after the first.
+/// Tables and memory of `convolve`. Pass it again with the next frame: memory is allocated only while it grows.
 struct convolve_workspace {
-    lateral_kernel lateral;                ///< weights across the lines
-    axial_kernel axial;                    ///< weights along a line
-    std::vector<std::vector<vec2>> blocks; ///< what a block of lines, or of samples, is worked on in
-    iq_lines decimated;                    ///< the lines of the frame before
+    detail::lateral_kernel lateral;        ///< weights across the lines
+    detail::axial_kernel axial;            ///< weights along a line
+    std::vector<std::vector<vec2>> blocks; ///< scratch memory of each block of lines or samples
+    iq_lines decimated;                    ///< the lines of the previous frame
 };
 
-/// The axial half of `convolve`: in place where nothing is decimated.
-/// @param sent  in samples
+namespace detail {
+
+/// `for_each_block` with scratch memory for each block: body(begin, end, memory).
+template <exec::policy Policy, class Body>
+void for_each_block_with_memory(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
+                                std::vector<std::vector<vec2>>& memory, const Body& body) {
+    memory.resize(std::max(memory.size(), (count + block - 1) / block));
+    exec::for_each_block(policy, count, block, nanoseconds,
+                         [&](std::size_t begin, std::size_t end) { body(begin, end, memory[begin / block]); });
+}
+
+/// The axial half of `convolve`; in place without decimation.
+/// @param sent  in units of samples
 template <exec::policy Policy>
 iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation,
                         convolve_workspace& own) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    constexpr std::size_t together = 8; // lines
     own.axial.set(echoes.samples, sent, decimation);
     if (decimation > 1) own.decimated.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
     iq_lines& results = decimation > 1 ? own.decimated : echoes;
-    const std::size_t blocks = (echoes.count + together - 1) / together;
-    if (own.blocks.size() < blocks) later<Policy>(own.blocks).resize(blocks);
-    exec::for_each_block(
-        policy, echoes.count, together, own.axial.nanoseconds(), [&](std::size_t begin, std::size_t end) {
-            std::vector<vec2>& layout = own.blocks[begin / together];
-            layout.assign(own.axial.layout_size(), vec2{0, 0});
-            for (std::size_t line = begin; line < end; ++line) {
-                own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-                own.axial.template apply<width>(layout.data(), results.values.data() + line * results.samples);
-            }
-        });
-    if (decimation > 1) std::swap(later<Policy>(own.decimated), later<Policy>(echoes));
+    for_each_block_with_memory(policy, echoes.count, 8, own.axial.nanoseconds(), own.blocks,
+                               [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
+                                   layout.assign(own.axial.layout_size(), vec2{0, 0});
+                                   for (std::size_t line = begin; line < end; ++line) {
+                                       own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                                       own.axial.template apply<width>(layout.data(),
+                                                                       results.values.data() + line * results.samples);
+                                   }
+                               });
+    if (decimation > 1) std::swap(own.decimated, echoes);
     return echoes;
 }
 
-/// The lateral half of `convolve`, in place.
-///
-/// A slab of a few samples on all lines is copied out, with room for neighbours beyond the outermost: zeros or, for a
-/// full circle, the lines from the other end. The weights change from sample to sample.
+/// The lateral half of `convolve`, in place. The weights change from sample to sample.
 template <exec::policy Policy>
 iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspace& own) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     constexpr std::size_t thickness = lateral_slab::samples;
-    const std::size_t slabs = (lines.samples + thickness - 1) / thickness, together = 8;
-    const std::size_t blocks = (slabs + together - 1) / together;
-    if (own.blocks.size() < blocks) later<Policy>(own.blocks).resize(blocks);
-    const float slab_time = 0.2F * static_cast<float>((2 * own.lateral.reach() + 1) * lines.count * thickness);
-    exec::for_each_block(policy, slabs, together, slab_time, [&](std::size_t begin, std::size_t end) {
-        lateral_slab slab{own.lateral, own.blocks[begin / together]};
-        for (std::size_t i = begin; i < end; ++i) {
-            const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
-            slab.weigh(first, count);
-            slab.copy(lines.values.data() + first, lines.samples, count);
-            slab.template apply<width>(lines.values.data() + first, lines.samples, count);
-        }
-    });
+    const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
+    const float slab_time = 0.2F * static_cast<float>((2 * own.lateral.half_width() + 1) * lines.count * thickness);
+    for_each_block_with_memory(
+        policy, slabs, 8, slab_time, own.blocks, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
+            lateral_slab slab{own.lateral, memory};
+            for (std::size_t i = begin; i < end; ++i) {
+                const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
+                slab.weigh(first, count);
+                slab.copy(lines.values.data() + first, lines.samples, count);
+                slab.template apply<width>(lines.values.data() + first, lines.samples, count);
+            }
+        });
     return lines;
 }
 
-/// Echoes to what the probe receives: each spread by the pulse along the line and by the beam across the lines.
+} // namespace detail
+
+/// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
 ///
-/// Along: the pulse's envelope, of peak 1. Across: a Gaussian in metres, `beam_model::lateral_sigma` wide,
-/// whose weights sum to 1 over the lines that exist, also at the ends. So a plate keeps its amplitude at every depth,
-/// sampling and line spacing. Beyond the ends of a line there is nothing, so texture fades within two deviations of the
-/// pulse from them. In place: pass std::move(echoes).
-/// @param echoes  at baseband: an echo a at displayed depth z stands as a exp(-j 4 pi f0 z / c0), c0 = display_speed
-/// @throws usage_error  where the echoes are not the probe's, or coarser than one standard deviation of the pulse;
-///                      where the pulse is not at the probe's frequency, or a setting makes no sense
-/// @param own     kept from frame to frame it spares allocations
+/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma`, whose weights sum
+/// to 1 over the lines that exist, at the ends as well. So a plate keeps its amplitude at every depth, sampling and
+/// line spacing. Lines are zero beyond their ends, so speckle fades within two standard deviations of the pulse from
+/// them. In place: pass std::move(echoes).
+/// @param echoes  baseband: an echo a at displayed depth z is a exp(-j 4 pi f0 z / c0), with c0 = display_speed
+/// @param own     tables and memory, kept from frame to frame
+/// @throws usage_error  for lines that are not those of the probe, samples coarser than the standard deviation of the
+///                      pulse, a pulse frequency other than that of the probe, and settings out of range
 template <exec::policy Policy, transducer Probe>
 iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
                   const convolve_settings& settings, convolve_workspace& own) {
@@ -4187,27 +4555,28 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
     sent.check(probe.frequency);
     if (echoes.count != probe.lines || echoes.samples == 0 ||
         echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
-        throw usage_error{"convolve: the echoes must have as many lines as the probe, and at least one sample"};
-    if (!is_depth(echoes.depth)) throw usage_error{"convolve: the depth of the echoes must be from 1 nm to 1000 km"};
+        throw usage_error{"convolve: the echoes must have as many lines as the probe, and a value for every sample"};
+    check_depth(echoes.depth, "convolve");
     if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
-        throw usage_error{"convolve: `decimation` must divide the number of samples, " +
-                          std::to_string(echoes.samples)};
+        throw usage_error{"convolve: decimation is " + std::to_string(settings.decimation) +
+                          "; it must be a divisor of the number of samples, " + std::to_string(echoes.samples)};
     const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
     const pulse_envelope in_metres = sent.envelope(probe.frequency);
     const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
     const auto decimation = static_cast<float>(settings.decimation);
     if (!(envelope.sigma * 1.0001F >= decimation)) {
-        const float needed = lesser(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
-        throw usage_error{"convolve: the samples are too coarse for this pulse; a line needs at least " +
+        const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
+        throw usage_error{"convolve: the samples are too coarse for the pulse; a line needs at least " +
                           std::to_string(static_cast<std::uint32_t>(needed)) + " (twice as many are usual)" +
                           (settings.decimation > 1 ? ", or a smaller `decimation`" : "")};
     }
 
-    iq_lines lines = convolve_along(policy, std::move(echoes), envelope, settings.decimation, own);
-    own.lateral = make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(own.lateral));
-    return convolve_across(policy, std::move(lines), own);
+    iq_lines lines = detail::convolve_along(policy, std::move(echoes), envelope, settings.decimation, own);
+    own.lateral =
+        detail::make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(own.lateral));
+    return detail::convolve_across(policy, std::move(lines), own);
 }
-/// The same in memory of its own.
+/// The same, with its own tables and memory.
 template <exec::policy Policy, transducer Probe>
 iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
                   const convolve_settings& settings = {}) {
@@ -4227,17 +4596,17 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
 #include <cstddef>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Turns the phase of every frequency of a real signal back by a quarter of a cycle: cos becomes sin.
+/// Hilbert transform: shifts the phase of every frequency of a real signal by -90 degrees, so that cos becomes sin.
 ///
-/// By Fourier transforms of a power of two with at least a quarter of zeros after the signal, of two signals at a time,
-/// one as real and one as imaginary part. The forward transform leaves its results in bit-reversed order and the one
-/// back starts from there, so that nothing is reordered: positive frequencies stand at even places, negative ones at
-/// odd places. Source: Gentleman & Sande 1966 forward, Cooley & Tukey 1965 back.
+/// Uses FFTs of a power of two with at least a quarter of zero padding, of two signals at a time, one as the real and
+/// one as the imaginary part. The forward transform (decimation in frequency) leaves its results in bit-reversed order,
+/// from which the inverse transform (decimation in time) starts, so nothing is reordered: positive frequencies are at
+/// even indices, negative frequencies at odd ones. Source: Gentleman & Sande 1966, Cooley & Tukey 1965.
 class hilbert_transform {
   public:
-    INSONIFY_LAZY explicit hilbert_transform(std::size_t samples)
+    explicit hilbert_transform(std::size_t samples)
         : size_{std::bit_ceil(samples + samples / 4 + 2)}, cosine_(size_), sine_(size_) {
         for (std::size_t half = 1; half < size_; half *= 2)
             for (std::size_t i = 0; i < half; ++i) {
@@ -4247,11 +4616,11 @@ class hilbert_transform {
             }
     }
 
-    /// Floats that `apply` works on, and whose first are the signal; the others must be 0.
+    /// Size of the buffers of `apply`: the signal, padded with zeros.
     std::size_t size() const { return size_; }
 
-    /// In place; the values after the signal are no longer 0.
-    /// @tparam Width  floats that are worked on at once
+    /// In place; overwrites the padding.
+    /// @tparam Width  floats in a SIMD register
     template <int Width>
     void apply(float* one, float* other) const {
         for (std::size_t half = size_ / 2; half > 0; half /= 2)
@@ -4259,7 +4628,7 @@ class hilbert_transform {
                 forward<Width>(one + begin, other + begin, half);
 
         const float scale = 1 / static_cast<float>(size_);
-        one[0] = one[1] = other[0] = other[1] = 0; // the mean and the highest frequency have no phase
+        one[0] = one[1] = other[0] = other[1] = 0; // the Hilbert transform of DC and of the Nyquist frequency is 0
         for (std::size_t i = 2; i < size_; i += 2) {
             const float real = one[i], imaginary = other[i];
             one[i] = scale * imaginary;
@@ -4314,23 +4683,29 @@ class hilbert_transform {
     std::vector<float> sine_;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <algorithm>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Roots of all values, in place.
+namespace detail {
+
+/// Square roots, in place.
 template <int Width>
 void square_roots(float* values, std::size_t count) {
     const std::size_t whole = count - count % Width;
-    for (std::size_t i = 0; i < whole; i += Width) store(square_root(load<Width>(values + i)), values + i);
+    for (std::size_t i = 0; i < whole; i += Width) store(sqrt(load<Width>(values + i)), values + i);
     for (std::size_t i = whole; i < count; ++i) values[i] = std::sqrt(values[i]);
 }
 
-/// The amplitude of each sample: |IQ| = sqrt(I^2 + Q^2).
-/// @param recycled  lines whose memory is used again
+} // namespace detail
+
+/// Envelope of baseband signals: |IQ| = sqrt(I^2 + Q^2).
+/// @param recycled  lines whose memory is reused
 template <exec::policy Policy>
 scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycled = {}) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
@@ -4338,41 +4713,43 @@ scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycle
     exec::for_each_block(policy, iq.values.size(), 16384, 0.6F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             recycled.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
-        square_roots<width>(recycled.values.data() + begin, end - begin);
+        detail::square_roots<width>(recycled.values.data() + begin, end - begin);
     });
     return recycled;
 }
 
-/// The amplitude of an oscillating signal: sqrt(RF^2 + H(RF)^2), where H is the Hilbert transform.
+/// Envelope of RF signals: sqrt(RF^2 + H(RF)^2), where H is the Hilbert transform.
 ///
-/// Equal to |IQ| of the same echoes, within 1e-3 of the largest where the fractional bandwidth is below 0.8 and the
-/// signal is not cut off near by: what lies beyond the end of a line is taken for silence.
-/// @param rf  of four samples a cycle at least
-/// @throws usage_error  where there are more or fewer values than lines times samples
+/// Equals |IQ| of the same echoes within 1e-3 of the maximum for fractional bandwidths below 0.8, except near truncated
+/// signals: lines are zero beyond their ends.
+/// @param rf  at least four samples per cycle
+/// @throws usage_error  where the number of values is not lines times samples
 template <exec::policy Policy>
 scan_lines envelope(const Policy& policy, const scan_lines& rf) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     if (rf.values.size() != static_cast<std::size_t>(rf.count) * rf.samples)
-        throw usage_error{"envelope: the lines must have as many values as lines times samples"};
-    const hilbert_transform transform{rf.samples};
+        throw usage_error{"envelope: " + std::to_string(rf.count) + " lines of " + std::to_string(rf.samples) +
+                          " samples need as many values, not " + std::to_string(rf.values.size())};
+    const detail::hilbert_transform transform{rf.samples};
     scan_lines lines{rf.count, rf.samples, rf.depth};
-    exec::for_each_block(
-        policy, rf.count, 2, 20 * static_cast<float>(rf.samples), [&](std::size_t first, std::size_t end) {
-            const std::size_t n = rf.samples, last = end - 1; // the same line twice where it is the odd one out
-            std::vector<float> turned(2 * transform.size());
-            float* one = turned.data();
-            float* other = one + transform.size();
-            std::copy_n(rf.values.data() + first * n, n, one);
-            std::copy_n(rf.values.data() + last * n, n, other);
-            transform.template apply<width>(one, other);
-            for (const std::size_t line : {first, last}) {
-                const float* from = rf.values.data() + line * n;
-                const float* quarter = line == first ? one : other;
-                float* to = lines.values.data() + line * n;
-                for (std::size_t i = 0; i < n; ++i) to[i] = from[i] * from[i] + quarter[i] * quarter[i];
-                square_roots<width>(to, n);
-            }
-        });
+    exec::for_each_block(policy, rf.count, 2, 20 * static_cast<float>(rf.samples),
+                         [&](std::size_t first, std::size_t end) {
+                             const std::size_t n = rf.samples, last = end - 1; // an odd last line is paired with itself
+                             std::vector<float> shifted(2 * transform.size());
+                             float* one = shifted.data();
+                             float* other = one + transform.size();
+                             std::copy_n(rf.values.data() + first * n, n, one);
+                             std::copy_n(rf.values.data() + last * n, n, other);
+                             transform.template apply<width>(one, other);
+                             for (const std::size_t line : {first, last}) {
+                                 const float* from = rf.values.data() + line * n;
+                                 const float* quarter = line == first ? one : other;
+                                 float* to = lines.values.data() + line * n;
+                                 for (std::size_t i = 0; i < n; ++i)
+                                     to[i] = from[i] * from[i] + quarter[i] * quarter[i];
+                                 detail::square_roots<width>(to, n);
+                             }
+                         });
     return lines;
 }
 
@@ -4381,6 +4758,7 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
 #ifndef INSONIFY_SIGNAL_GAIN_HPP
 #define INSONIFY_SIGNAL_GAIN_HPP
 
+#include <algorithm>
 #include <array>
 #include <cfloat>
 #include <concepts>
@@ -4389,47 +4767,48 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How amplitudes become grey. The reference is fixed, never the frame's own maximum: a clip must not flicker.
+/// Logarithmic compression of amplitudes to brightness. The reference is fixed, independent of the frame, so that clips
+/// do not flicker.
 struct log_compress_settings {
-    float dynamic_range_db = 60; ///< from black to white
-    float reference_db = -25;    ///< the level that is white; 0 dB is amplitude 1, the echo of a perfect mirror
+    float dynamic_range_db = 60; ///< range of levels from black to white
+    float reference_db = -25;    ///< level of white; 0 dB is amplitude 1, the echo of a perfect mirror
     float gain_db = 0;           ///< added to every level
-    float reject_db = -FLT_MAX;  ///< levels below this, after the gain, are black; by default none is rejected
+    float reject_db = -FLT_MAX;  ///< levels below this, after the gain, are black; by default none
 
-    /// Greys of N amplitudes A, 0 to 1: 1 + (20 log10(A) + gain - reference) / dynamic range, within 2e-6 dB a dB. No
-    /// amplitude (0, negative or NaN) is black.
+    /// Brightness of N amplitudes A, 0 to 1: 1 + (20 log10(A) + gain - reference) / dynamic range, within 2e-6 dB per
+    /// dB. Amplitudes that are 0, negative or NaN are black.
     template <int N>
     INSONIFY_FN INSONIFY_INLINE lanes<N> grey(const lanes<N>& amplitude) const {
         using floats = lanes<N>;
         const floats decibels = floats(6.0205999F) * logarithm_of_two<N>(amplitude) + floats(gain_db); // 20 log10(2)
         const floats grey = floats(1.0F) + (decibels - floats(reference_db)) * floats(1 / dynamic_range_db);
         return select(floats(0.0F) < amplitude && floats(reject_db) <= decibels,
-                      lesser(greater(grey, floats(0.0F)), floats(1.0F)), floats(0.0F));
+                      min(max(grey, floats(0.0F)), floats(1.0F)), floats(0.0F));
     }
-    /// The grey of one amplitude.
-    INSONIFY_LAZY INSONIFY_FN float grey(float amplitude) const {
+    /// Brightness of one amplitude.
+    INSONIFY_FN float grey(float amplitude) const {
         float one = 0;
         store(grey<1>(lanes<1>(amplitude)), &one);
         return one;
     }
 
-    /// @throws usage_error  naming the setting that makes no sense
-    INSONIFY_LAZY void check() const {
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
         if (!is_finite(dynamic_range_db) || !(dynamic_range_db > 0))
-            throw usage_error{"log_compress: `dynamic_range_db` must be a finite number above 0; 60 is usual"};
+            throw usage_error{"log_compress: `dynamic_range_db` must be finite and above 0, such as 60"};
         if (!is_finite(reference_db) || !is_finite(gain_db) || !is_finite(reject_db))
-            throw usage_error{"log_compress: `reference_db`, `gain_db` and `reject_db` must be finite numbers"};
+            throw usage_error{"log_compress: `reference_db`, `gain_db` and `reject_db` must be finite"};
     }
 };
 
-/// Turns amplitudes into grey, 0 black to 1 white, in place: pass std::move(lines) to keep the buffer.
-/// @throws usage_error  where a setting makes no sense
+/// Compresses amplitudes to brightness, 0 black to 1 white. In place: pass std::move(lines) to reuse the buffer.
+/// @throws usage_error  for a setting out of range
 template <exec::policy Policy>
 scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compress_settings& settings = {}) {
     settings.check();
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     exec::for_each_block(policy, lines.values.size(), 16384, 0.5F, [&](std::size_t begin, std::size_t end) {
-        const log_compress_settings own = settings; // out of reach of the stores, so that it stays in registers
+        const log_compress_settings own = settings; // a local copy, which stores cannot alias, stays in registers
         float* values = lines.values.data();
         std::size_t i = begin;
         for (; i + width <= end; i += width) store(own.grey<width>(load<width>(values + i)), values + i);
@@ -4441,69 +4820,69 @@ scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compre
 /// A point of a gain curve.
 struct tgc_point {
     float depth = 0;   ///< metres
-    float gain_db = 0; ///< there
+    float gain_db = 0; ///< gain at this depth
 };
 
-/// Time-gain compensation: what a scanner adds, depth by depth, to make up for the attenuation it expects.
+/// Time-gain compensation (TGC): depth-dependent gain that compensates for an assumed attenuation.
 ///
-/// The gain is the automatic one or, where there is a curve, that of the curve; the sliders are added to either.
+/// The gain is automatic or, where `curve` has points, that of the curve; the sliders are added to either.
 struct tgc_settings {
-    float attenuation = 50; ///< dB/m at 1 MHz, one way: what is expected (50 is 0.5 dB/(cm MHz), as on a scanner)
-    float most_db = 60;     ///< the automatic gain rises no further than this
-    std::array<float, 8> sliders{}; ///< dB at eight depths, the first at 0 and the last at the end; linear between
-    std::vector<tgc_point> curve{}; ///< by rising depth; linear between its points, level before and after them
+    float attenuation = 50; ///< assumed attenuation, dB/m at 1 MHz, one way (50 is 0.5 dB/(cm MHz), as on a scanner)
+    float max_db = 60;      ///< limit of the automatic gain
+    std::array<float, 8> sliders{}; ///< dB at eight depths from 0 to the end of the lines; linear between
+    std::vector<tgc_point> curve{}; ///< points in order of depth; linear between, constant before and after
 
     /// @param depth      metres
-    /// @param end        of the lines, metres
-    /// @param frequency  f0 of the probe, hertz: the automatic gain is 2 attenuation f0 depth
-    INSONIFY_LAZY float gain_db(float depth, float end, float frequency) const {
-        const float place = clamped(depth / end, 0, 1) * 7;
+    /// @param end        depth of the lines, metres
+    /// @param frequency  f0 of the probe, hertz; the automatic gain is 2 attenuation f0 depth
+    float gain_db(float depth, float end, float frequency) const {
+        const float place = clamp(depth / end, 0, 1) * 7;
         const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;
-        const float share_of_next = place - static_cast<float>(slider);
-        const float by_hand = sliders[slider] + share_of_next * (sliders[slider + 1] - sliders[slider]);
-        if (curve.empty()) return by_hand + lesser(2 * attenuation * frequency * 1e-6F * depth, most_db);
+        const float fraction = place - static_cast<float>(slider);
+        const float manual = sliders[slider] + fraction * (sliders[slider + 1] - sliders[slider]);
+        if (curve.empty()) return manual + min(2 * attenuation * frequency * 1e-6F * depth, max_db);
 
         const auto after =
             std::find_if(curve.begin(), curve.end(), [=](const tgc_point& p) { return p.depth > depth; });
-        if (after == curve.begin()) return by_hand + curve.front().gain_db;
-        if (after == curve.end()) return by_hand + curve.back().gain_db;
+        if (after == curve.begin()) return manual + curve.front().gain_db;
+        if (after == curve.end()) return manual + curve.back().gain_db;
         const tgc_point& before = *(after - 1);
-        const float share = (depth - before.depth) / (after->depth - before.depth);
-        return by_hand + before.gain_db + share * (after->gain_db - before.gain_db);
+        const float between = (depth - before.depth) / (after->depth - before.depth);
+        return manual + before.gain_db + between * (after->gain_db - before.gain_db);
     }
 
-    /// @throws usage_error  naming the setting that makes no sense
-    INSONIFY_LAZY void check() const {
-        if (!is_finite(attenuation) || !(attenuation >= 0) || !is_finite(most_db) || !(most_db >= 0))
-            throw usage_error{"tgc: `attenuation` and `most_db` must be finite numbers, 0 or more"};
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        if (!is_finite(attenuation) || !(attenuation >= 0) || !is_finite(max_db) || !(max_db >= 0))
+            throw usage_error{"tgc: `attenuation` and `max_db` must be finite and not negative"};
         for (const float slider : sliders)
-            if (!is_finite(slider)) throw usage_error{"tgc: `sliders` must be finite numbers of dB"};
+            if (!is_finite(slider)) throw usage_error{"tgc: `sliders` must be finite"};
         for (std::size_t i = 0; i < curve.size(); ++i)
             if (!is_finite(curve[i].depth) || !is_finite(curve[i].gain_db) ||
                 (i > 0 && !(curve[i].depth > curve[i - 1].depth)))
-                throw usage_error{"tgc: the points of `curve` must be finite, each deeper than the one before"};
+                throw usage_error{"tgc: the points of `curve` must be finite and in order of increasing depth"};
     }
 };
 
-/// Raises each sample by the gain of its depth; in place: pass std::move(lines).
+/// Multiplies each sample by the gain at its depth. In place: pass std::move(lines).
 /// @tparam Value     float for amplitudes, vec2 for IQ
-/// @param frequency  hertz, of the probe
-/// @throws usage_error  where the frequency or a setting makes no sense
+/// @param frequency  of the probe, hertz
+/// @throws usage_error  for a frequency or setting out of range
 template <exec::policy Policy, class Value>
     requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
     tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
         settings.check();
         if (!is_finite(frequency) || !(frequency >= 0))
-            throw usage_error{"tgc: the frequency must be a finite number of hertz, 0 or more"};
-        constexpr std::size_t together = 512; // samples, on all lines
+            throw usage_error{"tgc: the frequency must be finite and not negative"};
+        constexpr std::size_t block = 512; // samples, of all lines
         const float spacing = lines.depth / static_cast<float>(lines.samples);
-        exec::for_each_block(policy, lines.samples, together, 0.5F * static_cast<float>(lines.count),
+        exec::for_each_block(policy, lines.samples, block, 0.5F * static_cast<float>(lines.count),
                              [&](std::size_t begin, std::size_t end) {
-                                 float gain[together];
+                                 float gain[block];
                                  for (std::size_t k = begin; k < end; ++k) {
                                      const float depth = (static_cast<float>(k) + 0.5F) * spacing;
                                      gain[k - begin] =
-                                         std::pow(10.0F, settings.gain_db(depth, lines.depth, frequency) / 20);
+                                         amplitude_of_decibels(settings.gain_db(depth, lines.depth, frequency));
                                  }
                                  for (std::size_t line = 0; line < lines.count; ++line) {
                                      Value* values = lines.values.data() + line * lines.samples + begin;
@@ -4518,31 +4897,31 @@ template <exec::policy Policy, class Value>
 #ifndef INSONIFY_TRACING_TRACE_HPP
 #define INSONIFY_TRACING_TRACE_HPP
 
-#ifndef INSONIFY_TRACING_BEAMS_HPP
-#define INSONIFY_TRACING_BEAMS_HPP
+#ifndef INSONIFY_TRACING_STRAIGHT_LINES_HPP
+#define INSONIFY_TRACING_STRAIGHT_LINES_HPP
 
-#ifndef INSONIFY_TRACING_TRACE_LINES_HPP
-#define INSONIFY_TRACING_TRACE_LINES_HPP
+#ifndef INSONIFY_SCENE_SCENE_HPP
+#define INSONIFY_SCENE_SCENE_HPP
 
 #ifndef INSONIFY_EXECUTION_ANY_POLICY_HPP
 #define INSONIFY_EXECUTION_ANY_POLICY_HPP
 
 #include <cstddef>
 
-namespace insonify::inline INSONIFY_ABI::exec {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Any policy, in one of two types. What is written for these is compiled once for all policies, so that they agree bit for
-/// bit: compiled for each, the same sums may be rounded differently, since a compiler merges products into them as suits
-/// what stands around.
-/// @tparam Unsequenced  whether it asks for SIMD
+/// Type-erased reference to a policy. Code written for it is compiled once for all policies that agree on SIMD, so
+/// their results are bit-equal; separate instantiations may differ, since a compiler contracts a * b + c differently
+/// from one to the next.
+/// @tparam Unsequenced  whether the policy permits SIMD
 template <bool Unsequenced>
 class any_policy {
   public:
-    /// Refers to the policy, which must outlive it.
-    template <policy Policy>
+    /// Refers to the policy, which must outlive this object.
+    template <exec::policy Policy>
     explicit any_policy(const Policy& policy) : policy_{&policy}, run_{&run<Policy>} {}
 
-    /// As the policy itself.
+    /// Forwards to the policy.
     template <class Body>
     friend void for_each_index(const any_policy& policy, std::size_t count, const Body& body) {
         policy.run_(policy.policy_, count, &body,
@@ -4561,15 +4940,184 @@ class any_policy {
     void (*run_)(const void* policy, std::size_t count, const void* body, call one);
 };
 template <class Policy>
-any_policy(const Policy&) -> any_policy<is_unsequenced_v<Policy>>;
+any_policy(const Policy&) -> any_policy<exec::is_unsequenced_v<Policy>>;
 
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+namespace insonify::inline INSONIFY_ABI {
 template <>
-inline constexpr bool is_unsequenced_v<any_policy<true>> = true;
-
-} // namespace insonify::inline INSONIFY_ABI::exec
+inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
+}
 #endif
-#ifndef INSONIFY_TRACING_BEAM_TABLE_HPP
-#define INSONIFY_TRACING_BEAM_TABLE_HPP
+#ifndef INSONIFY_SCENE_FLAT_SCENE_HPP
+#define INSONIFY_SCENE_FLAT_SCENE_HPP
+
+#ifndef INSONIFY_BVH_BVH_HPP
+#define INSONIFY_BVH_BVH_HPP
+
+#ifndef INSONIFY_BVH_BATCH_HPP
+#define INSONIFY_BVH_BATCH_HPP
+
+#ifndef INSONIFY_BVH_RAY_LANES_HPP
+#define INSONIFY_BVH_RAY_LANES_HPP
+
+#ifndef INSONIFY_GEOMETRY_AABB_HPP
+#define INSONIFY_GEOMETRY_AABB_HPP
+
+#include <cfloat>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Axis-aligned box from `lower` to `upper`, both included. By default it is empty: merging it changes nothing.
+struct aabb {
+    vec3 lower{FLT_MAX, FLT_MAX, FLT_MAX};    ///< minimum of each coordinate
+    vec3 upper{-FLT_MAX, -FLT_MAX, -FLT_MAX}; ///< maximum of each coordinate
+
+    /// True for a box without points; a box of zero thickness has some.
+    INSONIFY_FN bool empty() const { return lower.x > upper.x || lower.y > upper.y || lower.z > upper.z; }
+    /// Undefined for an empty box.
+    INSONIFY_FN vec3 centre() const { return 0.5F * lower + 0.5F * upper; }
+    /// Edge lengths; 0 for an empty box.
+    INSONIFY_FN vec3 size() const { return empty() ? vec3{0, 0, 0} : upper - lower; }
+
+    /// Half the surface area, square metres: the cost measure of the surface area heuristic.
+    INSONIFY_FN float half_area() const {
+        const vec3 d = size();
+        return d.x * d.y + d.y * d.z + d.z * d.x;
+    }
+    /// True for a point inside or on the surface.
+    INSONIFY_FN bool contains(vec3 p) const {
+        return p.x >= lower.x && p.x <= upper.x && p.y >= lower.y && p.y <= upper.y && p.z >= lower.z && p.z <= upper.z;
+    }
+};
+
+/// The smallest box that contains both boxes.
+INSONIFY_FN inline aabb merged(const aabb& a, const aabb& b) { return {min(a.lower, b.lower), max(a.upper, b.upper)}; }
+/// The smallest box that contains a box and a point.
+INSONIFY_FN inline aabb merged(const aabb& a, vec3 p) { return {min(a.lower, p), max(a.upper, p)}; }
+
+/// True for a box that is not empty and has no infinite or NaN coordinate.
+INSONIFY_FN inline bool is_finite(const aabb& box) {
+    return is_finite(box.lower) && is_finite(box.upper) && !box.empty();
+}
+/// True where the boxes share a point; never for an empty box.
+INSONIFY_FN inline bool overlaps(const aabb& a, const aabb& b) {
+    return a.lower.x <= b.upper.x && a.upper.x >= b.lower.x && a.lower.y <= b.upper.y && a.upper.y >= b.lower.y &&
+           a.lower.z <= b.upper.z && a.upper.z >= b.lower.z;
+}
+
+/// The points p with dot(normal, p) = offset.
+struct plane {
+    vec3 normal{0, 0, 1}; ///< of any length
+    float offset = 0;     ///< distance from the origin, metres times the length of the normal
+};
+
+/// True where the plane intersects or touches the box.
+INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
+    if (box.empty()) return false;
+    const vec3 half = 0.5F * (box.upper - box.lower);
+    const float extent = // of the box along the normal, from its centre
+        std::fabs(p.normal.x) * half.x + std::fabs(p.normal.y) * half.y + std::fabs(p.normal.z) * half.z;
+    const float rounding = 4e-7F * (std::fabs(p.offset) + extent + dot(abs(p.normal), abs(box.centre())));
+    return std::fabs(dot(p.normal, box.centre()) - p.offset) <= extent + rounding;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Consecutive rays in structure-of-arrays layout.
+template <int N>
+struct ray_lanes {
+    lanes<N> origin[3], direction[3], min_distance, max_distance;
+
+    INSONIFY_INLINE explicit ray_lanes(const ray* first) {
+#if !defined(INSONIFY_NO_SIMD)
+        if constexpr (N == 8) {
+            transpose(first);
+            return;
+        }
+#endif
+        for (int axis = 0; axis < 3; ++axis) {
+            origin[axis] = each_lane<N>([&](int i) { return first[i].origin[axis]; });
+            direction[axis] = each_lane<N>([&](int i) { return first[i].direction[axis]; });
+        }
+        min_distance = each_lane<N>([&](int i) { return first[i].min_distance; });
+        max_distance = each_lane<N>([&](int i) { return first[i].max_distance; });
+    }
+
+  private:
+#if !defined(INSONIFY_NO_SIMD)
+    // A ray is eight floats: three rounds of interleaving rows i and i + 4 transpose eight of them.
+    INSONIFY_INLINE void transpose(const ray* first) {
+        using floats = detail::vector<float, 8>;
+        static_assert(sizeof(ray) == sizeof(floats));
+        floats rows[8];
+        for (int i = 0; i < 8; ++i) __builtin_memcpy(rows + i, first + i, sizeof(floats));
+        for (int round = 0; round < 3; ++round) {
+            const floats before[8] = {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], rows[7]};
+            for (std::size_t i = 0; i < 4; ++i) {
+                rows[2 * i] = __builtin_shufflevector(before[i], before[i + 4], 0, 8, 1, 9, 2, 10, 3, 11);
+                rows[2 * i + 1] = __builtin_shufflevector(before[i], before[i + 4], 4, 12, 5, 13, 6, 14, 7, 15);
+            }
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            origin[axis] = __builtin_bit_cast(lanes<N>, rows[axis]);
+            direction[axis] = __builtin_bit_cast(lanes<N>, rows[3 + axis]);
+        }
+        min_distance = __builtin_bit_cast(lanes<N>, rows[6]);
+        max_distance = __builtin_bit_cast(lanes<N>, rows[7]);
+    }
+#endif
+};
+
+/// A bit for each ray that may enter the box between its limits. Conservative: rounding never loses a ray, also not in
+/// the triangle test; rays that are not valid may get either answer.
+/// @param max_abs_coordinate  of the box
+template <int N>
+INSONIFY_INLINE std::uint32_t may_enter(const aabb& box, float max_abs_coordinate, const ray_lanes<N>& rays) {
+    using floats = lanes<N>;
+    constexpr float min_length = 1e-16F, max_range = 1e12F; // beyond them the test below might overflow
+    constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
+    bit_lanes<N> wild = not_number<N>(rays.min_distance) | not_number<N>(rays.max_distance);
+    for (int axis = 0; axis < 3; ++axis)
+        wild = wild | not_finite<N>(rays.origin[axis]) | not_finite<N>(rays.direction[axis]);
+    if (bits_of(floats_of<N>(wild) < floats(0.0F)) != 0) return all; // NaN would trap below
+
+    floats size[3], longest(0.0F), range(max_abs_coordinate);
+    for (int axis = 0; axis < 3; ++axis) {
+        size[axis] = abs(rays.direction[axis]);
+        longest = max(longest, size[axis]);
+        range = max(range, abs(rays.origin[axis]));
+    }
+    // Components of 0 become too small to matter, and can be divided by.
+    const floats least_size = max(longest, floats(min_length)) * floats(1e-9F), margin = range * floats(1e-6F);
+    floats in = rays.min_distance, out = rays.max_distance;
+    for (int axis = 0; axis < 3; ++axis) {
+        const floats scale = inverse(select(size[axis] < least_size, least_size, rays.direction[axis]));
+        const floats lower = (floats(box.lower[axis]) - margin - rays.origin[axis]) * scale;
+        const floats upper = (floats(box.upper[axis]) + margin - rays.origin[axis]) * scale;
+        in = max(in, min(lower, upper));
+        out = min(out, max(lower, upper));
+    }
+    const auto misses = out < in && floats(min_length) < longest && range < floats(max_range);
+    return all & ~bits_of(misses);
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_BVH_TRAVERSE_PACKET_HPP
+#define INSONIFY_BVH_TRAVERSE_PACKET_HPP
+
+#ifndef INSONIFY_BVH_RAY_PACKET_HPP
+#define INSONIFY_BVH_RAY_PACKET_HPP
+
+#ifndef INSONIFY_BVH_PACKET_BOUNDS_HPP
+#define INSONIFY_BVH_PACKET_BOUNDS_HPP
+
+#ifndef INSONIFY_BVH_NODE_HPP
+#define INSONIFY_BVH_NODE_HPP
 
 #ifndef INSONIFY_BVH_LARGE_ARRAY_HPP
 #define INSONIFY_BVH_LARGE_ARRAY_HPP
@@ -4593,12 +5141,11 @@ inline constexpr bool is_unsequenced_v<any_policy<true>> = true;
 #include <sanitizer/asan_interface.h>
 #endif
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// An array that is walked all over: in large pages where the system gives them on request, since a ray through a large
-/// tree otherwise waits for the address of nearly every node as well as for the node. New elements are left as they
-/// come: write them before they are read, each thread its own.
-/// @tparam T  copied as bytes, and nothing to be done at its end
+/// An array with random access, backed by huge pages where the system provides them: traversal of a large tree otherwise
+/// has a TLB miss at nearly every node. New elements are uninitialised.
+/// @tparam T  trivially copyable
 template <class T>
 class large_array {
   public:
@@ -4614,7 +5161,7 @@ class large_array {
     }
     ~large_array() { ::operator delete(held_.memory); }
 
-    /// Makes room without more elements. @throws std::bad_alloc  and nothing has changed
+    /// @throws std::bad_alloc  and leaves the array unchanged
     void reserve(std::size_t count) {
         if (count <= room_) return;
         const block larger{count};
@@ -4622,7 +5169,7 @@ class large_array {
         ::operator delete(std::exchange(held_, larger).memory);
         room_ = count;
     }
-    /// As `reserve`.
+    /// Throws as `reserve` does.
     void resize(std::size_t count) {
         reserve(count);
         size_ = count;
@@ -4640,12 +5187,12 @@ class large_array {
     const T& operator[](std::size_t i) const { return data()[i]; }
 
   private:
-    static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays get ordinary memory
-    static constexpr std::size_t line = 64;                    ///< of cache
+    static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays use ordinary pages
+    static constexpr std::size_t line = 64;                    ///< a cache line
 
-    /// Memory as `operator new` gives it, and where elements start in it. Aligned here, for an allocator that is asked to
-    /// align seldom finds room in what was freed: each new tree would get pages that the system has to clear first. (It
-    /// does so from some 30 MiB on even so, by glibc's way.)
+    /// Memory from `operator new`, and the aligned start of the elements. Alignment is done here because aligned
+    /// allocations rarely reuse freed memory: the system would clear new pages for every tree (as glibc makes it do from
+    /// about 30 MiB on in any case).
     struct block {
         void* memory = nullptr;
         T* first = nullptr;
@@ -4659,10 +5206,10 @@ class large_array {
             const std::size_t past = reinterpret_cast<std::uintptr_t>(memory) % alignment;
             void* const aligned = static_cast<char*>(memory) + (alignment - past);
 #if defined(MADV_HUGEPAGE)
-            if (bytes >= page) madvise(aligned, bytes, MADV_HUGEPAGE); // a wish: what it returns changes nothing
+            if (bytes >= page) madvise(aligned, bytes, MADV_HUGEPAGE); // a hint: its result does not matter
 #endif
             first = static_cast<T*>(aligned);
-#if defined(INSONIFY_ADDRESS_SANITIZER) // what lies before and after is nobody's
+#if defined(INSONIFY_ADDRESS_SANITIZER) // the padding before and after the elements
             __asan_poison_memory_region(memory, alignment - past);
             __asan_poison_memory_region(first + count, past);
 #endif
@@ -4679,380 +5226,43 @@ class large_array {
     std::size_t room_ = 0; ///< elements
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #undef INSONIFY_ADDRESS_SANITIZER
-#endif
-#ifndef INSONIFY_TRACING_ELEVATION_HPP
-#define INSONIFY_TRACING_ELEVATION_HPP
-
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The slices that stand for the thickness of the beam: parallel to the slice plane, in the middle and to both sides.
-///
-/// A thing out of plane counts with the weight of the slices that it reaches, which changes with depth as the beam's
-/// height does.
-class elevation_planes {
-  public:
-    static constexpr std::uint32_t most = 7; ///< planes
-
-    /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 deviations of the beam at its thinnest
-    /// @throws usage_error  for another count
-    INSONIFY_LAZY elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
-        if (count % 2 == 0 || count > most)
-            throw usage_error{"trace: `planes` must be 1, 3, 5 or 7; one plane, or pairs to both sides of it"};
-        constexpr float deviations[] = {0, 0.9F, 2.2F, 5};
-        const float sigma = beam.elevation_sigma(beam.elevation_focus);
-        for (std::uint32_t i = 0; i < count; ++i) {
-            offset_[i] = deviations[(i + 1) / 2] * (i % 2 == 0 ? sigma : -sigma);
-            const float inner = i == 0 ? 0 : deviations[(i + 1) / 2 - 1];
-            const bool last = i + 2 >= count;
-            const float outer = last ? deviations[(i + 1) / 2] : deviations[(i + 1) / 2 + 1];
-            width_[i] = i == 0 ? 2 * outer : outer - inner; // twice the strip that the plane stands for
-            height_[i] = count == 1 ? 0 : 0.5F * width_[i] * sigma;
-        }
-        if (count == 1) width_[0] = 1;
-    }
-
-    /// How many planes there are.
-    std::uint32_t count() const { return count_; }
-
-    /// Metres out of the slice plane.
-    float offset(std::uint32_t plane) const { return offset_[plane]; }
-
-    /// Metres out of the slice plane that a plane stands for; 0 of a plane alone.
-    float height(std::uint32_t plane) const { return height_[plane]; }
-
-    /// What each plane counts for at a depth in metres; together 1.
-    INSONIFY_LAZY void weights(float depth, float (&weight)[most]) const {
-        const float sigma = beam_.elevation_sigma(depth);
-        float sum = 0;
-        for (std::uint32_t i = 0; i < count_; ++i) {
-            const float deviations = offset_[i] / sigma;
-            weight[i] = width_[i] * std::exp(-0.5F * deviations * deviations);
-            sum += weight[i];
-        }
-        for (std::uint32_t i = 0; i < count_; ++i) weight[i] /= sum;
-    }
-
-    /// The same for every sample of a line: plane after plane, each with `samples` weights.
-    INSONIFY_LAZY void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
-        all.resize(std::size_t{count_} * samples);
-        float weight[most];
-        for (std::uint32_t k = 0; k < samples; ++k) {
-            weights((static_cast<float>(k) + 0.5F) * spacing, weight);
-            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = weight[i];
-        }
-    }
-
-  private:
-    beam_model beam_;
-    std::uint32_t count_;
-    float offset_[most] = {};
-    float width_[most] = {};
-    float height_[most] = {};
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#include <concepts>
-#include <optional>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// What an acoustic model must know of the beam, for every line.
-///
-/// Independent echoes lose level where the beam averages them, and how much depends on the lines and planes that there
-/// are; `incoherent`, g, makes up for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w
-/// of the beam and the covariance C of the echoes. Lines near the border have fewer neighbours, hence their own table.
-class beam_table {
-  public:
-    static constexpr std::uint32_t depths = 128;
-
-    /// @param texture, surface  covariances of the echoes of tissue, and of rough surfaces
-    template <class Policy, transducer Probe, class Texture, class Surface>
-    beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
-               const Texture& texture, const Surface& surface)
-        : lines_{probe.lines}, spacing_{depth / depths} {
-        const beam_model beam = beam_of(probe, depth);
-        // One step of the kernel for each of the depths.
-        const lateral_kernel kernel =
-            make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step});
-        border_ = kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.reach()), (probe.lines - 1) / 2);
-        samples_.resize(std::size_t{border_ + 1} * depths);
-        for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
-        plane_weights_.resize(std::size_t{depths} * planes.count());
-        const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
-        for_each_index(policy, depths, [&](std::size_t k) {
-            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
-            float weight[elevation_planes::most];
-            planes.weights(z, weight);
-            std::copy_n(weight, planes.count(),
-                        plane_weights_.begin() + static_cast<std::ptrdiff_t>(k * planes.count()));
-            const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
-            const levels of_texture = levels_of(across, turned, planes, weight, texture);
-            const levels of_surface = levels_of(across, turned, planes, weight, surface);
-            const levels of_noise = levels_of(across, turned, planes, weight, [](float, float) { return 0.0F; });
-            for (std::uint32_t line = 0; line <= border_; ++line)
-                samples_[std::size_t{line} * depths + k] = {.fnumber = beam.fnumber(z),
-                                                            .elevation_fnumber = beam.elevation_fnumber(),
-                                                            .lateral_sigma =
-                                                                probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
-                                                            .line_spacing = across.spacing,
-                                                            .incoherent = of_texture.gain[line],
-                                                            .alike = of_texture.alike[line],
-                                                            .surface_incoherent = of_surface.gain[line],
-                                                            .surface_alike = of_surface.alike[line],
-                                                            .independent = of_noise.gain[line]};
-        });
-    }
-
-    /// No table: for models that ask for none.
-    beam_table() = default;
-
-    INSONIFY_LAZY line_beam of_line(std::uint32_t line) const {
-        if (samples_.empty()) return {};
-        return {.samples = {samples_.data() + std::size_t{to_border(line)} * depths, depths},
-                .spacing = spacing_,
-                .plane_offsets = plane_offsets_,
-                .plane_weights = plane_weights_};
-    }
-
-  private:
-    // By distance from the border.
-    struct levels {
-        std::vector<float> gain;
-        std::vector<vec2> alike;
-    };
-
-    template <class Covariance>
-    levels levels_of(const lateral_weights& across, float turned, const elevation_planes& planes,
-                     const float (&weight)[elevation_planes::most], const Covariance& covariance) const {
-        float power = 0, apart_squared = 0;
-        for (std::uint32_t i = 0; i < planes.count(); ++i)
-            for (std::uint32_t j = 0; j < planes.count(); ++j) {
-                const float apart = planes.offset(i) - planes.offset(j);
-                const float common = weight[i] * weight[j] * (i == j ? 1.0F : covariance(apart, 0));
-                power += common;
-                apart_squared += common * apart * apart;
-            }
-        const auto between_lines = [&](int lag) {
-            const auto lines = static_cast<float>(lag);
-            return lag == 0 ? 1.0F : covariance(lines * across.spacing, lines * turned);
-        };
-        const auto lag_squared = [&](int lag) {
-            const float apart = static_cast<float>(lag) * across.spacing;
-            return between_lines(lag) * apart * apart;
-        };
-        levels found{std::vector<float>(border_ + 1, 1.0F), std::vector<vec2>(border_ + 1)};
-        const auto gain_of = [&](std::uint32_t line) { return found.gain[to_border(line)]; };
-        std::vector<float> level(border_ + 1);
-        for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: settle
-            for (std::uint32_t line = 0; line <= border_; ++line)
-                level[line] = power * across.power(line, between_lines, gain_of);
-            for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(level[line]);
-        }
-        for (std::uint32_t line = 0; line <= border_; ++line)
-            found.alike[line] = {power * across.power(line, lag_squared, gain_of), apart_squared / power};
-        return found;
-    }
-
-    INSONIFY_LAZY static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(lesser(0.5F * length(a - b), 1)); }
-
-    // Which table a line has: its distance from the nearer end, as far as that matters.
-    INSONIFY_LAZY std::uint32_t to_border(std::uint32_t line) const {
-        return std::min({line, lines_ - 1 - line, border_});
-    }
-
-    std::uint32_t lines_ = 0;
-    std::uint32_t border_ = 0;
-    float spacing_ = 0;
-    large_array<beam_sample> samples_;
-    std::vector<float> plane_offsets_;
-    std::vector<float> plane_weights_;
-};
-
-/// The table for a model that says how alike independent echoes are on two lines, with a member
-/// `float covariance(float apart, float turned) const` (metres, radians); none for others.
-template <class Policy, transducer Probe, class Model>
-beam_table make_beam_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
-                           const Model& model) {
-    if constexpr (requires { model.covariance(depth, depth); })
-        return {policy,
-                probe,
-                depth,
-                planes,
-                [&](float apart, float turned) { return model.covariance(apart, turned); },
-                [&](float apart, float turned) {
-                    if constexpr (requires { model.surface_covariance(apart, turned); })
-                        return model.surface_covariance(apart, turned);
-                    else
-                        return model.covariance(apart, turned);
-                }};
-    else
-        return {};
-}
-
-/// The table of the frame before, made anew where the probe, the depth, the planes or the model has changed, or where
-/// probes or models cannot be compared.
-template <transducer Probe, class Model>
-class kept_beam_table {
-  public:
-    template <class Policy>
-    const beam_table& operator()(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
-                                 const Model& model) {
-        if constexpr (std::equality_comparable<Probe> && std::equality_comparable<Model>) {
-            if (made_for_ && made_for_->probe == probe && made_for_->depth == depth &&
-                made_for_->planes == planes.count() && made_for_->model == model)
-                return table_;
-        }
-        table_ = make_beam_table(policy, probe, depth, planes, model);
-        made_for_.emplace(cause{probe, depth, planes.count(), model});
-        return table_;
-    }
-
-  private:
-    struct cause {
-        Probe probe;
-        float depth;
-        std::uint32_t planes;
-        Model model;
-    };
-    std::optional<cause> made_for_{};
-    beam_table table_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_TRACING_CHECK_HPP
-#define INSONIFY_TRACING_CHECK_HPP
-
-#ifndef INSONIFY_SCENE_SCENE_HPP
-#define INSONIFY_SCENE_SCENE_HPP
-
-#ifndef INSONIFY_SCENE_OBJECT_HPP
-#define INSONIFY_SCENE_OBJECT_HPP
-
-#ifndef INSONIFY_BVH_BVH_HPP
-#define INSONIFY_BVH_BVH_HPP
-
-#ifndef INSONIFY_BVH_BATCH_HPP
-#define INSONIFY_BVH_BATCH_HPP
-
-#ifndef INSONIFY_BVH_TRAVERSE_PACKET_HPP
-#define INSONIFY_BVH_TRAVERSE_PACKET_HPP
-
-#ifndef INSONIFY_BVH_RAY_PACKET_HPP
-#define INSONIFY_BVH_RAY_PACKET_HPP
-
-#ifndef INSONIFY_BVH_PREPARED_RAY_HPP
-#define INSONIFY_BVH_PREPARED_RAY_HPP
-
-#ifndef INSONIFY_BVH_NODE_HPP
-#define INSONIFY_BVH_NODE_HPP
-
-#ifndef INSONIFY_GEOMETRY_AABB_HPP
-#define INSONIFY_GEOMETRY_AABB_HPP
-
-#include <cfloat>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Axis-aligned box from `lower` to `upper`, both included. The default is empty: it holds nothing and extends nothing.
-struct aabb {
-    vec3 lower{FLT_MAX, FLT_MAX, FLT_MAX};    ///< the corner of least coordinates
-    vec3 upper{-FLT_MAX, -FLT_MAX, -FLT_MAX}; ///< the corner of greatest coordinates
-
-    /// True where it holds no point; a box of no thickness holds some.
-    INSONIFY_FN bool empty() const { return lower.x > upper.x || lower.y > upper.y || lower.z > upper.z; }
-    /// Means nothing for an empty box.
-    INSONIFY_FN vec3 centre() const { return 0.5F * lower + 0.5F * upper; }
-    /// The lengths of its edges; 0 for an empty box.
-    INSONIFY_FN vec3 size() const { return empty() ? vec3{0, 0, 0} : upper - lower; }
-
-    /// Half the surface, in square metres: the measure of the surface area heuristic.
-    INSONIFY_FN float half_area() const {
-        const vec3 d = size();
-        return d.x * d.y + d.y * d.z + d.z * d.x;
-    }
-    /// Its surface belongs to it.
-    INSONIFY_FN bool contains(vec3 p) const {
-        return p.x >= lower.x && p.x <= upper.x && p.y >= lower.y && p.y <= upper.y && p.z >= lower.z && p.z <= upper.z;
-    }
-};
-
-/// The smallest box that holds both.
-INSONIFY_FN inline aabb merged(const aabb& a, const aabb& b) {
-    return {lesser(a.lower, b.lower), greater(a.upper, b.upper)};
-}
-/// The smallest box that holds a box and a point.
-INSONIFY_FN inline aabb merged(const aabb& a, vec3 p) { return {lesser(a.lower, p), greater(a.upper, p)}; }
-
-/// Neither infinite nor NaN anywhere, and not empty.
-INSONIFY_FN inline bool is_finite(const aabb& box) {
-    return is_finite(box.lower) && is_finite(box.upper) && !box.empty();
-}
-/// True where the boxes share a point. An empty one shares none.
-INSONIFY_FN inline bool overlaps(const aabb& a, const aabb& b) {
-    return a.lower.x <= b.upper.x && a.upper.x >= b.lower.x && a.lower.y <= b.upper.y && a.upper.y >= b.lower.y &&
-           a.lower.z <= b.upper.z && a.upper.z >= b.lower.z;
-}
-
-/// The points p with dot(normal, p) = offset.
-struct plane {
-    vec3 normal{0, 0, 1}; ///< of any length
-    float offset = 0;     ///< from the origin, metres times the length of the normal
-};
-
-/// True where the box has points on both sides of the plane, or on it.
-INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
-    if (box.empty()) return false;
-    const vec3 half = 0.5F * (box.upper - box.lower);
-    const float reach =
-        std::fabs(p.normal.x) * half.x + std::fabs(p.normal.y) * half.y + std::fabs(p.normal.z) * half.z;
-    const float rounding = 4e-7F * (std::fabs(p.offset) + reach + dot(absolute(p.normal), absolute(box.centre())));
-    return std::fabs(dot(p.normal, box.centre()) - p.offset) <= reach + rounding;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
 #endif
 #include <bit>
 #include <cstdint>
 
-/// A tree in three arrays: the nodes (whose children are whose, made by a builder, and the boxes around them, which
-/// follow moving primitives), the slots, which say whose primitives are whose, and the leaves, which hold what rays ask
-/// for, the indices of usable primitives among it (see leaf.hpp).
+/// A BVH is three arrays: nodes, with child references from the builder and boxes from the last refit; slots, which list
+/// the primitives of each leaf; and leaves, with the data that rays are intersected with (see leaf.hpp).
 ///
 ///     node 0:  [ node 1 | leaf 0 | node 2 | leaf 1 | - | - | - | - ]        Width = 8 children
-///     slots:   leaf 0: 0 5 7 - - - - -   leaf 1: 3 4 - ...                  Width primitives to a leaf
+///     slots:   leaf 0: 0 5 7 - - - - -   leaf 1: 3 4 - ...                  Width primitives per leaf
 namespace insonify::inline INSONIFY_ABI {
 
 /// Marks an empty slot of a leaf.
 inline constexpr std::uint32_t no_primitive = ~0U;
 
-/// A child's code: the index of a node, or this bit and the index of a leaf, or `no_child`.
+/// A child reference is the index of a node, or this bit and the index of a leaf, or `no_child`.
 inline constexpr std::uint32_t leaf_bit = 0x80000000U;
 inline constexpr std::uint32_t no_child = ~0U;
 
-/// The logarithm of a width, to base 2.
+/// The binary logarithm of a width.
 template <int Width>
 inline constexpr auto width_bits = static_cast<std::uint32_t>(std::countr_zero(static_cast<unsigned>(Width)));
 
-/// No tree is deeper, whatever the primitives: builders halve by number once a node stands this far down ...
+/// Bounds the depth for any input: median split below this depth ...
 inline constexpr std::uint32_t free_levels = 24;
 
-/// ... which ends within as many more levels as 2^32 primitives take.
+/// ... which takes at most this many levels in all, for 2^32 primitives.
 template <int Width>
-inline constexpr std::uint32_t most_levels = free_levels + 33 / width_bits<Width>;
+inline constexpr std::uint32_t max_levels = free_levels + 33 / width_bits<Width>;
 
-/// Boxes side by side for SIMD: three rows of lower sides, x, y, z, then three of upper ones.
+/// Boxes as structure of arrays: rows of lower x, y, z, then of upper x, y, z.
 template <int Width>
 struct box_rows {
     float sides[6 * Width];
 
-    /// Where the row of a side begins in `sides`. @param upper  0 or 1
+    /// The index in `sides` where the row of a side begins. @param upper  0 or 1
     INSONIFY_FN static constexpr std::uint32_t row(std::uint32_t upper, std::uint32_t axis) {
         return (3 * upper + axis) * Width;
     }
@@ -5072,40 +5282,145 @@ struct box_rows {
     }
 };
 
-/// The boxes of the children, and their codes. 256 bytes at a width of 8: four lines of cache.
+/// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
 struct alignas(64) tree_node : box_rows<Width> {
     static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
     std::uint32_t child[Width];
 };
 
-/// Sums of the halved surfaces of boxes, square metres.
+/// Sums of half surface areas, in square metres.
 struct box_areas {
     double nodes = 0;
     double leaves = 0;
 };
 
-/// What a builder makes. Node 0 is the root; a child's index is above its parent's. No nodes: an empty tree.
+/// The output of a builder. Node 0 is the root, children come after their parent; no nodes: an empty tree.
 template <int Width>
 struct topology {
-    /// Consecutive nodes that make a whole tree by themselves: parts may be worked on at the same time.
+    /// Consecutive nodes that form a complete subtree: parts can be processed in parallel.
     struct part {
         std::uint32_t begin = 0;
         std::uint32_t end = 0;
-        std::uint32_t first_leaf = 0; ///< its leaves are consecutive as well
+        std::uint32_t first_leaf = 0; ///< leaves are consecutive as well
         std::uint32_t leaf_end = 0;
-        box_areas areas{}; ///< of its boxes, written by `refit`; here so that it allocates nothing
+        box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
     };
-    large_array<tree_node<Width>> nodes{};
-    large_array<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
-    large_array<part> parts{};          ///< the nodes before the first one are above them all
-    std::uint32_t levels = 0;           ///< of nodes on the longest way down, at most `most_levels`
+    detail::large_array<tree_node<Width>> nodes{};
+    detail::large_array<std::uint32_t>
+        slots{};                       ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
+    detail::large_array<part> parts{}; ///< nodes before the first part are ancestors of all
+    std::uint32_t levels = 0;          ///< nodes on the longest path from the root, at most `max_levels`
 
     std::size_t leaves() const { return slots.size() / Width; }
 };
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Bounds of many rays in one of the directions u across z:  low + min_slope * z <= u <= high + max_slope * z.
+struct packet_wedge {
+    float low = 0, high = 0, min_slope = 0, max_slope = 0;
+
+    float width(float z) const { return high - low + (max_slope - min_slope) * z; }
+};
+
+/// The volume that the rays of a packet sweep, for culling the children of a node in one test.
+///
+/// All rays have the same dominant axis z and sign along it, so forward * z grows along each of them. The volume lies
+/// between four planes, and each axis gives an interval of forward * z in which rays can be inside a box.
+template <int N>
+struct packet_bounds {
+    /// The points with  weight . point >= bound,  coordinates in the order of `axes`.
+    struct half_space {
+        float weight[3] = {};
+        float bound = 0;
+        std::uint32_t row[3] = {}; ///< of a node's sides: those of the corner where the weighted sum is greatest
+    };
+    /// The interval of forward * z in which some ray is between the two sides of a box across x or y: from
+    /// entry_side * entry_scale + entry_offset  to  exit_side * exit_scale + exit_offset.
+    struct slab {
+        float entry_scale = 0, entry_offset = -FLT_MAX;
+        float exit_scale = 0, exit_offset = FLT_MAX;
+        std::uint32_t entry_row = 0, exit_row = 0;
+    };
+    half_space around[4]{};
+    slab slabs[2]{};
+    int axes[3] = {0, 1, 2}; ///< the world axes of x, y and z
+    float forward = 1;       ///< the sign of the directions along z
+    float begin = 0;         ///< the interval of forward * z between the limits of all rays
+    float end = 0;
+    std::uint32_t entry_row = 0, exit_row = 0; ///< of a node's sides: across z
+
+    /// Sets slab `k` for rays that are at `start` where forward * z = z0, with these slopes. Rays nearly parallel to the
+    /// sides leave it unbounded.
+    void set_slab(int k, const packet_wedge& rays, float z0, float margin) {
+        slab& one = slabs[k];
+        one = {};
+        const bool rises = rays.min_slope > 0.01F;
+        if (!rises && !(rays.max_slope < -0.01F)) return;
+        const float low = rays.low - margin, high = rays.high + margin;
+        one.entry_scale = 1 / (rises ? rays.max_slope : rays.min_slope);
+        one.exit_scale = 1 / (rises ? rays.min_slope : rays.max_slope);
+        one.entry_offset = z0 - (rises ? high : low) * one.entry_scale - 2 * margin;
+        one.exit_offset = z0 - (rises ? low : high) * one.exit_scale + 2 * margin;
+        const auto axis = static_cast<std::uint32_t>(axes[k]), backwards = std::uint32_t{!rises};
+        one.entry_row = tree_node<N>::row(backwards, axis);
+        one.exit_row = tree_node<N>::row(1 - backwards, axis);
+    }
+
+    /// Sets the interval of forward * z and the sides across it.
+    void set_begin(float z) {
+        begin = z;
+        const auto axis = static_cast<std::uint32_t>(axes[2]), backwards = std::uint32_t{forward < 0};
+        entry_row = tree_node<N>::row(backwards, axis);
+        exit_row = tree_node<N>::row(1 - backwards, axis);
+    }
+
+    /// Sets two planes that hold the rays between them along (x, y).
+    void set_planes(half_space* two, float x, float y, const packet_wedge& rays) const {
+        two[0] = half_space_of(x, y, -rays.min_slope, rays.low);
+        two[1] = half_space_of(-x, -y, rays.max_slope, -rays.high);
+    }
+
+  private:
+    half_space half_space_of(float x, float y, float z, float bound) const {
+        half_space one{{x, y, z}, bound};
+        for (int k = 0; k < 3; ++k)
+            one.row[k] = tree_node<N>::row(one.weight[k] > 0, static_cast<std::uint32_t>(axes[k]));
+        return one;
+    }
+};
+
+/// Finds the children of a node whose boxes the packet may enter: conservative, so rounding never loses one.
+/// @param entry  where, in terms of forward * z - begin; FLT_MAX for the others
+/// @return a bit for each child
+template <int N>
+INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const packet_bounds<N>& p, lanes<N>& entry) {
+    using floats = lanes<N>;
+    const auto side = [&node](std::uint32_t row) { return load<N>(node.sides + row); };
+    floats in = floats(p.forward) * side(p.entry_row), out = floats(p.forward) * side(p.exit_row);
+    for (const auto& one : p.slabs) {
+        in = max(in, multiply_add(side(one.entry_row), floats(one.entry_scale), floats(one.entry_offset)));
+        out = min(out, multiply_add(side(one.exit_row), floats(one.exit_scale), floats(one.exit_offset)));
+    }
+    auto met = in <= min(out, floats(p.end)) && floats(p.begin) <= out;
+    for (const auto& one : p.around) {
+        const floats across =
+            multiply_add(floats(one.weight[2]), side(one.row[2]), floats(one.weight[0]) * side(one.row[0]));
+        met = met && floats(one.bound) <= multiply_add(floats(one.weight[1]), side(one.row[1]), across);
+    }
+    entry = select(met, in - floats(p.begin), floats(FLT_MAX));
+    return bits_of(met);
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_BVH_PREPARED_RAY_HPP
+#define INSONIFY_BVH_PREPARED_RAY_HPP
+
 #ifndef INSONIFY_GEOMETRY_TRIANGLE_HPP
 #define INSONIFY_GEOMETRY_TRIANGLE_HPP
 
@@ -5117,18 +5432,18 @@ struct topology {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Where a ray meets a primitive; converts to false where it meets none.
+/// Intersection of a ray with a primitive; converts to false for a miss.
 struct hit {
     float distance = FLT_MAX;      ///< along the ray, in units of its direction
-    std::uint32_t primitive = ~0U; ///< index into the range that the tree was built over
+    std::uint32_t primitive = ~0U; ///< index into the range that the BVH was built over
 
-    /// Whether anything was met.
+    /// False for a miss.
     INSONIFY_FN constexpr explicit operator bool() const { return distance < FLT_MAX; }
 
     friend bool operator==(const hit&, const hit&) = default;
 };
 
-/// Nearest first; of equally near ones the lower index first.
+/// Order of hits: by distance, then by index.
 INSONIFY_FN constexpr bool nearer(const hit& a, const hit& b) {
     return a.distance < b.distance || (a.distance == b.distance && a.primitive < b.primitive);
 }
@@ -5138,45 +5453,45 @@ INSONIFY_FN constexpr bool nearer(const hit& a, const hit& b) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Three corners, counter-clockwise seen from outside.
+/// A triangle, counter-clockwise seen from outside; metres.
 struct triangle {
-    vec3 a{0, 0, 0}; ///< metres, as the others
-    vec3 b{0, 0, 0}; ///< next after a
-    vec3 c{0, 0, 0}; ///< next after b
+    vec3 a{0, 0, 0}; ///< first corner
+    vec3 b{0, 0, 0}; ///< second corner
+    vec3 c{0, 0, 0}; ///< third corner
 };
 
-/// Empty where a corner is not finite.
+/// Bounding box; empty where a corner is not finite.
 INSONIFY_FN inline aabb bounds(const triangle& t) {
     if (!is_finite(t.a) || !is_finite(t.b) || !is_finite(t.c)) return {};
-    return {lesser(lesser(t.a, t.b), t.c), greater(greater(t.a, t.b), t.c)};
+    return {min(min(t.a, t.b), t.c), max(max(t.a, t.b), t.c)};
 }
 
-/// Outward, of length twice the area.
+/// Outward normal whose length is twice the area.
 INSONIFY_FN inline vec3 area_vector(const triangle& t) { return cross(t.b - t.a, t.c - t.a); }
 
-/// Outward, of length 1; `otherwise` where the triangle is so small or large that floats cannot tell.
+/// Outward unit normal; `otherwise` where the area underflows or overflows.
 INSONIFY_FN inline vec3 unit_normal(const triangle& t, vec3 otherwise) {
     const vec3 area = area_vector(t);
     const float size = length(area);
     return size > 0 && is_finite(size) ? normalize(area) : otherwise;
 }
 
-/// A ray prepared for triangles: the shear that makes it the z axis, so that a triangle is tested in two dimensions.
+/// A ray with the shear that maps it to the z axis, where triangles are tested in two dimensions.
 ///
 /// Source: Woop, Benthin & Wald 2013, "Watertight ray/triangle intersection".
 struct sheared_ray {
-    vec3 begin{0, 0, 0}; ///< the origin, in the order of the axes below
-    /// Which world axes stand for x, y and z; z is the one along which the ray is longest.
+    vec3 begin{0, 0, 0}; ///< origin, its coordinates permuted as below
+    /// World axes that become x, y and z; the direction is largest along z.
     /// @{
     int x = 0, y = 1, z = 2;
     /// @}
-    vec3 shear{0, 0, 1}; ///< x and y: what to subtract a share of z from; z: the scale that makes z the distance
+    vec3 shear{0, 0, 1}; ///< x and y: shear per unit of z; z: scale from z to distance
 
     sheared_ray() = default;
-    /// Of a ray of any direction.
+    /// The shear of a ray.
     INSONIFY_FN explicit sheared_ray(const ray& r) {
-        const vec3 size = absolute(r.direction);
-        const bool y_over_x = !(size.x > size.y); // without branches: no one foresees the way of a ray
+        const vec3 size = abs(r.direction);
+        const bool y_over_x = !(size.x > size.y); // branchless: directions are unpredictable
         z = (y_over_x ? size.y : size.x) > size.z ? static_cast<int>(y_over_x) : 2;
         x = z == 2 ? 0 : z + 1;
         y = z == 0 ? 2 : z - 1;
@@ -5187,39 +5502,44 @@ struct sheared_ray {
         shear = {along[x] * scale, along[y] * scale, scale};
     }
 
-    /// A vector with its axes in the order of the ray's.
+    /// A vector with its coordinates permuted.
     INSONIFY_FN vec3 in_order(vec3 v) const { return z == 2 ? v : z == 0 ? vec3{v.y, v.z, v.x} : vec3{v.z, v.x, v.y}; }
 
-    /// x and y across the ray, z along it, not yet scaled. Every copy of a vertex gets the very same result.
+    /// x and y across the ray, z along it, not yet scaled. Equal vertices give bit-equal results.
     INSONIFY_FN vec3 operator()(vec3 p) const {
         const vec3 v = in_order(p) - begin;
         return {multiply_add(-shear.x, v.z, v.x), multiply_add(-shear.y, v.z, v.y), v.z};
     }
 };
 
-/// On which side of the edge p -> q the origin lies, in the sheared plane: twice the area of (origin, p, q).
+namespace detail {
+
+/// Edge function in the sheared plane: twice the signed area of (origin, p, q).
 ///
-/// The products of two floats are exact in double, so the sign is exact, and walking an edge the other way flips it.
+/// Products of two floats are exact in double, so the sign is exact, and reversing the edge flips it.
 INSONIFY_FN inline double edge_side(vec3 p, vec3 q) {
     return static_cast<double>(p.x) * q.y - static_cast<double>(p.y) * q.x;
 }
 
-/// The same, where the ray meets the edge itself: as if the ray stood an infinitesimal step aside, first in x, then,
-/// an infinitesimally smaller one, in y. So a point on a shared edge or vertex belongs to exactly one triangle.
+/// Sign of the edge function, with ties broken by simulation of simplicity: the ray is displaced by an infinitesimal
+/// step in x and an infinitesimally smaller one in y. So a point on a shared edge or vertex belongs to exactly one
+/// triangle.
 INSONIFY_FN inline int edge_sign(double side, vec3 p, vec3 q) {
     if (side != 0) return side > 0 ? 1 : -1;
     if (p.y != q.y) return p.y > q.y ? 1 : -1;
     return (q.x > p.x) - (q.x < p.x);
 }
 
-/// Where the ray meets the triangle, from either side; the limits of the ray are not looked at.
+} // namespace detail
+
+/// Two-sided ray/triangle intersection; the limits of the ray are ignored.
 ///
-/// Watertight: over a closed mesh, crossings along any line alternate in and out, also through edges and vertices.
+/// Watertight: along any line through a closed mesh, entries and exits alternate, through edges and vertices as well.
 INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
     const vec3 a = r(t.a), b = r(t.b), c = r(t.c);
-    const double u = edge_side(b, c), v = edge_side(c, a), w = edge_side(a, b);
-    const int side = edge_sign(u, b, c);
-    if (side == 0 || side != edge_sign(v, c, a) || side != edge_sign(w, a, b)) return {};
+    const double u = detail::edge_side(b, c), v = detail::edge_side(c, a), w = detail::edge_side(a, b);
+    const int side = detail::edge_sign(u, b, c);
+    if (side == 0 || side != detail::edge_sign(v, c, a) || side != detail::edge_sign(w, a, b)) return {};
     const double area = u + v + w;
     if (!(area != 0)) return {};
     hit found;
@@ -5227,66 +5547,66 @@ INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
     return found;
 }
 
-/// The same for a ray that meets one triangle only.
+/// The same, for a ray that is tested against one triangle only.
 INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return intersect(sheared_ray{r}, t); }
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
 /// False for NaN; reads the bits, so that it holds under -ffast-math too.
 INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
     return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
 }
 
-/// A ray with what every box and triangle asks of it worked out once.
+/// A ray with the constants of its box and triangle tests.
 ///
-/// It meets the side of a box that stands at s along an axis at the distance s * inverse + entry (or + exit). `entry`
-/// and `exit` are apart by what rounding may add up to, so that no box is lost (Ize 2013, "Robust BVH ray traversal").
-/// Along an axis across which the ray does not move, it passes every box whose sides it stands between or on: a ray in
-/// the plane that two boxes share must meet both, for the triangle test alone knows whose the edge between them is.
-/// So there the inverse is huge.
+/// It crosses the side of a box at coordinate s at the distance s * inverse + entry (or + exit). `entry` and `exit` differ
+/// by the accumulated rounding error, so that the slab test is conservative (Ize 2013, "Robust BVH ray traversal"). Along
+/// an axis with a direction component of 0 the inverse is huge: the ray then enters every box whose sides it lies between
+/// or on. A ray in the plane between two boxes must enter both, since only the triangle test decides which triangle owns
+/// their shared edge.
 template <int Width>
 struct prepared_ray {
     ray source{};
-    float inverse[4] = {}; ///< 1 / direction, finite; the fourth of these and of what follows is not used
+    float inverse[4] = {}; ///< 1 / direction, finite; the fourth lane of each array is unused
     float entry[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
     float exit[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
-    std::uint32_t entry_row[4] = {}; ///< of a node's bounds: the side that the ray meets first ...
-    std::uint32_t exit_row[4] = {};  ///< ... and last
+    std::uint32_t entry_row[4] = {}; ///< of a node's sides: the one where the ray enters ...
+    std::uint32_t exit_row[4] = {};  ///< ... and where it leaves
     sheared_ray sheared{};
-    /// A ray that is not meets nothing. One that is has a finite origin and direction, numbers for limits, and moves.
-    bool legal = false;
+    /// Finite origin, finite direction other than 0, and limits that are not NaN. Other rays miss everything.
+    bool valid = false;
 
-    /// @param reach  no coordinate of a box is further from 0
-    INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float reach) {
+    /// @param max_abs_coordinate  of all boxes
+    INSONIFY_FN INSONIFY_INLINE void prepare(const ray& r, float max_abs_coordinate) {
         using axes = lanes<4>;
         const axes given = each_lane<4>([&](int axis) { return axis < 3 ? r.direction[axis] : 0.0F; });
         const axes origin = each_lane<4>([&](int axis) { return axis < 3 ? r.origin[axis] : 0.0F; });
         const axes none(0.0F), wild = floats_of<4>(not_finite<4>(given) | not_finite<4>(origin));
-        legal = bits_of(wild < none) == 0 && is_number(r.min_distance) && is_number(r.max_distance);
-        if (!legal) return;
-        const auto moves = axes(1e-30F) < absolute(given); // less is too little to be divided by
-        legal = bits_of(moves) != 0;
-        if (!legal) return;
-        const axes along = select(moves, given, none), size = absolute(along), longest(greatest(size));
-        const axes from = absolute(origin);
+        valid = bits_of(wild < none) == 0 && is_number(r.min_distance) && is_number(r.max_distance);
+        if (!valid) return;
+        const auto moves = axes(1e-30F) < abs(given); // smaller components count as 0
+        valid = bits_of(moves) != 0;
+        if (!valid) return;
+        const axes along = select(moves, given, none), size = abs(along), longest(reduce_max(size));
+        const axes from = abs(origin);
         source = r;
         source.direction = {along[0], along[1], along[2]};
-        // Not 1 instead of 0: clang inverts constants by itself, and then divides by 0 all the same.
+        // Divides by `longest` in place of 0, not by a constant 1: clang would fold the select and divide by 0.
         const axes swift = select(moves, insonify::inverse(select(moves, along, longest)), axes(1e30F));
         const axes begin = -origin * swift;
-        const axes room = absolute(swift) * (axes(5e-7F) * (from + axes(reach)) + axes(1e-20F));
-        // Not where it is so far away that an axis tells nothing, nor where the huge inverse is not huge enough: further
-        // than `extent / longest` is no hit.
-        const axes extent(sum(from) + reach);
-        const auto tells = absolute(begin) + room < axes(1e36F) && (moves || extent <= room * longest);
-        const axes middle = select(tells, begin, none), apart = select(tells, room, axes(FLT_MAX)); // finite, both
+        const axes room = abs(swift) * (axes(5e-7F) * (from + axes(max_abs_coordinate)) + axes(1e-20F));
+        // An axis is ignored where distances overflow, or where the huge inverse is too small: hits lie within
+        // `extent / longest`.
+        const axes extent(sum(from) + max_abs_coordinate);
+        const auto tells = abs(begin) + room < axes(1e36F) && (moves || extent <= room * longest);
+        const axes middle = select(tells, begin, none), apart = select(tells, room, axes(FLT_MAX)); // both finite
         store(select(tells, swift, none), inverse);
         store(middle - apart, entry);
         store(middle + apart, exit);
-        const auto upper_first = bit_lanes<4>{} - (raw_bits<4>(swift) >> 31); // all bits of an axis, or none
+        const auto upper_first = bit_lanes<4>{} - (raw_bits<4>(swift) >> 31); // a full mask per axis
         constexpr auto first_row = tree_node<Width>::row(0, 0), next_row = tree_node<Width>::row(0, 1);
         constexpr auto upper_row = tree_node<Width>::row(1, 0);
         const auto met_first = steps_of_bits<4>(first_row, next_row) + (upper_first & upper_row);
@@ -5296,15 +5616,14 @@ struct prepared_ray {
     }
 };
 
-/// Where the ray enters the boxes of a node's children, with a bit in `met`, that it meets within its limits; FLT_MAX for
-/// the others.
+/// The distances at which a ray enters the boxes of a node's children, FLT_MAX for those it misses, and a bit for each hit.
 template <int Width>
 struct box_entries {
     lanes<Width> distance{};
     std::uint32_t met = 0;
 };
 
-/// Slab test of all children at once. Conservative: rounding never loses a box.
+/// Slab test of all children. Conservative: rounding never loses a box.
 /// @param max_distance  FLT_MAX at most
 template <int Width>
 INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& node, const prepared_ray<Width>& r,
@@ -5313,126 +5632,118 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
     floats in(r.source.min_distance), out(max_distance);
     for (int axis = 0; axis < 3; ++axis) {
         const floats inverse(r.inverse[axis]), entry(r.entry[axis]), exit(r.exit[axis]);
-        in = greater(multiply_add(load<Width>(node.sides + r.entry_row[axis]), inverse, entry), in);
-        out = lesser(multiply_add(load<Width>(node.sides + r.exit_row[axis]), inverse, exit), out);
+        in = max(multiply_add(load<Width>(node.sides + r.entry_row[axis]), inverse, entry), in);
+        out = min(multiply_add(load<Width>(node.sides + r.exit_row[axis]), inverse, exit), out);
     }
     const auto met = in <= out;
     return {select(met, in, floats(FLT_MAX)), bits_of(met)};
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <algorithm>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Rays that go much the same way, in up to four groups of as many as there are lanes: a node is asked once for all of
-/// them, a triangle by the groups whose part of the row it reaches.
+/// A packet of coherent rays, up to four groups of as many rays as there are lanes. Node tests are shared by the packet;
+/// a triangle is intersected by the groups whose part of the row it overlaps.
 ///
-/// All have the same longest axis z and walk it in the same direction. Four planes hold them from where the first one
-/// begins; a box or a triangle beyond one of the planes is met by none. In the plane across z, two of them stand along
-/// the row that the rays form, two across it, so that the lines of a fan have little between them:
+/// The rays form a row, as the lines of a fan and the pixels of an image row do. Of the planes around them, seen along
+/// z, two lie along the row and two across it:
 ///
 ///              _ - |
 ///      | _ - o     |
-///      |   o   _ - '        o: rays, seen along z
+///      |   o   _ - '        o: rays
 ///      ' - '
 template <int N>
-struct ray_packet {
-    static constexpr std::size_t most_groups = 4;
-    static constexpr std::size_t most_rays = most_groups * N;
+struct ray_packet : packet_bounds<N> {
+    using packet_bounds<N>::axes, packet_bounds<N>::forward;
+    static constexpr std::size_t max_groups = 4;
+    static constexpr std::size_t max_rays = max_groups * N;
 
-    /// The points with  weight . point >= bound,  point in the order of the axes.
-    struct half_space {
-        float weight[3] = {};
-        float bound = 0;
-        std::uint32_t row[3] = {}; ///< of a node's sides: those where the weighted sum over a box is greatest
-    };
-    half_space around[4]{};
-    /// Between which two lines across a direction u rays stay:  low + slowest * z <= u <= high + fastest * z.
-    struct wedge {
-        float low = 0, high = 0, slowest = 0, fastest = 0;
-
-        float width(float z) const { return high - low + (fastest - slowest) * z; }
-    };
-    wedge across{};
-    /// Where a point stands in the row as it fans out, 0 where the row begins and 1 where it ends:
+    /// Bounds of the rays across the row, in terms of z.
+    packet_wedge across{};
+    /// The position along the row, 0 at its first ray and 1 at its last:
     ///
-    ///     inwards / width,    inwards = u - low - slowest * z,    width = widest + widening * z,    u along the row
+    ///     inwards / width,    inwards = u - low - min_slope * z,    width = widest + widening * z,    u along the row
     ///
-    /// As a quotient of two linear functions it only rises or only falls along a ray, and is extreme at the corners of a
-    /// triangle, wherever the width is above 0. Rays of a fan keep their place, others nearly.
+    /// As a quotient of two linear functions it is monotonic along a ray, and over a triangle it is extreme at a corner,
+    /// wherever the width is above 0. Rays of a fan keep their position, others nearly.
     struct ruler {
-        float low = 0, slowest = 0, widest = 0, widening = 0;
-        float valid_from = 0; ///< in terms of forward * z: nearer points can have any place
+        float low = 0, min_slope = 0, widest = 0, widening = 0;
+        float valid_from = 0; ///< in terms of forward * z: positions of nearer points are meaningless
 
         INSONIFY_INLINE lanes<N> inwards(const lanes<N>& u, const lanes<N>& z) const {
-            return multiply_add(lanes<N>(-slowest), z, u) - lanes<N>(low);
+            return multiply_add(lanes<N>(-min_slope), z, u) - lanes<N>(low);
         }
         INSONIFY_INLINE lanes<N> width(const lanes<N>& z) const {
             return multiply_add(lanes<N>(widening), z, lanes<N>(widest));
         }
-        /// Of points that are not valid any number, or an infinite one.
+        /// Any number, or an infinite one, for points that are not valid.
         INSONIFY_INLINE static lanes<N> place(const lanes<N>& inwards, const lanes<N>& width) {
-            return inwards / greater(lanes<N>(1e-22F), width);
+            return inwards / max(lanes<N>(1e-22F), width);
         }
     };
     ruler places{};
     float row[2] = {1, 0}; ///< the direction of the row, in x and y; across it is (-row[1], row[0])
-    /// Where, in terms of forward * z, none of the rays has come to a box yet, seen along x or y: side * inverse + from.
-    struct slab {
-        float inverse = 0;
-        float from = -FLT_MAX;
-        std::uint32_t row = 0;
-    };
-    slab slabs[2]{};
-    int axes[3] = {0, 1, 2}; ///< of the world, in the order of the shear: x, y and z above
-    float forward = 1;       ///< the direction along z, 1 or -1; forward * z grows along the rays
-    float begin = 0;         ///< the stretch of forward * z that concerns any of the rays
-    float end = 0;
-    std::uint32_t entry_row = 0, exit_row = 0;
     std::size_t groups = 0;
-    /// What each ray has of its own, and the part of the row where they stay.
+    /// The rays of a group, and the part of the row that they occupy.
     struct alignas(32) group {
         float origin[3][N]; ///< in the order of the axes, as the shear
         float shear[3][N];
         float length[N]; ///< of a step of 1 along z
         float min_distance[N];
-        float limit[N];       ///< what a hit must not be beyond; below 0: this ray is done
-        float end = -FLT_MAX; ///< of the stretch of forward * z that concerns any of the group's rays
-        float first, last;    ///< the places of its rays
+        float limit[N];       ///< hits beyond it do not count; below 0: the ray is finished
+        float end = -FLT_MAX; ///< of forward * z between the limits of the rays
+        float first, last;    ///< positions of the rays
+        packet_wedge along;   ///< bounds of the rays along the row, in terms of forward * z - z0
     };
-    group of[most_groups];
+    group of[max_groups];
 
-    /// Takes rays from the first of `count` on, as many as go together. @return how many: whole groups, 0 for none
+    /// Loads coherent rays from the first of `count` on. @return how many: whole groups, or 0
     ///
-    /// They do where they are legal, have the same longest axis, go the same way, begin at 0 or later, and where they
-    /// leave the tree make a row no longer than 16 of its leaves and no wider than 2. In longer or wider ones, rays that
-    /// meet nothing together wait for one another.
-    /// @param reach      no coordinate of a box is further from 0
-    /// @param leaf_size  how wide a leaf is
-    std::size_t prepare(const ray* first, std::size_t count, float reach, float leaf_size) {
+    /// Rays are coherent where they are valid, share their dominant axis and sign along it, begin at 0 or later, and form
+    /// a row that, halfway through the box, is at most 8 leaves long (4 for a single group) and 2 wide: in longer rows, rays
+    /// traverse nodes that only their neighbours enter (measured by bench_ratios).
+    /// @param box        around all primitives
+    /// @param max_abs_coordinate      of the box
+    /// @param leaf_size  the width of a leaf
+    std::size_t prepare(const ray* first, std::size_t count, const aabb& box, float max_abs_coordinate,
+                        float leaf_size) {
         groups = 0;
-        if (count < N || !look_alike(first[0], first[N - 1])) return 0;
+        if (count < N || !similar(first[0], first[N - 1])) return 0;
         const sheared_ray lead{first[0]};
         axes[0] = lead.x, axes[1] = lead.y, axes[2] = lead.z;
         forward = lead.shear.z < 0 ? -1.0F : 1.0F;
-        while (groups < most_groups && (groups + 1) * N <= count && take(of[groups], first + groups * N)) ++groups;
-        while (groups > 0 && !enclose(reach, leaf_size)) groups /= 2;
+        const float near = forward > 0 ? box.lower[lead.z] : -box.upper[lead.z];
+        const float far = forward > 0 ? box.upper[lead.z] : -box.lower[lead.z];
+        const float middle = 0.5F * (max(near, forward * lead.begin.z) + far);
+        const std::size_t wanted = coherent_groups(first, count / N, forward * middle, leaf_size);
+        while (groups < wanted && take(of[groups], first + groups * N, box, max_abs_coordinate)) ++groups;
+        while (groups > 0 && !enclose(max_abs_coordinate, far, middle, max_row_width * leaf_size)) groups /= 2;
         shorten();
         return groups * N;
     }
 
-    /// Follows the limits of the rays. Of all groups, since which of them have moved no one foresees.
+    /// Updates the ends of all groups from the limits of their rays: skipping unchanged groups would mispredict.
     void shorten() {
         using floats = lanes<N>;
-        end = -FLT_MAX;
+        this->end = -FLT_MAX;
         for (std::size_t g = 0; g < groups; ++g) {
             group& one = of[g];
             const floats most = load<N>(one.limit);
             const floats last = multiply_add(most, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
-            one.end = greatest(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
-            end = greater(end, one.end);
+            one.end = reduce_max(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
+            this->end = max(this->end, one.end);
         }
+    }
+
+    /// Culls by the bounds of those groups only whose rays go as far as `entry`, in terms of forward * z - begin: what
+    /// begins there does not concern the others.
+    INSONIFY_INLINE void narrow(float entry) {
+        std::uint32_t active = 0;
+        for (std::size_t g = 0; g < groups; ++g) active |= std::uint32_t{entry <= of[g].end - this->begin} << g;
+        if (active != active_ && active != 0) bound_row(active);
     }
 
     /// One of the rays.
@@ -5445,200 +5756,177 @@ struct ray_packet {
     }
 
   private:
-    // Whether it is worth while to look closer: their directions are less than 45 degrees apart.
-    static bool look_alike(const ray& a, const ray& b) {
+    // Leaves: of a row where it is halfway through the box.
+    static constexpr float max_row = 8, max_row_of_one_group = 4, max_row_width = 2;
+
+    // Directions less than 45 degrees apart: a quick test before the rays are loaded.
+    static bool similar(const ray& a, const ray& b) {
         const float both = dot(a.direction, b.direction);
         return both > 0 && 2 * both * both > dot(a.direction, a.direction) * dot(b.direction, b.direction);
     }
 
-    bool take(group& rays, const ray* first) const {
-        using floats = lanes<N>;
-        floats from[3], along[3], size[3];
-        bit_lanes<N> wild{};
-        for (int axis = 0; axis < 3; ++axis) {
-            from[axis] = each_lane<N>([&](int i) { return first[i].origin[axis]; });
-            along[axis] = each_lane<N>([&](int i) { return first[i].direction[axis]; });
-            size[axis] = absolute(along[axis]);
-            wild = wild | not_finite<N>(from[axis]) | not_finite<N>(along[axis]);
+    // How many groups, at most, make a row that is short enough where z is `middle`.
+    std::size_t coherent_groups(const ray* rays, std::size_t available, float middle, float leaf_size) const {
+        const auto at = [&](const ray& r, int k) {
+            const float steps = (middle - r.origin[axes[2]]) / r.direction[axes[2]];
+            return r.origin[axes[k]] + r.direction[axes[k]] * steps;
+        };
+        const float first[2] = {at(rays[0], 0), at(rays[0], 1)};
+        for (std::size_t wanted = std::min<std::size_t>(available, max_groups); wanted > 0; wanted /= 2) {
+            const ray& last = rays[wanted * N - 1];
+            if (!(forward * last.direction[axes[2]] > 1e-30F)) continue;
+            const float x = at(last, 0) - first[0], y = at(last, 1) - first[1];
+            const float max_length = (wanted > 1 ? max_row : max_row_of_one_group) * leaf_size;
+            if (x * x + y * y < max_length * max_length) return wanted;
         }
-        const floats nearest = each_lane<N>([&](int i) { return first[i].min_distance; });
-        const floats furthest = each_lane<N>([&](int i) { return first[i].max_distance; });
-        wild = wild | not_number<N>(nearest) | not_number<N>(furthest);
+        return 0;
+    }
+
+    // Loads a group. Rays that miss the box are finished at once. @return false where one is not coherent with the lead
+    bool take(group& rays, const ray* first, const aabb& box, float max_abs_coordinate) const {
+        using floats = lanes<N>;
+        const ray_lanes<N> all{first};
+        floats size[3];
+        bit_lanes<N> wild = not_number<N>(all.min_distance) | not_number<N>(all.max_distance);
+        for (int axis = 0; axis < 3; ++axis) {
+            size[axis] = abs(all.direction[axis]);
+            wild = wild | not_finite<N>(all.origin[axis]) | not_finite<N>(all.direction[axis]);
+        }
         // The axis that sheared_ray chooses, ties included.
         const auto longest = axes[2] == 0   ? size[1] < size[0] && size[2] < size[0]
                              : axes[2] == 1 ? size[0] <= size[1] && size[2] < size[1]
                                             : size[0] <= size[2] && size[1] <= size[2];
-        const floats z = along[axes[2]];
-        const auto together = longest && floats(1e-30F) < floats(forward) * z && floats(0.0F) <= nearest &&
+        const floats z = all.direction[axes[2]];
+        const auto together = longest && floats(1e-30F) < floats(forward) * z && floats(0.0F) <= all.min_distance &&
                               floats(0.0F) <= floats_of<N>(wild);
-        constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
-        if (bits_of(together) != all) return false;
+        constexpr std::uint32_t every_ray = (1U << static_cast<unsigned>(N)) - 1;
+        if (bits_of(together) != every_ray) return false;
         const floats scale = inverse(z);
         for (int k = 0; k < 3; ++k) {
-            store(from[axes[k]], rays.origin[k]);
-            const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), along[axes[k]]);
+            store(all.origin[axes[k]], rays.origin[k]);
+            const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), all.direction[axes[k]]);
             store(k < 2 ? settled * scale : scale, rays.shear[k]);
         }
-        store(absolute(z), rays.length);
-        store(nearest, rays.min_distance);
-        store(furthest, rays.limit);
+        store(abs(z), rays.length);
+        store(all.min_distance, rays.min_distance);
+        store(all.max_distance, rays.limit);
+        for (std::uint32_t out = every_ray & ~may_enter(box, max_abs_coordinate, all); out != 0; out &= out - 1)
+            rays.limit[lowest_bit(out)] = -1;
         return true;
     }
 
-    bool enclose(float reach, float leaf_size) {
+    // Bounds the groups. @return false where they are too wide across the row, or coordinates too large or small
+    bool enclose(float max_abs_coordinate, float far, float middle, float max_width) {
         using floats = lanes<N>;
-        floats nearest(FLT_MAX), furthest(reach);
+        floats nearest(FLT_MAX), furthest(max_abs_coordinate);
         for (std::size_t g = 0; g < groups; ++g) {
-            nearest = lesser(nearest, floats(forward) * load<N>(of[g].origin[2]));
-            for (const auto& one : of[g].origin) furthest = greater(furthest, absolute(load<N>(one)));
+            nearest = min(nearest, floats(forward) * load<N>(of[g].origin[2]));
+            for (const auto& one : of[g].origin) furthest = max(furthest, abs(load<N>(one)));
         }
-        const float z0 = least(nearest), most = greatest(furthest), depth = greater(reach - z0, 0.0F);
-        if (!(1e-18F < most && most < 1e18F)) return false; // what follows might overflow, or vanish
-        float way[2];                                       // from the first to the last, where they leave the tree
+        const float z0 = reduce_min(nearest), range = reduce_max(furthest), depth = max(far - z0, 0.0F);
+        if (!(1e-18F < range && range < 1e18F)) return false; // what follows might overflow, or underflow
+        float way[2];                                         // from the first to the last, where they leave the box
         for (int k = 0; k < 2; ++k) {
             const auto at = [&](const group& one, int i) {
                 return one.origin[k][i] + one.shear[k][i] * (forward * (z0 + depth) - one.origin[2][i]);
             };
             way[k] = at(of[groups - 1], N - 1) - at(of[0], 0);
         }
-        const float spread = std::sqrt(way[0] * way[0] + way[1] * way[1]);
-        const float longest = 16 * leaf_size, widest = 2 * leaf_size;
-        if (!(spread < longest)) return false;
-        row[0] = spread > 0 ? way[0] / spread : 1;
-        row[1] = spread > 0 ? way[1] / spread : 0;
-        // Where they start, in a plane that they all have before them, and how they go on along forward * z.
-        floats start[2][most_groups], slope[2][most_groups];
+        const float length = std::sqrt(way[0] * way[0] + way[1] * way[1]);
+        row[0] = length > 0 ? way[0] / length : 1;
+        row[1] = length > 0 ? way[1] / length : 0;
+        // Where the rays meet the plane forward * z = z0, which lies behind all origins, and their slopes along forward * z.
+        floats start[2][max_groups], slope[2][max_groups];
         for (int k = 0; k < 2; ++k)
             for (std::size_t g = 0; g < groups; ++g) {
                 const floats behind = floats(z0) - floats(forward) * load<N>(of[g].origin[2]);
                 slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
                 start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
             }
-        floats start_along[most_groups], slope_along[most_groups], start_across[most_groups], slope_across[most_groups];
+        floats start_along[max_groups], slope_along[max_groups], start_across[max_groups], slope_across[max_groups];
         for (std::size_t g = 0; g < groups; ++g) {
             start_along[g] = multiply_add(floats(row[0]), start[0][g], floats(row[1]) * start[1][g]);
             slope_along[g] = multiply_add(floats(row[0]), slope[0][g], floats(row[1]) * slope[1][g]);
             start_across[g] = multiply_add(floats(row[0]), start[1][g], floats(-row[1]) * start[0][g]);
             slope_across[g] = multiply_add(floats(row[0]), slope[1][g], floats(-row[1]) * slope[0][g]);
         }
-        const wedge along = wedge_of(start_along, slope_along);
-        across = wedge_of(start_across, slope_across);
-        if (!(along.width(depth) < longest && across.width(depth) < widest)) return false;
-        margin_ = 4e-6F * most; // more than shear, plane and its evaluation may round away together
-        begin = z0 - margin_;
-        const std::uint32_t z = static_cast<std::uint32_t>(axes[2]), backwards = forward < 0;
-        entry_row = tree_node<N>::row(backwards, z);
-        exit_row = tree_node<N>::row(1 - backwards, z);
-        for (std::uint32_t k = 0; k < 2; ++k)
-            slabs[k] = slab_of(start[k], slope[k], z0, static_cast<std::uint32_t>(axes[k]));
+        for (std::size_t g = 0; g < groups; ++g) of[g].along = wedge_of(start_along + g, slope_along + g, 1);
+        z0_ = z0;
+        const packet_wedge along = along_of((1U << groups) - 1);
+        across = wedge_of(start_across, slope_across, groups);
+        if (!(across.width(max(middle - z0, 0.0F)) < max_width)) return false;
+        margin_ = 4e-6F * range; // above the rounding of shear, planes and their evaluation together
+        this->set_begin(z0 - margin_);
+        for (int k = 0; k < 2; ++k) this->set_slab(k, wedge_of(start[k], slope[k], groups), z0, margin_);
         place_groups(along, start_along, slope_along, z0, depth);
         across = from_zero(across, z0, margin_);
-        hold(&around[0], row[0], row[1], from_zero(along, z0, margin_));
-        hold(&around[2], -row[1], row[0], across);
+        bound_row((1U << groups) - 1);
+        this->set_planes(&this->around[2], -row[1], row[0], across);
         return true;
     }
 
-    // Gives each group the places of its rays at two depths after z0, between which they keep.
-    void place_groups(wedge along, const lanes<N>* start, const lanes<N>* slope, float z0, float depth) {
+    // Sets the ruler, and the positions of each group: between two depths beyond z0, positions are monotonic.
+    void place_groups(packet_wedge along, const lanes<N>* start, const lanes<N>* slope, float z0, float depth) {
         using floats = lanes<N>;
-        // Where the row is this wide, rounding moves places by less than a hundredth: they count from there on. In a row
-        // that never is they count from the start, with room to each side.
+        // From this width on, rounding changes positions by less than a hundredth, and they are valid. In rows that stay
+        // narrower they are valid from the start, with a larger margin on each side.
         const float wide = 400 * margin_;
-        const float needed = greater(0.0F, (wide - along.width(0)) / greater(along.fastest - along.slowest, 1e-30F));
+        const float needed = max(0.0F, (wide - along.width(0)) / max(along.max_slope - along.min_slope, 1e-30F));
         const bool opens = needed < depth;
         const float first = opens ? needed : 0.0F, room = (opens ? 2.0F : 50.0F) * margin_;
         along.low -= room;
         along.high += room;
-        const wedge world = from_zero(along, z0, 0);
-        places = {world.low, world.slowest, world.high - world.low, world.fastest - world.slowest, z0 + first};
+        const packet_wedge world = from_zero(along, z0, 0);
+        places = {world.low, world.min_slope, world.high - world.low, world.max_slope - world.min_slope, z0 + first};
         for (std::size_t g = 0; g < groups; ++g) {
             const auto place = [&](float at) {
-                return (start[g] - floats(along.low) + floats(at) * (slope[g] - floats(along.slowest))) *
+                return (start[g] - floats(along.low) + floats(at) * (slope[g] - floats(along.min_slope))) *
                        floats(1 / along.width(at));
             };
             const floats one = place(first), other = place(depth);
-            of[g].first = least(lesser(one, other)) - 2 * margin_ / along.width(first);
-            of[g].last = greatest(greater(one, other)) + 2 * margin_ / along.width(first);
+            of[g].first = reduce_min(min(one, other)) - 2 * margin_ / along.width(first);
+            of[g].last = reduce_max(max(one, other)) + 2 * margin_ / along.width(first);
         }
     }
 
-    /// The least and the greatest of all rays.
-    struct extent {
-        lanes<N> low{FLT_MAX}, high{-FLT_MAX};
+    // Sets the planes across the row to hold the groups whose bit is set.
+    void bound_row(std::uint32_t active) {
+        active_ = active;
+        this->set_planes(&this->around[0], row[0], row[1], from_zero(along_of(active), z0_, margin_));
+    }
 
-        void add(const lanes<N>& value) {
-            low = lesser(low, value);
-            high = greater(high, value);
+    packet_wedge along_of(std::uint32_t active) const {
+        packet_wedge all{FLT_MAX, -FLT_MAX, FLT_MAX, -FLT_MAX};
+        for (; active != 0; active &= active - 1) {
+            const packet_wedge& one = of[lowest_bit(active)].along;
+            all = {min(all.low, one.low), max(all.high, one.high), min(all.min_slope, one.min_slope),
+                   max(all.max_slope, one.max_slope)};
         }
-    };
-    extent extent_of(const lanes<N>* values) const {
-        extent all;
-        for (std::size_t g = 0; g < groups; ++g) all.add(values[g]);
         return all;
     }
 
-    slab slab_of(const lanes<N>* start, const lanes<N>* slope, float z0, std::uint32_t axis) const {
-        const extent speed = extent_of(slope);
-        const float slowest = least(speed.low), fastest = greatest(speed.high);
-        if (slowest > 0.01F) return slab_from(greatest(extent_of(start).high) + margin_, 1 / fastest, z0, 0, axis);
-        if (fastest < -0.01F) return slab_from(least(extent_of(start).low) - margin_, 1 / slowest, z0, 1, axis);
-        return {};
-    }
-    slab slab_from(float start, float inverse, float z0, std::uint32_t side, std::uint32_t axis) const {
-        return {inverse, z0 - start * inverse - 2 * margin_, tree_node<N>::row(side, axis)};
-    }
-
-    wedge wedge_of(const lanes<N>* start, const lanes<N>* slope) const {
-        const extent from = extent_of(start), more = extent_of(slope);
-        return {least(from.low), greatest(from.high), least(more.low), greatest(more.high)};
+    static packet_wedge wedge_of(const lanes<N>* start, const lanes<N>* slope, std::size_t count) {
+        lanes<N> low(FLT_MAX), high(-FLT_MAX), min_slope(FLT_MAX), max_slope(-FLT_MAX);
+        for (std::size_t g = 0; g < count; ++g) {
+            low = min(low, start[g]);
+            high = max(high, start[g]);
+            min_slope = min(min_slope, slope[g]);
+            max_slope = max(max_slope, slope[g]);
+        }
+        return {reduce_min(low), reduce_max(high), reduce_min(min_slope), reduce_max(max_slope)};
     }
 
-    // From where forward * z is z0 to where z is 0, and wider on both sides.
-    wedge from_zero(const wedge& w, float z0, float more) const {
-        return {w.low - more - w.slowest * z0, w.high + more - w.fastest * z0, w.slowest * forward,
-                w.fastest * forward};
+    // The same bounds in terms of z instead of forward * z - z0, widened on both sides.
+    packet_wedge from_zero(const packet_wedge& w, float z0, float more) const {
+        return {w.low - more - w.min_slope * z0, w.high + more - w.max_slope * z0, w.min_slope * forward,
+                w.max_slope * forward};
     }
 
-    // Two planes with opposite sides.
-    void hold(half_space* two, float x, float y, const wedge& w) const {
-        two[0] = half_space_of(x, y, -w.slowest, w.low);
-        two[1] = half_space_of(-x, -y, w.fastest, -w.high);
-    }
-
-    half_space half_space_of(float x, float y, float z, float bound) const {
-        half_space one{{x, y, z}, bound};
-        for (int k = 0; k < 3; ++k)
-            one.row[k] = tree_node<N>::row(one.weight[k] > 0, static_cast<std::uint32_t>(axes[k]));
-        return one;
-    }
-
-    float margin_ = 0;
+    float z0_ = 0, margin_ = 0;
+    std::uint32_t active_ = 0; ///< a bit for each group that the planes hold
 };
 
-/// Where the packet enters the boxes of a node's children, in terms of forward * z - begin; FLT_MAX for those that it
-/// does not meet.
-/// @return a bit for each box that some ray may meet
-template <int N>
-INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const ray_packet<N>& p, lanes<N>& entry) {
-    using floats = lanes<N>;
-    const floats forward(p.forward);
-    floats in = forward * load<N>(node.sides + p.entry_row);
-    const floats out = forward * load<N>(node.sides + p.exit_row);
-    for (const auto& slab : p.slabs)
-        in = greater(in, multiply_add(load<N>(node.sides + slab.row), floats(slab.inverse), floats(slab.from)));
-    auto met = in <= floats(p.end) && floats(p.begin) <= out;
-    for (const auto& one : p.around) {
-        const auto weighted = [&](int k) { return floats(one.weight[k]) * load<N>(node.sides + one.row[k]); };
-        const floats most =
-            multiply_add(floats(one.weight[1]), load<N>(node.sides + one.row[1]),
-                         multiply_add(floats(one.weight[2]), load<N>(node.sides + one.row[2]), weighted(0)));
-        met = met && floats(one.bound) <= most;
-    }
-    entry = select(met, in - floats(p.begin), floats(FLT_MAX));
-    return bits_of(met);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #ifndef INSONIFY_BVH_TRAVERSE_HPP
 #define INSONIFY_BVH_TRAVERSE_HPP
@@ -5654,28 +5942,26 @@ INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const ray_packet<N
 
 #include <cstdint>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Half the centre of a box: it sorts as the centre does, and two of them never lie infinitely far apart.
-template <class = void>
+/// Half the centre of a box: sorts like the centre, and differences of two do not overflow.
 INSONIFY_INLINE lanes<4> half_centre(const lanes<4>& lower, const lanes<4>& upper) {
     return multiply_add(lanes<4>(0.25F), lower, lanes<4>(0.25F) * upper);
 }
 
-/// The box of a primitive as builders move it about: [-lower, -, upper, -], so that the union of two is one maximum.
+/// The box of a primitive in builders: [-lower, -, upper, -], so that the union of two is one maximum.
 struct alignas(32) build_box {
     float row[8];
 
-    build_box() = default; ///< not set, since arrays of them are written later, by many threads
+    build_box() = default; ///< uninitialised: arrays are filled later, in parallel
     explicit build_box(const aabb& box)
         : row{-box.lower.x, -box.lower.y, -box.lower.z, 0, box.upper.x, box.upper.y, box.upper.z, 0} {}
-    template <class = void>
     INSONIFY_INLINE build_box(const lanes<4>& minus_lower, const lanes<4>& upper) {
         store(minus_lower, row);
         store(upper, row + 4);
     }
 
-    /// The spare lanes carry the primitive's index along, in two halves that are exact as floats.
+    /// Stores the index of the primitive in the spare lanes, in two halves that floats represent exactly.
     void name(std::uint32_t primitive) {
         row[3] = static_cast<float>(primitive >> 16U);
         row[7] = static_cast<float>(primitive & 0xFFFFU);
@@ -5683,69 +5969,56 @@ struct alignas(32) build_box {
     std::uint32_t primitive() const {
         return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
     }
-    /// Holds nothing, and adds nothing.
-    INSONIFY_LAZY static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
+    /// The empty box.
+    static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
     bool empty() const { return row[4] < -row[0]; }
 
-    template <class = void>
     INSONIFY_INLINE void add(const build_box& other) {
         for (int k = 0; k < 8; k += simd_width)
-            store(greater(load<simd_width>(row + k), load<simd_width>(other.row + k)), row + k);
+            store(max(load<simd_width>(row + k), load<simd_width>(other.row + k)), row + k);
     }
-    template <class = void>
-    INSONIFY_INLINE lanes<4> minus_lower() const {
-        return load<4>(row);
-    }
-    template <class = void>
-    INSONIFY_INLINE lanes<4> upper() const {
-        return load<4>(row + 4);
-    }
+    INSONIFY_INLINE lanes<4> minus_lower() const { return load<4>(row); }
+    INSONIFY_INLINE lanes<4> upper() const { return load<4>(row + 4); }
 
-    template <class = void>
-    INSONIFY_INLINE lanes<4> half_centre() const {
-        return insonify::half_centre(-minus_lower(), upper());
-    }
-    float half_area() const { // 0 of an empty one
-        const float x = greater(row[4] + row[0], 0), y = greater(row[5] + row[1], 0), z = greater(row[6] + row[2], 0);
+    INSONIFY_INLINE lanes<4> half_centre() const { return detail::half_centre(-minus_lower(), upper()); }
+    float half_area() const { // 0 for an empty box
+        const float x = max(row[4] + row[0], 0), y = max(row[5] + row[1], 0), z = max(row[6] + row[2], 0);
         return x * y + y * z + z * x;
     }
 };
 
-/// Where the halved centres of a group lie, at most.
+/// Bounds of the half centres of a group.
 struct centre_range {
     float begin[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
     float end[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
 
-    template <class = void>
     INSONIFY_INLINE void add(const lanes<4>& first, const lanes<4>& last) {
-        store(lesser(load<4>(begin), first), begin);
-        store(greater(load<4>(end), last), end);
+        store(min(load<4>(begin), first), begin);
+        store(max(load<4>(end), last), end);
     }
-    float widest() const { return greater(end[0] - begin[0], greater(end[1] - begin[1], end[2] - begin[2])); }
+    float widest() const { return max(end[0] - begin[0], max(end[1] - begin[1], end[2] - begin[2])); }
     bool holds(const centre_range& other) const {
         bool held = true;
         for (int k = 0; k < 3; ++k) held = held && begin[k] <= other.begin[k] && other.end[k] <= end[k];
         return held;
     }
-    /// By a share of the widest side, to each side.
-    template <class = void>
-    INSONIFY_INLINE centre_range widened(float share) const {
-        const lanes<4> more(share * widest());
+    /// Extended on each side by a fraction of the widest extent.
+    INSONIFY_INLINE centre_range widened(float fraction) const {
+        const lanes<4> more(fraction * widest());
         centre_range wider;
         wider.add(load<4>(begin) - more, load<4>(end) + more);
         return wider;
     }
-    /// A centre lies within its box.
-    template <class = void>
+    /// Clipped to the box, which contains all centres.
     INSONIFY_INLINE centre_range within(const build_box& box) const {
         centre_range both;
-        store(greater(load<4>(begin), lanes<4>(-0.5F) * box.minus_lower()), both.begin);
-        store(lesser(load<4>(end), lanes<4>(0.5F) * box.upper()), both.end);
+        store(max(load<4>(begin), lanes<4>(-0.5F) * box.minus_lower()), both.begin);
+        store(min(load<4>(end), lanes<4>(0.5F) * box.upper()), both.end);
         return both;
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #ifndef INSONIFY_BVH_CONCEPTS_HPP
 #define INSONIFY_BVH_CONCEPTS_HPP
@@ -5756,23 +6029,23 @@ struct centre_range {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What a tree can hold: anything with `bounds(p)` and `intersect(ray, p)`, found by argument-dependent lookup.
+/// A primitive has `bounds(p)` and `intersect(ray, p)`, found by argument-dependent lookup.
 ///
-/// `intersect` gives at most one hit, and may answer outside the ray's limits: the tree discards what lies there, and
-/// sets the hit's `primitive` itself. A primitive whose bounds are empty or not finite is never hit.
+/// `intersect` returns at most one hit and may ignore the ray's limits: the BVH discards hits outside them, and sets
+/// `hit::primitive`. Primitives whose bounds are empty or not finite are never hit.
 template <class Primitive>
 concept primitive = requires(const Primitive& p, const ray& r) {
     { bounds(p) } -> std::convertible_to<aabb>;
     { intersect(r, p) } -> std::convertible_to<hit>;
 };
 
-/// What `[]` of a range gives.
+/// The element type of a range.
 template <class Range>
 using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
 
-/// A copyable handle to primitives that somebody else owns: `size()` and `[]`. `view<T>` and `mesh_view` are such.
+/// A copyable view of primitives with `size()` and `[]`, such as `view<T>` and `mesh_view`.
 ///
-/// (std::copyable asks for more, and takes a compiler long to find out.)
+/// (std::copyable requires more and is slow to compile.)
 template <class Range>
 concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_assignable_v<Range> &&
     primitive<range_primitive_t<Range>> && requires(const Range& range) {
@@ -5781,15 +6054,16 @@ concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_as
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 #include <cstddef>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Of fewer primitives, some 2 MB of faces and corners, all is in the cache already: they are not asked for ahead
+/// The number of primitives from which faces and corners are prefetched. Smaller meshes, up to some 2 MB, are cached
 /// (bench/bvh.cpp refits a small mesh and a large one).
-inline constexpr std::size_t most_at_hand = std::size_t{1} << 17U;
+inline constexpr std::size_t prefetch_threshold = std::size_t{1} << 17U;
 
-/// A point of each of four primitives, side by side.
+/// One point of each of four primitives, as structure of arrays.
 struct four_points {
     lanes<4> x, y, z;
 
@@ -5798,7 +6072,7 @@ struct four_points {
     INSONIFY_FN INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
         : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
 
-    /// Negative where one is not finite.
+    /// Negative where a coordinate is not finite.
     INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const {
         return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z);
     }
@@ -5816,20 +6090,19 @@ struct four_points {
     }
 };
 
-/// The halved centres of the boxes of four primitives, side by side.
+/// The half centres of the boxes of four primitives, as structure of arrays.
 struct four_centres {
     lanes<4> at[3];    ///< by axis
-    bit_lanes<4> wild; ///< negative where a box is empty or not finite: it is left out
+    bit_lanes<4> wild; ///< negative where a box is empty or not finite, and left out
 };
 
-/// What a tree keeps of its primitives for a leaf: which of them can be hit. For the rest the range is asked.
-///
-/// Triangles have their own: leaf_triangles.hpp.
+/// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in the leaf itself: see
+/// leaf_triangles.hpp.
 template <class Range, int Width>
 struct leaf {
-    std::uint32_t primitive[Width]; ///< `no_primitive` where none is, or its bounds are not finite
+    std::uint32_t primitive[Width]; ///< `no_primitive` in empty slots, and where bounds are not finite
 
-    /// Takes over the primitives' present shape; returns the box around them.
+    /// Reads the primitives from the range. @return their box
     aabb fill(const Range& range, const std::uint32_t* slots) {
         aabb whole;
         for (int i = 0; i < Width; ++i) {
@@ -5843,13 +6116,13 @@ struct leaf {
         return whole;
     }
 
-    /// The box of a primitive as builders take it; empty where it is not finite.
+    /// The box of a primitive; empty where it is not finite.
     static build_box box(const Range& range, std::size_t i) {
         const aabb found = bounds(range[i]);
         return is_finite(found) ? build_box{found} : build_box::none();
     }
 
-    /// Of four primitives from the first on; lanes beyond `last` repeat it.
+    /// The half centres of four primitives from `first` on; lanes beyond `last` repeat it.
     static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
         vec3 at[4];
         bit_lanes<4> wild{};
@@ -5864,7 +6137,7 @@ struct leaf {
         return {{all.x, all.y, all.z}, wild};
     }
 
-    /// Calls visit(hit) for every primitive met between the ray's min_distance and max_distance, which visit may move.
+    /// Calls visit(hit) for every hit between min_distance and max_distance, which visit may lower.
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range& range,
@@ -5879,65 +6152,67 @@ struct leaf {
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <cstddef>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
 template <class Range>
 concept triangle_range = primitive_range<Range> && std::same_as<range_primitive_t<Range>, triangle>;
 
-/// Triangles in the sheared plane of a ray (see `sheared_ray`), side by side: several of one ray's, or one of several
-/// rays'.
+/// Triangles in the sheared space of rays (see `sheared_ray`): N triangles for one ray, or one triangle for N rays.
 template <int N>
 struct sheared_triangles {
-    lanes<N> x[3], y[3], z[3]; ///< of the three corners; z not yet scaled
+    lanes<N> x[3], y[3], z[3]; ///< of the corners; z is not scaled
 };
 
-/// Which of them a ray meets, and where.
+/// The result of N edge tests.
 template <int N>
 struct triangle_hits {
-    lanes<N> u, v, w;      ///< twice the areas of the triangles that the ray's point makes with each edge
-    lane_mask<N> possible; ///< set where it is met, as far as floats can tell ...
-    lane_mask<N> certain;  ///< ... and where they are certain of it
+    lanes<N> u, v, w;      ///< scaled barycentric coordinates
+    lane_mask<N> possible; ///< hit, as far as single precision can tell ...
+    lane_mask<N> certain;  ///< ... and where it is conclusive
 
-    /// Along the ray; of those that are certain.
+    /// The distances along the rays, where `certain`.
     INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
-        // First, lest large numbers overflow, or small ones vanish. The others' sum may be 0: they divide by `scale`. Not by
-        // 1, for clang inverts constants by itself, and then divides by 0 all the same.
-        const lanes<N> share = lanes<N>(1.0F) / select(certain, u + v + w, scale);
-        lanes<N> shares[3] = {u * share, v * share, w * share};
-#if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // -ffast-math, or a part of it
-        asm("" : "+m"(shares));                      // or the compiler changes the order back
+        // Divides first, to avoid overflow and underflow. Lanes that are not certain divide by `scale`, since their sum may
+        // be 0; not by a constant 1: clang would fold the select and divide by 0.
+        const lanes<N> inverse_area = lanes<N>(1.0F) / select(certain, u + v + w, scale);
+        lanes<N> fractions[3] = {u * inverse_area, v * inverse_area, w * inverse_area};
+#if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // parts of -ffast-math
+        asm("" : "+m"(fractions));                   // keeps the order of the operations
 #endif
-        return multiply_add(shares[0], t.z[0], multiply_add(shares[1], t.z[1], shares[2] * t.z[2])) * scale;
+        return multiply_add(fractions[0], t.z[0], multiply_add(fractions[1], t.z[1], fractions[2] * t.z[2])) * scale;
     }
 };
 
-/// The watertight test of triangle.hpp, in floats. They tell the side of an edge but where the ray passes within
-/// rounding of it; there `possible` and `certain` differ, and that triangle is to be asked again, exactly.
+/// The watertight edge tests of triangle.hpp in single precision. Where a ray passes an edge within rounding, `possible`
+/// and `certain` differ: such triangles are tested again in double precision.
 template <int N>
-INSONIFY_FN INSONIFY_INLINE triangle_hits<N> meet(const sheared_triangles<N>& t) {
+INSONIFY_FN INSONIFY_INLINE triangle_hits<N> test_edges(const sheared_triangles<N>& t) {
     using floats = lanes<N>;
     const floats u = difference_of_products(t.x[1], t.y[2], t.y[1], t.x[2]);
     const floats v = difference_of_products(t.x[2], t.y[0], t.y[2], t.x[0]);
     const floats w = difference_of_products(t.x[0], t.y[1], t.y[0], t.x[1]);
-    const floats lowest = lesser(lesser(u, v), w), highest = greater(greater(u, v), w);
-    const floats size = absolute(u + v + w);
-    floats doubt(1e-35F);              // below it an underflow may have taken the sign
-    auto told = size <= floats(1e37F); // beyond it has no precise inverse
-    if constexpr (!has_fma) { // each product is at most |x| |y|: four roundings of half a unit each, doubled for safety
-        const floats reach_x = greater(greater(absolute(t.x[0]), absolute(t.x[1])), absolute(t.x[2]));
-        const floats reach_y = greater(greater(absolute(t.y[0]), absolute(t.y[1])), absolute(t.y[2]));
-        doubt = reach_x * reach_y * floats(5e-7F) + doubt;
-        told = told && reach_x * reach_y <= floats(3.0F) * size; // of slivers signs are certain before shares are
+    const floats lowest = min(min(u, v), w), highest = max(max(u, v), w);
+    const floats size = abs(u + v + w);
+    floats doubt(1e-35F);                    // below it, an underflow may change the sign
+    auto conclusive = size <= floats(1e37F); // beyond it, the inverse is not precise
+    if constexpr (!detail::has_fma) {
+        // products are at most |x| |y|: four roundings of half an ulp each, doubled for safety
+        const floats max_x = max(max(abs(t.x[0]), abs(t.x[1])), abs(t.x[2]));
+        const floats max_y = max(max(abs(t.y[0]), abs(t.y[1])), abs(t.y[2]));
+        doubt = max_x * max_y * floats(5e-7F) + doubt;
+        conclusive =
+            conclusive &&
+            max_x * max_y <= floats(3.0F) * size; // for slivers, signs are certain earlier than barycentric coordinates
     }
-    told = told && (doubt < lowest || highest < -doubt);
-    return {u, v, w, !(lowest < -doubt && doubt < highest), told};
+    conclusive = conclusive && (doubt < lowest || highest < -doubt);
+    return {u, v, w, !(lowest < -doubt && doubt < highest), conclusive};
 }
 
-/// Four triangles, side by side.
+/// Four triangles, as structure of arrays.
 struct four_triangles {
     four_points a, b, c;
 
@@ -5945,20 +6220,20 @@ struct four_triangles {
         : a{t[0].a, t[1].a, t[2].a, t[3].a}, b{t[0].b, t[1].b, t[2].b, t[3].b}, c{t[0].c, t[1].c, t[2].c, t[3].c} {}
 
     INSONIFY_FN INSONIFY_INLINE four_points lower() const {
-        return {lesser(lesser(a.x, b.x), c.x), lesser(lesser(a.y, b.y), c.y), lesser(lesser(a.z, b.z), c.z)};
+        return {min(min(a.x, b.x), c.x), min(min(a.y, b.y), c.y), min(min(a.z, b.z), c.z)};
     }
     INSONIFY_FN INSONIFY_INLINE four_points upper() const {
-        return {greater(greater(a.x, b.x), c.x), greater(greater(a.y, b.y), c.y), greater(greater(a.z, b.z), c.z)};
+        return {max(max(a.x, b.x), c.x), max(max(a.y, b.y), c.y), max(max(a.z, b.z), c.z)};
     }
-    /// Negative where one is not finite.
+    /// Negative where a corner is not finite.
     INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const { return a.wild() | b.wild() | c.wild(); }
 };
 
-/// A leaf of triangles: their corners side by side for SIMD, so that a ray meets all of them at once.
+/// A leaf of triangles, stored as structure of arrays: a ray is tested against all of them at once.
 template <triangle_range Range, int Width>
 struct alignas(64) leaf<Range, Width> {
-    float corner[3][3][Width];      ///< [corner][axis][triangle]; after the last one, the first again
-    std::uint32_t primitive[Width]; ///< `no_primitive` where none is, or one that is not finite
+    float corner[3][3][Width];      ///< [corner][axis][triangle]; empty slots repeat the first one
+    std::uint32_t primitive[Width]; ///< `no_primitive` in empty slots, and where a triangle is not finite
 
     /// A bit for each triangle that can be hit.
     INSONIFY_FN INSONIFY_INLINE std::uint32_t usable() const {
@@ -5966,7 +6241,7 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        using floats = lanes<4>; // four triangles at a time: no more corners fit into registers
+        using floats = lanes<4>; // four at a time: more corners would not fit into registers
         static_assert(Width % 4 == 0);
         floats low_x(FLT_MAX), low_y(FLT_MAX), low_z(FLT_MAX), high_x(-FLT_MAX), high_y(-FLT_MAX), high_z(-FLT_MAX);
         for (int first = 0; first < Width; first += 4) {
@@ -5977,19 +6252,20 @@ struct alignas(64) leaf<Range, Width> {
             const four_points lower = t.lower(), upper = t.upper();
             const bit_lanes<4> wild = t.wild();
             const auto finite = floats(0.0F) <= floats_of<4>(wild);
-            low_x = lesser(low_x, select(finite, lower.x, floats(FLT_MAX)));
-            low_y = lesser(low_y, select(finite, lower.y, floats(FLT_MAX)));
-            low_z = lesser(low_z, select(finite, lower.z, floats(FLT_MAX)));
-            high_x = greater(high_x, select(finite, upper.x, floats(-FLT_MAX)));
-            high_y = greater(high_y, select(finite, upper.y, floats(-FLT_MAX)));
-            high_z = greater(high_z, select(finite, upper.z, floats(-FLT_MAX)));
+            low_x = min(low_x, select(finite, lower.x, floats(FLT_MAX)));
+            low_y = min(low_y, select(finite, lower.y, floats(FLT_MAX)));
+            low_z = min(low_z, select(finite, lower.z, floats(FLT_MAX)));
+            high_x = max(high_x, select(finite, upper.x, floats(-FLT_MAX)));
+            high_y = max(high_y, select(finite, upper.y, floats(-FLT_MAX)));
+            high_z = max(high_z, select(finite, upper.z, floats(-FLT_MAX)));
             t.a.put(corner[0], first);
             t.b.put(corner[1], first);
             t.c.put(corner[2], first);
-            const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // all bits, or none
+            const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // a full mask
             store_bits<4>(load_bits<4>(slots + first) | left_out, primitive + first);
         }
-        return {{least(low_x), least(low_y), least(low_z)}, {greatest(high_x), greatest(high_y), greatest(high_z)}};
+        return {{reduce_min(low_x), reduce_min(low_y), reduce_min(low_z)},
+                {reduce_max(high_x), reduce_max(high_y), reduce_max(high_z)}};
     }
 
     static build_box box(const Range& range, std::size_t i) {
@@ -6000,7 +6276,7 @@ struct alignas(64) leaf<Range, Width> {
         const lanes<4> a = corner_of(t.a), b = corner_of(t.b), c = corner_of(t.c);
         const lanes<4> wild = floats_of<4>(not_finite<4>(a) | not_finite<4>(b) | not_finite<4>(c));
         if (bits_of(wild < lanes<4>(0.0F)) != 0) return build_box::none();
-        return {-lesser(lesser(a, b), c), greater(greater(a, b), c)};
+        return {-min(min(a, b), c), max(max(a, b), c)};
     }
 
     INSONIFY_INLINE static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
@@ -6011,7 +6287,7 @@ struct alignas(64) leaf<Range, Width> {
                 t.wild()};
     }
 
-    /// Calls visit(hit) for every triangle that the ray meets.
+    /// Calls visit(hit) for every triangle that the ray hits between its limits.
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range&,
@@ -6026,29 +6302,29 @@ struct alignas(64) leaf<Range, Width> {
             t.x[c] = multiply_add(minus_shear_x, t.z[c], load<Width>(corner[c][shear.x]) - origin_x);
             t.y[c] = multiply_add(minus_shear_y, t.z[c], load<Width>(corner[c][shear.y]) - origin_y);
         }
-        const triangle_hits<Width> met = meet(t);
-        const std::uint32_t possible = bits_of(met.possible) & usable();
+        const triangle_hits<Width> hits = test_edges(t);
+        const std::uint32_t possible = bits_of(hits.possible) & usable();
         if (possible == 0) return;
-        const std::uint32_t certain = bits_of(met.certain);
+        const std::uint32_t certain = bits_of(hits.certain);
         float distance[Width];
-        store(met.distance(t, floats(shear.shear.z)), distance);
+        store(hits.distance(t, floats(shear.shear.z)), distance);
         for (std::uint32_t left = possible; left != 0; left &= left - 1) {
             const std::uint32_t i = lowest_bit(left);
-            const bool told = (certain >> i & 1U) != 0 && is_finite(distance[i]);
-            const float found = told ? distance[i] : intersect(shear, corners(i)).distance;
+            const bool conclusive = (certain >> i & 1U) != 0 && is_finite(distance[i]);
+            const float found = conclusive ? distance[i] : intersect(shear, corners(i)).distance;
             if (found >= r.source.min_distance && found <= max_distance && found < FLT_MAX)
                 visit(hit{.distance = found, .primitive = primitive[i]});
         }
     }
 
-    /// Calls visit(group, its first ray, primitive, distances) for every triangle that one of a group's rays may meet; a
-    /// visit returns 0 where it has lowered no limit. The same arithmetic as above, so that a ray gets the same answer alone
-    /// and in a packet.
+    /// Calls visit(group, index of its first ray, primitive, distances) for every triangle that a ray of the group may hit;
+    /// visit returns 0 if it lowered no limit. Uses the arithmetic of `intersect_all`, so that a ray has the same hits
+    /// alone and in a packet.
     template <class Visit>
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
-        floats inwards[3], width[3]; // in the row
+        floats inwards[3], width[3]; // along the row
         floats from_low(-FLT_MAX), to_high(FLT_MAX), nearest(FLT_MAX);
         for (int c = 0; c < 3; ++c) {
             const floats at_x = load<Width>(corner[c][x]), at_y = load<Width>(corner[c][y]);
@@ -6057,40 +6333,40 @@ struct alignas(64) leaf<Range, Width> {
             const floats across_row = multiply_add(floats(p.row[0]), at_y, floats(-p.row[1]) * at_x);
             inwards[c] = p.places.inwards(along_row, at_z);
             width[c] = p.places.width(at_z);
-            from_low = greater(from_low, multiply_add(floats(-p.across.slowest), at_z, across_row));
-            to_high = lesser(to_high, multiply_add(floats(-p.across.fastest), at_z, across_row));
-            nearest = lesser(nearest, floats(p.forward) * at_z);
+            from_low = max(from_low, multiply_add(floats(-p.across.min_slope), at_z, across_row));
+            to_high = min(to_high, multiply_add(floats(-p.across.max_slope), at_z, across_row));
+            nearest = min(nearest, floats(p.forward) * at_z);
         }
         const std::uint32_t across =
             usable() & bits_of(floats(p.across.low) <= from_low && to_high <= floats(p.across.high));
         if (across == 0) return;
-        floats first(FLT_MAX), last(-FLT_MAX); // places of corners
+        floats first(FLT_MAX), last(-FLT_MAX); // positions of corners
         for (int c = 0; c < 3; ++c) {
             const floats place = p.places.place(inwards[c], width[c]);
-            first = lesser(first, place);
-            last = greater(last, place);
+            first = min(first, place);
+            last = max(last, place);
         }
         const auto unknown = nearest < floats(p.places.valid_from);
-        if ((bits_of(unknown) & across) != 0) { // anywhere, unless they lie beyond a side of the whole row
+        if ((bits_of(unknown) & across) != 0) { // position unknown: kept, unless beyond a side of the row
             const floats zero(0.0F);
-            const floats after = greater(greater(inwards[0], inwards[1]), inwards[2]);
-            const floats before = greater(greater(width[0] - inwards[0], width[1] - inwards[1]), width[2] - inwards[2]);
+            const floats after = max(max(inwards[0], inwards[1]), inwards[2]);
+            const floats before = max(max(width[0] - inwards[0], width[1] - inwards[1]), width[2] - inwards[2]);
             const auto within = zero <= after && zero <= before;
             first = select(unknown, select(within, floats(-FLT_MAX), floats(FLT_MAX)), first);
             last = select(unknown, floats(FLT_MAX), last);
         }
-        static_assert(ray_packet<Width>::most_rays <= 32);
-        std::uint32_t inside = 0; // a bit for each group and triangle
+        static_assert(ray_packet<Width>::max_rays <= 32);
+        std::uint32_t inside = 0; // a bit per group and triangle
         for (std::uint32_t g = 0; g < p.groups; ++g) {
             const auto& group = p.of[g];
-            const std::uint32_t met = across & bits_of(nearest <= floats(group.end) && floats(group.first) <= last &&
-                                                       first <= floats(group.last));
-            inside |= met << (g * Width);
+            const std::uint32_t hits = across & bits_of(nearest <= floats(group.end) && floats(group.first) <= last &&
+                                                        first <= floats(group.last));
+            inside |= hits << (g * Width);
         }
         std::uint32_t lowered = 0;
         for (; inside != 0; inside &= inside - 1) {
             const std::uint32_t g = lowest_bit(inside) / Width, i = lowest_bit(inside) % Width;
-            lowered |= visit(p.of[g], g * Width, primitive[i], meet_group(p, g, i));
+            lowered |= visit(p.of[g], g * Width, primitive[i], intersect_group(p, g, i));
         }
         if (lowered != 0) p.shorten();
     }
@@ -6102,8 +6378,8 @@ struct alignas(64) leaf<Range, Width> {
     }
 
   private:
-    // How far along each ray of a group triangle i is met, FLT_MAX where it is not.
-    INSONIFY_INLINE lanes<Width> meet_group(const ray_packet<Width>& p, std::size_t g, std::uint32_t i) const {
+    // The distances at which the rays of a group hit triangle i; FLT_MAX for misses.
+    INSONIFY_INLINE lanes<Width> intersect_group(const ray_packet<Width>& p, std::size_t g, std::uint32_t i) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
         const auto& group = p.of[g];
@@ -6114,9 +6390,9 @@ struct alignas(64) leaf<Range, Width> {
             t.x[c] = multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(group.origin[0]));
             t.y[c] = multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
         }
-        const triangle_hits<Width> met = meet(t);
-        const floats distance = select(met.possible, met.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
-        std::uint32_t doubtful = bits_of(met.possible) & ~bits_of(met.certain && absolute(distance) <= floats(FLT_MAX));
+        const triangle_hits<Width> hits = test_edges(t);
+        const floats distance = select(hits.possible, hits.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
+        std::uint32_t doubtful = bits_of(hits.possible) & ~bits_of(hits.certain && abs(distance) <= floats(FLT_MAX));
         if (doubtful == 0) return distance;
         alignas(sizeof(floats)) float exact[Width];
         store(distance, exact);
@@ -6128,7 +6404,7 @@ struct alignas(64) leaf<Range, Width> {
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #ifndef INSONIFY_BVH_TRAVERSAL_STACK_HPP
 #define INSONIFY_BVH_TRAVERSAL_STACK_HPP
@@ -6138,11 +6414,12 @@ struct alignas(64) leaf<Range, Width> {
 
 #include <bit>
 
-namespace insonify::inline INSONIFY_ABI {
+#if defined(__AVX2__) && !defined(INSONIFY_NO_SIMD)
+#include <immintrin.h>
 
-#if defined(__AVX2__) && defined(__FMA__) && !defined(INSONIFY_NO_SIMD)
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// For each set of eight lanes, as bits: which they are, in order, a byte each.
+/// For each set of eight lanes, given as bits: their indices in order, one byte each.
 struct pack_orders {
     std::uint64_t of[256] = {};
 
@@ -6159,16 +6436,19 @@ struct pack_orders {
 };
 inline constexpr pack_orders pack_order{};
 
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 
-/// Writes the lanes whose bit is set, one after the other, without a branch. @return how many
-/// @param to  room for N, all of which may be written
+namespace insonify::inline INSONIFY_ABI {
+
+/// Stores the lanes whose bit is set contiguously, without branches. @return their number
+/// @param to  room for N values; those beyond the returned number are unspecified
 template <int N>
 INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values, std::uint32_t bits,
                                                      std::uint32_t* to) {
-#if defined(__AVX2__) && defined(__FMA__) && !defined(INSONIFY_NO_SIMD)
+#if defined(__AVX2__) && !defined(INSONIFY_NO_SIMD)
     if constexpr (N == 8) {
-        const __m128i from = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(pack_order.of + bits));
+        const __m128i from = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(detail::pack_order.of + bits));
         const __m256i packed = _mm256_permutevar8x32_epi32((__m256i)values, _mm256_cvtepu8_epi32(from));
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), packed);
         return static_cast<std::uint32_t>(std::popcount(bits));
@@ -6185,93 +6465,100 @@ INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values,
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 
-/// Where a walk through a tree goes next, and what waits until then, as children's codes; in two orders, for two kinds of
-/// questions, both without branches on which children are met, since no one foresees that:
+/// The traversal stack of child references, in two orders. Which children are hit is unpredictable, so neither order
+/// branches on it.
 ///
-///     start()               to the root
-///     go_down(node, ...)    to one of the node's children that are met, of which there is one at least
-///     go_back(limit)        to what has waited; false where nothing does, which is the end of the way
-namespace insonify::inline INSONIFY_ABI {
+///     start()               the root is next
+///     descend(node, ...)    one of the children that were hit, at least one, is next; the others are pushed
+///     pop(limit)            the top of the stack is next; false if the stack is empty
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Each level takes one from what waits and adds at most Width; `pack_lanes` writes as many in any case.
+/// Capacity: each level pops one reference and pushes at most Width, and `pack_lanes` always writes Width.
 template <int Width>
-inline constexpr std::uint32_t most_waiting = most_levels<Width>*(Width - 1) + 1;
+inline constexpr std::uint32_t max_stack = max_levels<Width>*(Width - 1) + 1;
 
-/// To the nearest first, and back to nothing that begins beyond the limit: for the nearest hit.
+/// Front to back, and skips references that begin beyond the limit: for closest hits.
 template <int Width>
 struct nearest_first {
     std::uint32_t next = 0;
-    std::uint32_t waiting = 0;
-    std::uint32_t stack[most_waiting<Width>];
-    std::uint32_t begins[most_waiting<Width>]; // of each, the bits of its distance
+    std::uint32_t size = 0;
+    std::uint32_t references[max_stack<Width>];
+    std::uint32_t distances[max_stack<Width>]; // at which each reference begins, as bits
 
-    INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
+    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
 
-    /// @param distance  where each child begins: FLT_MAX at most, and that for those that are not met
-    /// @param met       a bit for each
-    INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>& distance,
+    /// @param distance  at which the ray enters each child; FLT_MAX for those it misses
+    /// @param met       a bit for each child that is hit
+    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>& distance,
                                              std::uint32_t met) {
-        const std::uint32_t tied = met & bits_of(distance == lanes<Width>(least(distance)));
-        const std::uint32_t nearest = lowest_bit(tied | 1U << (Width - 1)); // no lane beyond, whatever the numbers
+        const std::uint32_t tied = met & bits_of(distance == lanes<Width>(reduce_min(distance)));
+        const std::uint32_t nearest =
+            lowest_bit(tied | 1U << (Width - 1)); // never out of range, whatever the numbers are
         next = node.child[nearest];
         met &= ~(1U << nearest);
-        pack_lanes<Width>(raw_bits<Width>(distance), met, begins + waiting);
-        waiting += pack_lanes<Width>(load_bits<Width>(node.child), met, stack + waiting);
+        pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);
+        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
     }
 
-    INSONIFY_FN INSONIFY_INLINE bool go_back(float limit) {
+    INSONIFY_FN INSONIFY_INLINE bool pop(float limit) {
         do {
-            if (waiting == 0) return false;
-            next = stack[--waiting];
-        } while (__builtin_bit_cast(float, begins[waiting]) > limit);
+            if (size == 0) return false;
+            next = references[--size];
+        } while (entry() > limit);
         return true;
     }
+
+    /// The distance at which `next` begins, after `pop`.
+    INSONIFY_FN INSONIFY_INLINE float entry() const { return __builtin_bit_cast(float, distances[size]); }
 };
 
-/// As they come: for whether anything is hit, and for all that is.
+/// In no order: for any hit, and for all hits.
 template <int Width>
 struct any_order {
     std::uint32_t next = 0;
-    std::uint32_t waiting = 0;
-    std::uint32_t stack[most_waiting<Width>];
+    std::uint32_t size = 0;
+    std::uint32_t references[max_stack<Width>];
 
-    INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
+    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
 
-    /// @param met  a bit for each child
-    INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
-        waiting += pack_lanes<Width>(load_bits<Width>(node.child), met, stack + waiting);
-        next = stack[--waiting];
+    /// @param met  a bit for each child that is hit
+    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
+        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
+        next = references[--size];
     }
 
-    INSONIFY_FN INSONIFY_INLINE bool go_back(float) {
-        if (waiting == 0) return false;
-        next = stack[--waiting];
+    INSONIFY_FN INSONIFY_INLINE bool pop(float) {
+        if (size == 0) return false;
+        next = references[--size];
         return true;
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
 template <primitive_range Range, int Width, class Order>
-struct tree_walk;
+struct ray_traversal;
+} // namespace detail
 
-/// A tree as traversal sees it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
+/// A BVH as traversal reads it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
 template <primitive_range Range, int Width = simd_width>
 struct bvh_view {
     view<const tree_node<Width>> nodes{};
-    view<const leaf<Range, Width>> leaves{};
+    view<const detail::leaf<Range, Width>> leaves{};
     Range range{};
-    float reach = 0;     ///< no coordinate of a box is further from 0
-    float leaf_size = 0; ///< metres: the mean of leaves, as squares
+    float max_abs_coordinate = 0; ///< of all boxes: bounds the rounding of slab tests
+    float leaf_size = 0;          ///< metres: the edge of a square of the mean half area of leaves
+    aabb box{};                   ///< around all primitives
 
-    /// Asks for what a child's code stands for, long before it is looked at. Whether that is a leaf is a factor here, since
-    /// a branch no one could foresee. What lies there is not read, so `no_child` may ask as well.
+    /// Prefetches the node or leaf of a child reference. Computes the address without a branch on the kind of child, which
+    /// would mispredict. Nothing is read, so `no_child` is allowed.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
-        constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(leaf<Range, Width>);
+        constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(detail::leaf<Range, Width>);
         constexpr std::size_t of_either = of_node < of_leaf ? of_node : of_leaf, line_size = 64; // of cache
         const std::size_t is_leaf = (child & leaf_bit) != 0, is_larger = of_node < of_leaf ? is_leaf : 1 - is_leaf;
         const std::size_t apart =
@@ -6279,47 +6566,48 @@ struct bvh_view {
         const std::size_t place = is_leaf * apart + (child & ~leaf_bit) * (of_node + is_leaf * (of_leaf - of_node));
         const char* const what = reinterpret_cast<const char*>(nodes.first) + static_cast<std::ptrdiff_t>(place);
         for (std::size_t line = 0; line < of_node || line < of_leaf; line += line_size)
-            insonify::prefetch(what + (line < of_either ? line : is_larger * line));
+            detail::prefetch(what + (line < of_either ? line : is_larger * line));
     }
 
-    /// The nearest hit; of equally near ones the lowest primitive.
+    /// The closest hit; ties go to the lowest primitive.
     INSONIFY_FN hit closest(const ray& r) const {
         hit best;
-        tree_walk<Range, Width, nearest_first<Width>> walk;
-        for (bool more = walk.start(*this, r); more;) more = walk.step_closest(*this, best);
+        detail::ray_traversal<Range, Width, detail::nearest_first<Width>> traversal;
+        for (bool more = traversal.start(*this, r); more;) more = traversal.step_closest(*this, best);
         return best;
     }
 
     /// Whether anything is hit.
     INSONIFY_FN bool any(const ray& r) const {
         bool met = false;
-        tree_walk<Range, Width, any_order<Width>> walk;
-        for (bool more = walk.start(*this, r); more && !met;) more = walk.step(*this, [&](const hit&) { met = true; });
+        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
+        for (bool more = traversal.start(*this, r); more && !met;)
+            more = traversal.step(*this, [&](const hit&) { met = true; });
         return met;
     }
 
-    /// Calls visit(hit) for every hit, in no order, each primitive once.
+    /// Calls visit(hit) for every hit, in no order, once per primitive.
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void for_each_hit(const ray& r, Visit&& visit) const {
-        tree_walk<Range, Width, any_order<Width>> walk;
-        for (bool more = walk.start(*this, r); more;) more = walk.step(*this, visit);
+        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
+        for (bool more = traversal.start(*this, r); more;) more = traversal.step(*this, visit);
     }
 
     /// Calls visit(primitive) for every primitive whose bounds overlap the shape: an `aabb` or a `plane`.
     template <class Shape, class Visit>
     INSONIFY_FN void for_each_overlap(const Shape& shape, Visit&& visit) const {
         if (nodes.empty()) return;
-        std::uint32_t stack[most_waiting<Width>];
-        std::uint32_t waiting = 0;
-        stack[waiting++] = 0;
-        while (waiting > 0) {
-            const std::uint32_t node = stack[--waiting];
+        std::uint32_t stack[detail::max_stack<Width>];
+        std::uint32_t size = 0;
+        stack[size++] = 0;
+        while (size > 0) {
+            const std::uint32_t node = stack[--size];
             for (int i = 0; i < Width; ++i) {
                 const std::uint32_t child = nodes[node].child[i];
                 if (child == no_child || !overlaps(shape, nodes[node].box(i))) continue;
                 if ((child & leaf_bit) == 0) {
-                    stack[waiting++] = child;
+                    stack[size++] = child;
                     continue;
                 }
                 for (const std::uint32_t primitive : leaves[child ^ leaf_bit].primitive)
@@ -6329,47 +6617,49 @@ struct bvh_view {
     }
 };
 
-/// One ray on its way through a tree, a node or a leaf at each step. Between two steps the memory that the next one
-/// needs is on its way too, so several rays that take turns wait less than one after the other.
-/// @tparam Order  `nearest_first` where the limit comes nearer on the way, otherwise `any_order`: see traversal_stack.hpp
+namespace detail {
+
+/// The traversal of one ray, one node or leaf per step. Each step prefetches the memory of the next, so interleaved
+/// traversals hide the latency.
+/// @tparam Order  `nearest_first` where hits shorten the ray, otherwise `any_order`: see traversal_stack.hpp
 template <primitive_range Range, int Width, class Order>
-struct tree_walk {
+struct ray_traversal {
     using tree_view = bvh_view<Range, Width>;
 
     prepared_ray<Width> r{};
-    float limit = 0; ///< what a hit must not be beyond; a visitor may lower it
-    Order way;
+    float limit = 0; ///< hits beyond it do not count; a visitor may lower it
+    Order stack;
 
-    /// @return false where there is nothing to meet
+    /// @return false where nothing can be hit
     INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
-        r.prepare(source, tree.reach);
+        r.prepare(source, tree.max_abs_coordinate);
         const bool endless = __builtin_bit_cast(std::uint32_t, source.max_distance) == 0x7F800000U; // read as bits, for
         limit = endless ? FLT_MAX : source.max_distance; // under -ffast-math there is no infinity, and a NaN would trap
-        way.start();
-        return r.legal && !tree.nodes.empty();
+        stack.start();
+        return r.valid && !tree.nodes.empty();
     }
 
-    /// Calls visit(hit) for what is met between the ray's limits, in no order. @return false at the end of the way
+    /// Calls visit(hit) for hits between the ray's limits, in no order. @return false when the traversal is finished
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN INSONIFY_INLINE bool step(const tree_view& tree, Visit&& visit) {
-        if ((way.next & leaf_bit) == 0) {
-            const tree_node<Width>& node = tree.nodes[way.next];
+        if ((stack.next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[stack.next];
             const box_entries<Width> boxes = enter(node, r, limit);
             if (boxes.met != 0) {
-                way.go_down(node, boxes.distance, boxes.met);
-                tree.prefetch(way.next);
+                stack.descend(node, boxes.distance, boxes.met);
+                tree.prefetch(stack.next);
                 return true;
             }
-        } else if (way.next != no_child) {
-            tree.leaves[way.next ^ leaf_bit].intersect_all(r, limit, tree.range, visit);
+        } else if (stack.next != no_child) {
+            tree.leaves[stack.next ^ leaf_bit].intersect_all(r, limit, tree.range, visit);
         }
-        if (!way.go_back(limit)) return false;
-        tree.prefetch(way.next);
+        if (!stack.pop(limit)) return false;
+        tree.prefetch(stack.next);
         return true;
     }
 
-    /// A step towards the nearest hit; of equally near ones the lowest primitive.
+    /// One step of the search for the closest hit; ties go to the lowest primitive.
     INSONIFY_FN INSONIFY_INLINE bool step_closest(const tree_view& tree, hit& best) {
         return step(tree, [&](const hit& found) {
             if (!nearer(found, best)) return;
@@ -6379,52 +6669,54 @@ struct tree_walk {
     }
 };
 
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A packet of rays on its way through a tree, a node or a leaf at each step: see `tree_walk`.
+/// The traversal of a packet, one node or leaf per step: see `ray_traversal`.
 template <class Range, int Width>
-struct packet_walk {
+struct packet_traversal {
     using tree_view = bvh_view<Range, Width>;
     using floats = lanes<Width>;
 
     ray_packet<Width> rays;
-    std::uint32_t best[ray_packet<Width>::most_rays]; ///< what each ray has met, `no_primitive` before: see the steps
-    nearest_first<Width> way;
+    std::uint32_t best[ray_packet<Width>::max_rays]; ///< the hit primitive of each ray, or `no_primitive`
+    nearest_first<Width> stack;
 
-    /// Takes rays from the first of `count` on. @return how many go together: 0 for none
+    /// Loads coherent rays from the first of `count` on. @return how many: 0 for none
     std::size_t start(const tree_view& tree, const ray* first, std::size_t count) {
-        const std::size_t taken = tree.nodes.empty() ? 0 : rays.prepare(first, count, tree.reach, tree.leaf_size);
+        const std::size_t taken = rays.prepare(first, count, tree.box, tree.max_abs_coordinate, tree.leaf_size);
         for (std::size_t k = 0; k < taken; ++k) best[k] = no_primitive;
-        way.start();
+        stack.start();
         return taken;
     }
 
-    /// Calls visit(group, its first ray, primitive, distance) for every triangle that one of a group's rays may meet, with
-    /// the distances of these rays, FLT_MAX for those that miss it, their limits not yet looked at. Nodes are taken nearest
-    /// first; visit returns 0 where it has lowered none. @return false at the end of the way
+    /// Calls visit(group, index of its first ray, primitive, distances) for every triangle that some ray of a group may hit.
+    /// Distances are FLT_MAX for rays that miss; the rays' limits are not applied. visit returns 0 if it lowered no limit.
+    /// Traverses front to back. @return false when the traversal is finished
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
-        if ((way.next & leaf_bit) == 0) {
-            const tree_node<Width>& node = tree.nodes[way.next];
+        if ((stack.next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[stack.next];
             floats entry;
             if (const std::uint32_t met = enter(node, rays, entry); met != 0) {
-                way.go_down(node, entry, met);
-                tree.prefetch(way.next);
+                stack.descend(node, entry, met);
+                tree.prefetch(stack.next);
                 return true;
             }
-        } else if (way.next != no_child) {
-            tree.leaves[way.next ^ leaf_bit].intersect_packet(rays, visit);
+        } else if (stack.next != no_child) {
+            tree.leaves[stack.next ^ leaf_bit].intersect_packet(rays, visit);
         }
-        if (!way.go_back(rays.end - rays.begin)) return false;
-        tree.prefetch(way.next);
+        if (!stack.pop(rays.end - rays.begin)) return false;
+        if ((stack.next & leaf_bit) == 0) rays.narrow(stack.entry());
+        tree.prefetch(stack.next);
         return true;
     }
 
-    /// A step towards the nearest hit of each ray, which ends up in `best` and the ray's limit; as
-    /// `tree_walk::step_closest` finds it.
+    /// One step of the search for the closest hit of each ray, kept in `best` and the ray's limit. The same hits as
+    /// `ray_traversal::step_closest`.
     bool step_closest(const tree_view& tree) {
         return step(tree, [this](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
             const floats limit = load<Width>(group.limit);
@@ -6440,13 +6732,13 @@ struct packet_walk {
         });
     }
 
-    /// How far along each ray of a group the nearest hit lies, FLT_MAX where there is none.
+    /// The distances of the closest hits of a group; FLT_MAX for rays without one.
     floats nearest(std::size_t g) const {
         const auto met = floats(0.0F) <= floats_of<Width>(load_bits<Width>(best + g * Width));
         return select(met, load<Width>(rays.of[g].limit), floats(FLT_MAX));
     }
 
-    /// A step towards any hit of each ray, which ends up in `best`.
+    /// One step of the search for any hit of each ray, kept in `best`.
     bool step_any(const tree_view& tree) {
         return step(tree, [this](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
             const floats limit = load<Width>(group.limit);
@@ -6458,7 +6750,7 @@ struct packet_walk {
         });
     }
 
-    /// A step along all hits: visit(ray of the packet, hit), in no order.
+    /// One step of the search for all hits: calls visit(index of the ray, hit), in no order.
     template <class Visit>
     bool step_all(const tree_view& tree, const Visit& visit) {
         return step(tree, [&](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
@@ -6473,26 +6765,27 @@ struct packet_walk {
     }
 
   private:
-    // For those of a group's rays that have met it.
+    // Records the primitive for the rays of a group that hit it.
     INSONIFY_INLINE void take(const lane_mask<Width>& met, std::uint32_t primitive, std::uint32_t first) {
         std::uint32_t* const held = best + first;
         store_bits<Width>(select_bits<Width>(met, bit_lanes<Width>{} + primitive, load_bits<Width>(held)), held);
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <algorithm>
 #include <vector>
 
-/// Many rays at once. Neighbours that go together walk in packets, the others alone; several of either take turns, so
-/// that the memory of one comes while another is worked on.
+/// Batches of rays. Coherent neighbours are traced in packets, the others one by one; several traversals are interleaved
+/// to hide memory latency.
 ///
-/// Against one ray after the other: 1.8 to 2.9 times as fast where rays have nothing in common, 2 to 3 times along a fan
+/// Compared with tracing ray after ray, 1.8 to 2.9 times faster for incoherent rays and 2 to 3 times along a fan
 /// (bench/bvh.cpp).
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// What the batches below ask of each ray: begin(i) before its first step, then step(tree, walk, i) until it is false; of
-/// rays that go together step(tree, packet walk, the first one), then finish(packet walk, the first one).
+/// A query initialises the result of ray i with begin(i), and advances its traversal with step(tree, traversal, i) until
+/// that returns false. For a packet whose first ray is i it uses step(tree, packet traversal, i), then finish(traversal, i).
 struct closest_query {
     template <int Width>
     using order = nearest_first<Width>;
@@ -6500,19 +6793,20 @@ struct closest_query {
 
     void begin(std::size_t i) const { hits[i] = {}; }
     template <class Range, int Width, class Order>
-    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
-        return walk.step_closest(tree, hits[i]);
+    bool step(const bvh_view<Range, Width>& tree, ray_traversal<Range, Width, Order>& traversal, std::size_t i) const {
+        return traversal.step_closest(tree, hits[i]);
     }
     template <class Range, int Width>
-    bool step(const bvh_view<Range, Width>& tree, packet_walk<Range, Width>& walk, std::size_t) const {
-        return walk.step_closest(tree);
+    bool step(const bvh_view<Range, Width>& tree, packet_traversal<Range, Width>& traversal, std::size_t) const {
+        return traversal.step_closest(tree);
     }
     template <class Range, int Width>
-    void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t g = 0; g < walk.rays.groups; ++g) {
+    void finish(const packet_traversal<Range, Width>& traversal, std::size_t i) const {
+        for (std::size_t g = 0; g < traversal.rays.groups; ++g) {
             float distance[Width];
-            store(walk.nearest(g), distance);
-            for (std::size_t k = 0; k < Width; ++k) hits[i + g * Width + k] = {distance[k], walk.best[g * Width + k]};
+            store(traversal.nearest(g), distance);
+            for (std::size_t k = 0; k < Width; ++k)
+                hits[i + g * Width + k] = {distance[k], traversal.best[g * Width + k]};
         }
     }
 };
@@ -6524,16 +6818,16 @@ struct any_query {
 
     void begin(std::size_t i) const { met[i] = 0; }
     template <class Range, int Width, class Order>
-    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
-        return walk.step(tree, [&](const hit&) { met[i] = 1; }) && met[i] == 0;
+    bool step(const bvh_view<Range, Width>& tree, ray_traversal<Range, Width, Order>& traversal, std::size_t i) const {
+        return traversal.step(tree, [&](const hit&) { met[i] = 1; }) && met[i] == 0;
     }
     template <class Range, int Width>
-    bool step(const bvh_view<Range, Width>& tree, packet_walk<Range, Width>& walk, std::size_t) const {
-        return walk.step_any(tree);
+    bool step(const bvh_view<Range, Width>& tree, packet_traversal<Range, Width>& traversal, std::size_t) const {
+        return traversal.step_any(tree);
     }
     template <class Range, int Width>
-    void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k) met[i + k] = walk.best[k] != no_primitive;
+    void finish(const packet_traversal<Range, Width>& traversal, std::size_t i) const {
+        for (std::size_t k = 0; k < traversal.rays.groups * Width; ++k) met[i + k] = traversal.best[k] != no_primitive;
     }
 };
 
@@ -6542,21 +6836,20 @@ struct all_query {
     using order = any_order<Width>;
     std::vector<hit>* hits = nullptr;
 
-    INSONIFY_LAZY void begin(std::size_t i) const { later<Later>(hits)[i].clear(); }
+    void begin(std::size_t i) const { hits[i].clear(); }
     template <class Range, int Width, class Order>
-    bool step(const bvh_view<Range, Width>& tree, tree_walk<Range, Width, Order>& walk, std::size_t i) const {
-        if (walk.step(tree, [&](const hit& found) { later<Range>(hits)[i].push_back(found); })) return true;
-        sort(later<Range>(hits)[i]);
+    bool step(const bvh_view<Range, Width>& tree, ray_traversal<Range, Width, Order>& traversal, std::size_t i) const {
+        if (traversal.step(tree, [&](const hit& found) { hits[i].push_back(found); })) return true;
+        sort(hits[i]);
         return false;
     }
     template <class Range, int Width>
-    bool step(const bvh_view<Range, Width>& tree, packet_walk<Range, Width>& walk, std::size_t i) const {
-        return walk.step_all(tree,
-                             [&](std::uint32_t k, const hit& found) { later<Range>(hits)[i + k].push_back(found); });
+    bool step(const bvh_view<Range, Width>& tree, packet_traversal<Range, Width>& traversal, std::size_t i) const {
+        return traversal.step_all(tree, [&](std::uint32_t k, const hit& found) { hits[i + k].push_back(found); });
     }
     template <class Range, int Width>
-    void finish(const packet_walk<Range, Width>& walk, std::size_t i) const {
-        for (std::size_t k = 0; k < walk.rays.groups * Width; ++k) sort(later<Range>(hits)[i + k]);
+    void finish(const packet_traversal<Range, Width>& traversal, std::size_t i) const {
+        for (std::size_t k = 0; k < traversal.rays.groups * Width; ++k) sort(hits[i + k]);
     }
 
   private:
@@ -6566,67 +6859,74 @@ struct all_query {
     }
 };
 
-/// Several walks, a step each in turn: start(walk) is false once there is nothing more to start, step(walk) at a walk's
-/// end.
-template <class Walk, std::size_t Most, class Start, class Step>
-void take_turns(const Start& start, const Step& step) {
-    struct place {
-        std::size_t ray; // in one line of cache with what each step begins with
-        bool taken;
-        Walk walk;
+/// Advances several traversals in turn, one step each. start(traversal) returns false when no ray is left,
+/// step(traversal) when the traversal is finished.
+template <class Traversal, std::size_t MaxCount, class Start, class Step>
+void interleave(const Start& start, const Step& step) {
+    struct slot {
+        std::size_t ray; // in one cache line with what each step reads first
+        bool active;
+        Traversal traversal;
     };
-    place places[Most];
-    std::size_t walking = 0;
-    for (place& one : places) walking += one.taken = start(one.walk, one.ray);
-    while (walking > 0)
-        for (place& one : places)
-            if (one.taken && !step(one.walk, one.ray)) walking -= !(one.taken = start(one.walk, one.ray));
+    slot slots[MaxCount];
+    std::size_t active = 0;
+    for (slot& one : slots) active += one.active = start(one.traversal, one.ray);
+    while (active > 0)
+        for (slot& one : slots)
+            if (one.active && !step(one.traversal, one.ray)) active -= !(one.active = start(one.traversal, one.ray));
 }
 
-/// Asks every ray. Packets begin at multiples of Width, so that nothing depends on the policy.
+/// Runs the query for every ray. Packets begin at multiples of Width, so results do not depend on the policy.
 template <class Policy, class Range, int Width, class Query>
-void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
-    using walk_of_one = tree_walk<Range, Width, typename Query::template order<Width>>;
-    using walk_of_packet = packet_walk<Range, Width>;
+void trace_batch(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
+    using single = ray_traversal<Range, Width, typename Query::template order<Width>>;
+    using packet = packet_traversal<Range, Width>;
     constexpr std::size_t block_size = 1024;
+    if (tree.nodes.empty()) {
+        for (std::size_t i = 0; i < rays.size(); ++i) query.begin(i);
+        return;
+    }
     exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
         std::size_t alone[block_size];
         std::size_t singles = 0, next = begin;
+        for (std::size_t i = begin; i < end; ++i) query.begin(i);
         if constexpr (triangle_range<Range>) {
-            take_turns<walk_of_packet, 8>(
-                [&](walk_of_packet& walk, std::size_t& i) {
-                    while (next + Width <= end) {
+            interleave<packet, 8>(
+                [&](packet& traversal, std::size_t& i) {
+                    for (; next + Width <= end; next += Width) {
                         i = next;
-                        const std::size_t taken = walk.start(tree, rays.data() + i, end - i);
-                        next += taken > 0 ? taken : Width;
-                        for (std::size_t k = i; k < i + taken; ++k) query.begin(k);
-                        if (taken > 0) return true;
-                        for (std::size_t k = i; k < next; ++k) alone[singles++] = k;
+                        std::uint32_t entering =
+                            may_enter(tree.box, tree.max_abs_coordinate, ray_lanes<Width>{rays.data() + i});
+                        if (entering == 0) continue;
+                        if (const std::size_t taken = traversal.start(tree, rays.data() + i, end - i); taken > 0) {
+                            next += taken;
+                            return true;
+                        }
+                        for (; entering != 0; entering &= entering - 1) alone[singles++] = i + lowest_bit(entering);
                     }
                     return false;
                 },
-                [&](walk_of_packet& walk, std::size_t i) {
-                    if (query.step(tree, walk, i)) return true;
-                    query.finish(walk, i);
+                [&](packet& traversal, std::size_t i) {
+                    if (query.step(tree, traversal, i)) return true;
+                    query.finish(traversal, i);
                     return false;
                 });
         }
         while (next < end) alone[singles++] = next++;
         std::size_t started = 0;
-        take_turns<walk_of_one, 12>(
-            [&](walk_of_one& walk, std::size_t& i) {
+        interleave<single, 12>(
+            [&](single& traversal, std::size_t& i) {
                 while (started < singles) {
                     i = alone[started++];
-                    query.begin(i);
-                    if (walk.start(tree, rays[i])) return true;
+                    if (traversal.start(tree, rays[i])) return true;
                 }
                 return false;
             },
-            [&](walk_of_one& walk, std::size_t i) { return query.step(tree, walk, i); });
+            [&](single& traversal, std::size_t i) { return query.step(tree, traversal, i); });
     });
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #ifndef INSONIFY_BVH_STORAGE_HPP
 #define INSONIFY_BVH_STORAGE_HPP
@@ -6637,23 +6937,24 @@ void ask(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ra
 #ifndef INSONIFY_BVH_ASSEMBLE_HPP
 #define INSONIFY_BVH_ASSEMBLE_HPP
 
+#include <algorithm>
 #include <array>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Makes a wide tree from a way to split a group of primitives in two.
+/// Builds a wide BVH by repeated binary splits.
 ///
 ///     [      all      ]  ->  [   a   |   b   ]  ->  [   a   | b1 | b2 ]  ->  ...  Width children of a node
 ///
-/// Which child is split next: of those that take more than one node even so the heaviest; then, of those whose leaves
-/// all find room in this node, since that saves a node. So nodes are full where it costs nothing.
+/// The next child to split is the heaviest of those that need more than one node; then one whose leaves all fit into
+/// this node, which saves a node. So nodes are full where that is free.
 ///
-///     1  [ large groups, one after the other, each by all threads ]         the top
-///     2  [ small | small | small | small | ... ]                            a part each, all at once
+///     1  [ large groups, one after the other, each split by all threads ]   the top
+///     2  [ small | small | small | small | ... ]                            one part each, in parallel
 ///
-/// How the work is cut depends on the number of primitives alone, so the tree does not depend on the policy.
-/// @tparam Splitter  has a `group` with `size()`; `split(policy, group, level, below, above)`, neither empty;
-///                   `weight(group, level)`, a number above 0; `list(group, slots)` that writes its primitives
+/// The partition of the work depends only on the number of primitives, so the tree does not depend on the policy.
+/// @tparam Splitter  `group` with `size()`; `split(policy, group, level, below, above)` into two that are not empty;
+///                   `weight(group, level)` above 0; `list(group, slots)` writes the primitives
 template <int Width, class Splitter>
 class tree_assembler {
   public:
@@ -6672,8 +6973,8 @@ class tree_assembler {
         else
             add_node(policy, top, all, 1, &postponed);
         std::vector<piece> pieces(postponed.size());
-        // The largest first, lest one be left over at the end.
-        later_t<Policy, std::vector<std::size_t>> order(postponed.size());
+        // The largest first, for load balance.
+        std::vector<std::size_t> order(postponed.size());
         for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
         std::sort(order.begin(), order.end(), [&postponed](std::size_t a, std::size_t b) {
             const std::size_t one = postponed[a].all.size(), other = postponed[b].all.size();
@@ -6691,14 +6992,14 @@ class tree_assembler {
     }
 
   private:
-    // Nodes and leaves with indices of their own.
+    // Nodes and leaves with local indices.
     struct piece {
-        std::vector<std::array<std::uint32_t, Width>> nodes{}; // the codes of the children
+        std::vector<std::array<std::uint32_t, Width>> nodes{}; // child references
         std::vector<std::uint32_t> slots{};
         std::uint32_t levels = 0;
     };
 
-    // A piece to come, and where it will hang.
+    // A postponed piece and its place in the top.
     struct subtree {
         group all{};
         std::uint32_t level = 0;
@@ -6727,7 +7028,7 @@ class tree_assembler {
         return node;
     }
 
-    // @return how many children
+    // Splits until the node is full. @return the number of children
     template <class Policy>
     std::uint32_t divide(const Policy& policy, const group& all, std::uint32_t level, group (&children)[Width]) {
         using weight = decltype(splitter_.weight(all, level));
@@ -6761,7 +7062,7 @@ class tree_assembler {
         return static_cast<std::uint32_t>(begin / Width) | leaf_bit;
     }
 
-    // The top, then the pieces one after the other; node 0 of a piece is hung under its parent.
+    // Concatenates the top and the pieces, and links node 0 of each piece to its parent.
     template <class Policy>
     static topology<Width> joined(const Policy& policy, piece& top, const std::vector<piece>& pieces,
                                   const std::vector<subtree>& where) {
@@ -6799,24 +7100,24 @@ class tree_assembler {
     std::size_t small_ = 0;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #ifndef INSONIFY_BVH_MORTON_ORDER_HPP
 #define INSONIFY_BVH_MORTON_ORDER_HPP
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
 #include <utility>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Primitives in the order of a curve that stays in a cell of space before it goes on to the next.
+/// Primitives sorted by Morton code. The upper half of a key is the code of the primitive's centre, 10 interleaved bits
+/// per axis, the lower half its index, so the sort is stable.
 ///
-/// Each key has the cell of the primitive's centre above, 10 bits an axis taken in turn, and its index below; primitives
-/// of one cell stay in the order of the range. Source: Morton 1966; Lauterbach et al. 2009, "Fast BVH construction on
-/// GPUs".
+/// Source: Morton 1966; Lauterbach et al. 2009, "Fast BVH construction on GPUs".
 class morton_order {
   public:
     template <class Policy, class Range>
@@ -6835,17 +7136,15 @@ class morton_order {
     }
 
     std::size_t size() const { return count_; }
-    INSONIFY_LAZY std::uint32_t cell(std::size_t place) const {
-        return static_cast<std::uint32_t>(keys_[place] >> 32U);
-    }
-    INSONIFY_LAZY std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
+    std::uint32_t cell(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place] >> 32U); }
+    std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
-    /// The highest bit in which cells of places from `begin` to before `end` differ, counted from 1; 0 where none does.
-    INSONIFY_LAZY std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
+    /// The highest bit in which codes in [begin, end) differ, counted from 1; 0 if all are equal.
+    std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
         return static_cast<std::uint32_t>(std::bit_width(cell(begin) ^ cell(end - 1)));
     }
-    /// The place where it changes: cells being in order, there is one. @param step  above 0
-    INSONIFY_LAZY std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
+    /// The position where that bit changes; unique, since codes are sorted. @param step  above 0
+    std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
         const void* const found = std::memchr(steps_.data() + begin + 1, static_cast<int>(step), end - begin - 1);
         return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - steps_.data());
     }
@@ -6853,9 +7152,9 @@ class morton_order {
   private:
     static constexpr float last_cell = 1023; // along each axis
     template <unsigned Bits>
-    using counts = std::array<std::uint32_t, 1U << Bits>; // of each digit; then where the next one goes
+    using counts = std::array<std::uint32_t, 1U << Bits>; // a histogram of digits, then the next position of each
 
-    // A thousand primitives show where all lie, or nearly; seldom it takes another pass, with where they do lie.
+    // Estimates the bounds of all centres from a thousand; a second pass with exact bounds is rarely needed.
     template <class Policy, class Range>
     void find_keys(const Policy& policy, const Range& range) {
         centre_range some;
@@ -6867,18 +7166,18 @@ class morton_order {
         if (!around.holds(all)) put_keys(policy, range, all);
     }
 
-    // Cells are cubes, in a grid around the halved centres. @return where these lie
+    // Quantises half centres to a grid of cubes. @return their bounds
     template <class Policy, class Range>
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
-        later_t<Policy, std::vector<centre_range>> partial(used_.size());
-        const float widest = lesser(grid.widest(), FLT_MAX);
-        const lanes<4> zero(0.0F), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
+        std::vector<centre_range> partial(used_.size());
+        const float widest = min(grid.widest(), FLT_MAX);
+        const lanes<4> zero(0.0F), scale(widest > 0 ? min(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;
             lanes<4> first[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, last[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
             for (std::size_t i = begin; i < end; i += 4) {
                 if constexpr (requires { range.prefetch_corners(0); }) {
-                    if (range.size() >= most_at_hand)
+                    if (range.size() >= prefetch_threshold)
                         for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
                 }
                 const four_centres centres = leaf<Range, simd_width>::centres(range, i, end - 1);
@@ -6886,8 +7185,8 @@ class morton_order {
                 bit_lanes<4> cells{};
                 for (int axis = 0; axis < 3; ++axis) {
                     const lanes<4>& at = centres.at[axis];
-                    first[axis] = lesser(first[axis], select(left_out, lanes<4>(FLT_MAX), at));
-                    last[axis] = greater(last[axis], select(left_out, lanes<4>(-FLT_MAX), at));
+                    first[axis] = min(first[axis], select(left_out, lanes<4>(FLT_MAX), at));
+                    last[axis] = max(last[axis], select(left_out, lanes<4>(-FLT_MAX), at));
                     const lanes<4> start(widest > 0 ? grid.begin[axis] : 0.0F);
                     cells = cells | spread(select(left_out, zero, (at - start) * scale)) << axis;
                 }
@@ -6901,7 +7200,7 @@ class morton_order {
             }
             centre_range& own = partial[begin / block_size_];
             for (int axis = 0; axis < 3; ++axis)
-                own.begin[axis] = least(first[axis]), own.end[axis] = greatest(last[axis]);
+                own.begin[axis] = reduce_min(first[axis]), own.end[axis] = reduce_max(last[axis]);
             used_[begin / block_size_] = static_cast<std::uint32_t>(next - (keys_.data() + begin));
         });
         centre_range all;
@@ -6909,42 +7208,42 @@ class morton_order {
         return all;
     }
 
-    // By the highest digit of the cell first, blocks at the same time, each to places of its own, which closes the gaps.
-    // Then keys that share it among themselves: they are few enough to stay at hand, also to find their steps.
+    // Radix sort by the highest digit, blocks in parallel, which also closes the gaps; then the keys of each digit by
+    // themselves, which fit into the cache.
     template <class Policy>
     void sort(const Policy& policy) {
         large_array<std::uint64_t> apart(count_);
-        later_t<Policy, std::vector<counts<10>>> places(used_.size());
+        std::vector<counts<10>> places(used_.size());
         const auto digit = [](std::uint64_t key) { return static_cast<std::uint32_t>(key >> 52U); };
-        exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
+        for_each_index(policy, used_.size(), [&](std::size_t b) {
             places[b] = {};
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             for (std::size_t i = 0; i < used_[b]; ++i) ++places[b][digit(from[i])];
         });
-        counts<10> next = {}; // of all blocks; then where each digit's begin; at last where they end
+        counts<10> next = {}; // the histogram of all blocks, then the begin of each digit, at last its end
         for (const auto& some : places)
             for (std::size_t d = 0; d < next.size(); ++d) next[d] += some[d];
-        add_up(next);
+        exclusive_scan(next);
         for (auto& place : places)
             for (std::size_t d = 0; d < next.size(); ++d) next[d] += std::exchange(place[d], next[d]);
-        exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
+        for_each_index(policy, used_.size(), [&](std::size_t b) {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
-            deal(from, used_[b], digit, places[b], apart.data());
+            scatter(from, used_[b], digit, places[b], apart.data());
         });
-        std::swap(later<Policy>(keys_), later<Policy>(apart)); // what it holds now is no longer needed
+        std::swap(keys_, apart); // the old keys are not needed any more
         const auto first = [&next](std::size_t d) { return d > 0 ? next[d - 1] : 0; };
-        constexpr std::size_t together = 4; // digits handed out at once
+        constexpr std::size_t together = 4; // digits per task
         const float each = 12 * static_cast<float>(count_) / static_cast<float>(next.size());
         exec::for_each_block(policy, next.size(), together, each, [&](std::size_t begin, std::size_t end) {
             for (std::size_t d = begin; d < end; ++d)
                 sort_cells(keys_.data() + first(d), apart.data() + first(d), next[d] - first(d));
             find_steps(first(begin), next[end - 1]);
         });
-        for (std::size_t d = together; d < next.size(); d += together) // where they meet
+        for (std::size_t d = together; d < next.size(); d += together) // at the borders of tasks
             if (first(d) > 0 && first(d) < count_) steps_[first(d)] = step_at(first(d));
     }
 
-    INSONIFY_LAZY static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
+    static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
         if (count < 64)
             std::sort(keys, keys + count);
         else if (count < 512)
@@ -6953,7 +7252,7 @@ class morton_order {
             sort_by_digits<10>(keys, other, count);
     }
 
-    // By the 20 bits of the cell that are left, through another array and back.
+    // Radix sort by the remaining 20 bits, alternating between two arrays.
     template <unsigned Bits>
     static void sort_by_digits(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
         constexpr unsigned digits = (20 + Bits - 1) / Bits;
@@ -6964,25 +7263,25 @@ class morton_order {
         for (std::uint32_t i = 0; i < count; ++i)
             for (unsigned k = 0; k < digits; ++k) ++places[k][digit(keys[i], k)];
         for (unsigned k = 0; k < digits; ++k) {
-            add_up(places[k]);
+            exclusive_scan(places[k]);
             const auto this_digit = [&](std::uint64_t key) { return digit(key, k); };
-            deal(keys, count, this_digit, places[k], other);
+            scatter(keys, count, this_digit, places[k], other);
             std::swap(keys, other);
         }
         if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
     }
 
-    // From how many each digit has to where its keys begin.
+    // Turns a histogram into the begin of each digit.
     template <class Counts>
-    static void add_up(Counts& counted) {
+    static void exclusive_scan(Counts& counted) {
         std::uint32_t before = 0;
         for (std::uint32_t& one : counted) before += std::exchange(one, before);
     }
 
-    // Each key to the next place of its digit. Two at a time, lest each wait until the last one's place is counted on.
+    // Writes each key to the next position of its digit, two at a time to shorten the dependency between counters.
     template <class Digit, class Counts>
-    static void deal(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
-                     std::uint64_t* to) {
+    static void scatter(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
+                        std::uint64_t* to) {
         std::uint32_t i = 0;
         for (; i + 1 < count; i += 2) {
             const std::uint32_t one = digit(keys[i]), other = digit(keys[i + 1]);
@@ -6995,16 +7294,16 @@ class morton_order {
         if (i < count) to[next[digit(keys[i])]++] = keys[i];
     }
 
-    INSONIFY_LAZY void find_steps(std::size_t begin, std::size_t end) {
+    void find_steps(std::size_t begin, std::size_t end) {
         for (std::size_t i = begin + 1; i < end; ++i) steps_[i] = step_at(i);
     }
-    INSONIFY_LAZY std::uint8_t step_at(std::size_t i) const {
+    std::uint8_t step_at(std::size_t i) const {
         return static_cast<std::uint8_t>(std::bit_width(cell(i - 1) ^ cell(i)));
     }
 
-    // The bits of a coordinate; two zeros come after each, for those of the others.
-    INSONIFY_LAZY static bit_lanes<4> spread(const lanes<4>& place) {
-        auto bits = bits_of_whole<4>(greater(lesser(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
+    // Inserts two zeros after each bit of a coordinate.
+    static bit_lanes<4> spread(const lanes<4>& place) {
+        auto bits = bits_of_whole<4>(max(min(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
         bits = (bits | bits << 16) & 0x30000FFU;
         bits = (bits | bits << 8) & 0x300F00FU;
         bits = (bits | bits << 4) & 0x30C30C3U;
@@ -7012,30 +7311,33 @@ class morton_order {
     }
 
     std::size_t block_size_;
-    std::vector<std::uint32_t> used_; // of the keys in each block: primitives left out leave a gap after them
+    std::vector<std::uint32_t> used_; // keys per block; primitives that were left out leave a gap after them
     large_array<std::uint64_t> keys_;
-    large_array<std::uint8_t> steps_; // the highest bit in which a cell differs from the one before, counted from 1
+    large_array<std::uint8_t> steps_; // the highest bit in which a code differs from the previous one, counted from 1
     std::size_t count_ = 0;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Builds a wide tree from primitives sorted along a curve, by halving cells of space: several times faster than
-/// `build_sah`, and rays take somewhat longer. For primitives that move so much that refitting does not keep up.
+/// Builds a wide BVH by splitting primitives in Morton order: several times faster than `build_sah`, and somewhat slower
+/// to trace. For primitives that move so far that refits degrade the tree.
 ///
-///     cells in order:  0010 0010 0011 | 0100 0101     halved where the highest bit that differs changes, then
-///     places:             0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
+///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
+///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
 ///
-/// The tree depends on the boxes alone, not on the policy. Boxes that are empty or not finite are left out.
+/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
 struct build_morton {
     template <int Width, exec::policy Policy, class Range>
     topology<Width> operator()(const Policy& policy, const Range& range) const;
 };
 
-/// Splits groups for `tree_assembler`: stretches of the order.
+namespace detail {
+
+/// Splits ranges of the Morton order for `tree_assembler`.
 template <int Width>
 class morton_splitter {
   public:
@@ -7055,7 +7357,7 @@ class morton_splitter {
         for (std::size_t i = 0; i < held.size(); ++i) slots[i] = order_.primitive(held.begin + i);
     }
 
-    /// The largest cell first, of equal ones the fullest.
+    /// Larger cells are heavier, then those with more primitives.
     std::uint64_t weight(const group& g, std::uint32_t level) const {
         return std::uint64_t{cell_bits(g, level)} << 32U | g.size();
     }
@@ -7068,7 +7370,7 @@ class morton_splitter {
     }
 
   private:
-    // The highest bit in which cells of the group differ, counted from 1; 0 where it is to be halved by number.
+    // The highest bit in which codes of the group differ, counted from 1; 0 for a median split.
     std::uint32_t cell_bits(const group& g, std::uint32_t level) const {
         if (level >= free_levels) return 0;
         return order_.highest_step(g.begin, g.end);
@@ -7085,10 +7387,12 @@ class morton_splitter {
     morton_order order_;
 };
 
+} // namespace detail
+
 template <int Width, exec::policy Policy, class Range>
 topology<Width> build_morton::operator()(const Policy& policy, const Range& range) const {
-    morton_splitter<Width> splitter{policy, range};
-    return tree_assembler<Width, morton_splitter<Width>>{splitter}.assemble(policy, splitter.all());
+    detail::morton_splitter<Width> splitter{policy, range};
+    return detail::tree_assembler<Width, detail::morton_splitter<Width>>{splitter}.assemble(policy, splitter.all());
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -7102,30 +7406,30 @@ topology<Width> build_morton::operator()(const Policy& policy, const Range& rang
 #include <cstddef>
 #include <cstdint>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// How centres fall into bins: fewer bins for fewer primitives, 16 at most.
+/// Maps centres to bins; small groups use fewer of them.
 struct sah_grid {
-    static constexpr int most = 16;
+    static constexpr int max_bins = 16;
 
-    int bins = most;
+    int bins = max_bins;
     float begin[4] = {}, scale[4] = {};
 
     sah_grid(const centre_range& centres, std::size_t count)
-        : bins{count < 64 ? 8 + static_cast<int>(count) / 8 : most} {
+        : bins{count < 64 ? 8 + static_cast<int>(count) / 8 : max_bins} {
         for (int axis = 0; axis < 3; ++axis) {
             const float extent = centres.end[axis] - centres.begin[axis];
             begin[axis] = centres.begin[axis];
-            if (extent > 0) scale[axis] = lesser(static_cast<float>(bins) / extent, FLT_MAX);
+            if (extent > 0) scale[axis] = min(static_cast<float>(bins) / extent, FLT_MAX);
         }
     }
 };
 
-/// A plane between two bins, and what lies on either side of it.
+/// A splitting plane between two bins.
 struct sah_plane {
     int axis = -1;
-    std::uint32_t bin = 0; ///< the first one above
-    std::size_t below = 0; ///< so many primitives
+    std::uint32_t bin = 0; ///< the first bin above the plane
+    std::size_t below = 0; ///< the number of primitives
 
     /// @param places  bins along x, y and z, a byte each
     INSONIFY_INLINE bool is_above(std::uint32_t places) const {
@@ -7133,10 +7437,10 @@ struct sah_plane {
     }
 };
 
-/// What lies in each bin along each axis.
+/// Bounding box and number of primitives of each bin along each axis.
 class sah_bins {
   public:
-    INSONIFY_LAZY explicit sah_bins(const sah_grid& grid) : bins_{grid.bins} {
+    explicit sah_bins(const sah_grid& grid) : bins_{grid.bins} {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < bins_; ++k) {
                 box_[axis][k] = build_box::none();
@@ -7144,17 +7448,18 @@ class sah_bins {
             }
     }
 
-    /// Adds boxes, and writes down which bins they fall into, so that those who move them agree.
-    INSONIFY_LAZY void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
+    /// Adds boxes and records their bins, so that the partition uses the very same bins.
+    void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
         const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale), zero(0.0F);
         const lanes<4> last(static_cast<float>(bins_ - 1));
         for (std::size_t i = 0; i < count; ++i) {
             float at[4];
-            store(greater(lesser((boxes[i].half_centre() - begin) * scale, last), zero), at);
+            store(max(min((boxes[i].half_centre() - begin) * scale, last), zero), at);
             const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
             places[i] = static_cast<std::uint32_t>(x | y << 8 | z << 16);
         }
-        const std::size_t quarter = count / 4; // neighbours share bins: each would wait until the last one is in
+        const std::size_t quarter =
+            count / 4; // neighbours share bins: adding them in turn would be a chain of dependent stores
         for (std::size_t i = 0; i < quarter; ++i) {
             add(boxes[i], places[i]);
             add(boxes[quarter + i], places[quarter + i]);
@@ -7164,7 +7469,7 @@ class sah_bins {
         for (std::size_t i = 4 * quarter; i < count; ++i) add(boxes[i], places[i]);
     }
 
-    INSONIFY_LAZY void add(const sah_bins& other) {
+    void add(const sah_bins& other) {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < bins_; ++k) {
                 box_[axis][k].add(other.box_[axis][k]);
@@ -7172,19 +7477,19 @@ class sah_bins {
             }
     }
 
-    INSONIFY_LAZY std::size_t count_below(const sah_plane& plane) const {
+    std::size_t count_below(const sah_plane& plane) const {
         std::size_t count = 0;
         for (std::uint32_t k = 0; k < plane.bin; ++k) count += count_[plane.axis][k];
         return count;
     }
-    INSONIFY_LAZY build_box box_of(const sah_plane& plane, bool above) const {
+    build_box box_of(const sah_plane& plane, bool above) const {
         side whole;
         const int begin = above ? static_cast<int>(plane.bin) : 0, end = above ? bins_ : static_cast<int>(plane.bin);
         for (int k = begin; k < end; ++k) whole.add(box_[plane.axis][k], count_[plane.axis][k]);
         return {whole.minus_lower, whole.upper};
     }
 
-    /// The plane of least cost with primitives on both sides; axis -1 where there is none.
+    /// The plane of minimum cost with primitives on both sides; axis -1 if there is none.
     template <int Width>
     sah_plane cheapest() const {
         sides below, above;
@@ -7197,18 +7502,18 @@ class sah_bins {
                 above.put(axis, back, high[axis]);
             }
         sah_plane best;
-        float least_cost = FLT_MAX;
+        float min_cost = FLT_MAX;
         for (int axis = 0; axis < 3; ++axis) {
-            float cost[sah_grid::most];
-            lanes<simd_width> cheap(FLT_MAX); // the least is found without branches, which no one could foresee
-            for (int k = 0; k < sah_grid::most; k += simd_width) {
+            float cost[sah_grid::max_bins];
+            lanes<simd_width> cheap(FLT_MAX); // branchless: the branches would mispredict
+            for (int k = 0; k < sah_grid::max_bins; k += simd_width) {
                 const auto both = below.template cost<Width>(axis, k) + above.template cost<Width>(axis, k);
                 store(both, cost + k);
-                cheap = lesser(cheap, both);
+                cheap = min(cheap, both);
             }
-            const float here = least(cheap);
-            if (!(here < least_cost)) continue;
-            least_cost = here;
+            const float here = reduce_min(cheap);
+            if (!(here < min_cost)) continue;
+            min_cost = here;
             int k = 1;
             while (cost[k] != here) ++k;
             best = {axis, static_cast<std::uint32_t>(k), below.held[axis][k]};
@@ -7217,22 +7522,22 @@ class sah_bins {
     }
 
   private:
-    // What lies on one side of a plane, in registers.
+    // The primitives on one side of a plane, kept in registers.
     struct side {
         lanes<4> minus_lower{-FLT_MAX}, upper{-FLT_MAX};
         std::uint32_t held = 0;
 
         INSONIFY_INLINE void add(const build_box& box, std::uint32_t count) {
-            minus_lower = greater(minus_lower, box.minus_lower());
-            upper = greater(upper, box.upper());
+            minus_lower = max(minus_lower, box.minus_lower());
+            upper = max(upper, box.upper());
             held += count;
         }
     };
 
-    // The same side of all planes, by axis and the bin that each lies below.
+    // The same side of all planes, indexed by axis and by the bin above the plane.
     struct sides {
-        float area[3][sah_grid::most] = {}; // halved
-        std::uint32_t held[3][sah_grid::most] = {};
+        float area[3][sah_grid::max_bins] = {}; // halved
+        std::uint32_t held[3][sah_grid::max_bins] = {};
 
         INSONIFY_INLINE void put(int axis, int bin, const side& one) {
             float size[4];
@@ -7240,19 +7545,18 @@ class sah_bins {
             area[axis][bin] = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
             held[axis][bin] = one.held;
         }
-        // Of several planes: the area times the number of leaves; FLT_MAX where the side is empty.
+        // SAH cost of this side for several planes: area times number of leaves; FLT_MAX for an empty side.
         template <int Width>
         INSONIFY_INLINE lanes<simd_width> cost(int axis, int bin) const {
             using floats = lanes<simd_width>;
             const auto all = load_bits<simd_width>(held[axis] + bin);
             const auto any = floats(0.0F) < floats_of<simd_width>(all);
             const auto leaves = floats_of<simd_width>((all + (Width - 1U)) >> width_bits<Width>);
-            return select(any, load<simd_width>(area[axis] + bin), floats(FLT_MAX)) * greater(leaves, floats(1.0F));
+            return select(any, load<simd_width>(area[axis] + bin), floats(FLT_MAX)) * max(leaves, floats(1.0F));
         }
     };
 
     // @param place  its bins along x, y and z, a byte each
-    template <class = void>
     INSONIFY_INLINE void add(const build_box& box, std::uint32_t place) {
         for (int axis = 0; axis < 3; ++axis) {
             const std::uint32_t bin = place >> (8 * axis) & 0xFFU;
@@ -7262,34 +7566,35 @@ class sah_bins {
     }
 
     int bins_;
-    build_box box_[3][sah_grid::most];
-    std::uint32_t count_[3][sah_grid::most];
+    build_box box_[3][sah_grid::max_bins];
+    std::uint32_t count_[3][sah_grid::max_bins];
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Builds a wide tree from the top by the surface area heuristic over bins.
+/// Builds a wide BVH from the top down by binned SAH. The cost of a child is its area times its number of leaves.
 ///
-/// The tree depends on the boxes alone, not on the policy. Boxes that are empty or not finite are left out.
-/// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies"; the cost of a child is its area
-/// times the number of leaves that it takes.
+/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
+/// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
 struct build_sah {
     template <int Width, exec::policy Policy, class Range>
     topology<Width> operator()(const Policy& policy, const Range& range) const;
 };
 
-/// Splits groups for `tree_assembler`. Boxes travel through two arrays: a split writes its two sides into the other.
+namespace detail {
+
+/// Splits groups for `tree_assembler`. Boxes alternate between two arrays: a split partitions from one into the other.
 template <int Width>
 class sah_splitter {
   public:
     struct group {
         std::size_t begin = 0;
         std::size_t end = 0;
-        int source = 0; ///< which of the two arrays it lies in
+        int source = 0; ///< which of the two arrays holds it
         build_box box = build_box::none();
         centre_range centres{};
 
@@ -7311,10 +7616,10 @@ class sah_splitter {
             for (std::size_t i = begin; i < end; ++i) {
                 const build_box box = leaf<Range, Width>::box(range, i);
                 if (box.empty()) continue;
-                minus_lower = greater(minus_lower, box.minus_lower());
-                upper = greater(upper, box.upper());
-                first = lesser(first, box.half_centre());
-                last = greater(last, box.half_centre());
+                minus_lower = max(minus_lower, box.minus_lower());
+                upper = max(upper, box.upper());
+                first = min(first, box.half_centre());
+                last = max(last, box.half_centre());
                 *next = box;
                 next++->name(static_cast<std::uint32_t>(i));
             }
@@ -7323,7 +7628,7 @@ class sah_splitter {
             one.box = {minus_lower, upper};
             one.centres.add(first, last);
         });
-        for (std::size_t b = 0; b < pieces.size(); ++b) { // closes the gaps that primitives left out have made
+        for (std::size_t b = 0; b < pieces.size(); ++b) { // closes the gaps of primitives that were left out
             const build_box* const first = boxes_[0].data() + b * block_size;
             if (all_.end != b * block_size) std::copy(first, first + pieces[b].used, boxes_[0].data() + all_.end);
             all_.end += pieces[b].used;
@@ -7331,7 +7636,7 @@ class sah_splitter {
             all_.centres.add(load<4>(pieces[b].centres.begin), load<4>(pieces[b].centres.end));
         }
         boxes_[1].resize(all_.end);
-        places_.resize(all_.end);
+        bins_.resize(all_.end);
     }
 
     const group& all() const { return all_; }
@@ -7344,16 +7649,16 @@ class sah_splitter {
         return level < free_levels ? g.box.half_area() : static_cast<float>(g.size());
     }
 
-    /// The cheapest plane between bins; by number, in the order they are in, where no plane divides them.
+    /// Splits at the plane of minimum SAH cost; at the median of the current order where no plane separates them.
     template <class Policy>
     void split(const Policy& policy, const group& whole, std::uint32_t level, group& below, group& above) {
-        if (level >= free_levels) return halve(whole, below, above);
+        if (level >= free_levels) return median_split(whole, below, above);
         const sah_grid grid{whole.centres, whole.size()};
         const build_box* const from = boxes_[whole.source].data() + whole.begin;
         build_box* const to = boxes_[1 - whole.source].data();
-        std::uint32_t* const places = places_.data() + whole.begin;
+        std::uint32_t* const places = bins_.data() + whole.begin;
         sah_bins bins{grid};
-        later_t<Policy, std::vector<sah_bins>> partial; // of the blocks of a large group
+        std::vector<sah_bins> partial; // one per block of a large group
         if (whole.size() <= block_size) {
             bins.add(grid, from, places, whole.size());
         } else {
@@ -7364,7 +7669,7 @@ class sah_splitter {
             for (const sah_bins& one : partial) bins.add(one);
         }
         const sah_plane plane = bins.template cheapest<Width>();
-        if (plane.axis < 0) return halve(whole, below, above);
+        if (plane.axis < 0) return median_split(whole, below, above);
         const std::size_t middle = whole.begin + plane.below;
         below = {whole.begin, middle, 1 - whole.source, bins.box_of(plane, false)};
         above = {middle, whole.end, 1 - whole.source, bins.box_of(plane, true)};
@@ -7372,7 +7677,7 @@ class sah_splitter {
         above.centres = whole.centres.within(above.box);
         if (whole.size() <= block_size)
             return separate(plane, from, places, whole.size(), to + below.begin, to + middle);
-        later_t<Policy, std::vector<std::size_t>> first(partial.size() + 1); // of each block's below
+        std::vector<std::size_t> first(partial.size() + 1); // the first position below the plane, per block
         for (std::size_t b = 0; b < partial.size(); ++b) first[b + 1] = first[b] + partial[b].count_below(plane);
         exec::for_each_block(policy, whole.size(), block_size, 5, [&](std::size_t begin, std::size_t end) {
             const std::size_t under = first[begin / block_size];
@@ -7382,22 +7687,22 @@ class sah_splitter {
     }
 
   private:
-    static constexpr std::size_t block_size = 8192; // of what one thread bins or moves at a time
+    static constexpr std::size_t block_size = 8192; // boxes that one thread bins or moves at a time
     static constexpr std::size_t blocks(std::size_t count) { return (count + block_size - 1) / block_size; }
 
-    // Moves boxes to the two sides, keeping their order.
+    // Stable partition.
     static void separate(const sah_plane& plane, const build_box* from, const std::uint32_t* places, std::size_t count,
                          build_box* below, build_box* above) {
         const auto apart = static_cast<std::size_t>(above - below);
-        for (std::size_t i = 0, under = 0; i < count; ++i) { // without a branch, which no one could foresee
+        for (std::size_t i = 0, under = 0; i < count; ++i) { // branchless: the branch would mispredict
             const std::size_t up = plane.is_above(places[i]);
             below[under + up * (apart + i - 2 * under)] = from[i];
             under += 1 - up;
         }
     }
 
-    // A whole number of leaves in the first half.
-    void halve(const group& whole, group& below, group& above) const {
+    // Median split, with a whole number of leaves in the first half.
+    void median_split(const group& whole, group& below, group& above) const {
         const std::size_t middle = whole.begin + (whole.size() / 2 + Width - 1) / Width * Width;
         below = {whole.begin, middle, whole.source, build_box::none(), whole.centres};
         above = {middle, whole.end, whole.source, build_box::none(), whole.centres};
@@ -7406,14 +7711,16 @@ class sah_splitter {
     }
 
     large_array<build_box> boxes_[2]{};
-    large_array<std::uint32_t> places_{}; ///< the bins of each box along x, y and z, as the last split found them
+    large_array<std::uint32_t> bins_{}; ///< bins of each box along x, y and z, from its last split
     group all_{};
 };
 
+} // namespace detail
+
 template <int Width, exec::policy Policy, class Range>
 topology<Width> build_sah::operator()(const Policy& policy, const Range& range) const {
-    sah_splitter<Width> splitter{policy, range};
-    return tree_assembler<Width, sah_splitter<Width>>{splitter}.assemble(policy, splitter.all());
+    detail::sah_splitter<Width> splitter{policy, range};
+    return detail::tree_assembler<Width, detail::sah_splitter<Width>>{splitter}.assemble(policy, splitter.all());
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -7422,33 +7729,33 @@ topology<Width> build_sah::operator()(const Policy& policy, const Range& range) 
 #define INSONIFY_BVH_REFIT_HPP
 
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// What follows the primitives when they move, beside the boxes in the nodes.
+/// The data that a refit updates, beside the boxes in the nodes.
 template <primitive_range Range, int Width>
 struct tree_shape {
     large_array<leaf<Range, Width>> leaves{};
-    large_array<aabb> boxes{}; ///< of each node, then of each leaf
-    aabb box{};                ///< around all
-    float reach = 0;           ///< no coordinate of a box is further from 0
-    float leaf_size = 0;       ///< metres: the mean of leaves, as squares
-    double cost = 0; ///< expected nodes and leaves below the root that a random ray visits: their areas over the root's
+    large_array<aabb> boxes{};    ///< of each node, then of each leaf
+    aabb box{};                   ///< around all
+    float max_abs_coordinate = 0; ///< of all boxes
+    float leaf_size = 0;          ///< metres: the edge of a square of the mean half area of leaves
+    double cost = 0;              ///< SAH cost: expected visits of a random ray below the root, areas over the root's
 
-    /// So that `refit` allocates nothing.
-    void make_room(const topology<Width>& tree) {
+    /// Allocates what `refit` needs.
+    void reserve(const topology<Width>& tree) {
         leaves.reserve(tree.leaves());
         boxes.reserve(tree.nodes.size() + tree.leaves());
     }
 };
 
-/// Of a large mesh, whose faces lie anywhere: asks for the faces of a leaf further on, and for the corners of those that are
-/// there by now.
+/// Prefetches the faces of a leaf ahead, and the corners of a nearer one whose faces have arrived: in large meshes,
+/// leaves access both at random.
 template <primitive_range Range, int Width>
-INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
-                                const Range& range) {
+INSONIFY_INLINE void prefetch_leaves(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
+                                     const Range& range) {
     if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
         constexpr std::size_t to_faces = 8, to_corners = 4; // leaves
-        if (range.size() < most_at_hand) return;
+        if (range.size() < prefetch_threshold) return;
         const std::uint32_t* const slots = tree.slots.data() + std::size_t{leaf} * Width;
         if (leaf_end - leaf > to_faces)
             for (const std::uint32_t *slot = slots + to_faces * Width, *end = slot + Width; slot != end; ++slot)
@@ -7459,8 +7766,8 @@ INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf,
     }
 }
 
-/// Fits the leaves of a part to their primitives, one after the other, and then the boxes in its nodes to their children,
-/// which are leaves, among them, or fitted already. @return the areas of the boxes around each
+/// Refits the leaves of a part, then its nodes from the last to the first, so that children precede their parent.
+/// @return the sums of half areas
 template <primitive_range Range, int Width>
 box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part& part, const Range& range,
                      tree_shape<Range, Width>& shape) {
@@ -7468,7 +7775,7 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
     aabb* const of_leaves = of_nodes + tree.nodes.size();
     box_areas area;
     for (std::uint32_t i = part.first_leaf; i < part.leaf_end; ++i) {
-        look_ahead(tree, i, part.leaf_end, range);
+        prefetch_leaves(tree, i, part.leaf_end, range);
         of_leaves[i] = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
         area.leaves += static_cast<double>(of_leaves[i].half_area());
     }
@@ -7489,9 +7796,9 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
     return area;
 }
 
-/// Moves every box to fit the primitives' present positions; who is whose child stays.
+/// Recomputes all boxes from the current positions of the primitives; the topology stays.
 ///
-/// Cost: one pass over leaves and nodes, bottom up; allocates only when the tree is new.
+/// One pass over leaves and nodes, bottom up. Allocates only after a build.
 /// @param range  same count and order as when the tree was built
 /// Source: Wald, Boulos & Shirley 2007, section 3.
 template <exec::policy Policy, primitive_range Range, int Width>
@@ -7499,7 +7806,7 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
     shape.leaves.resize(tree.leaves());
     shape.boxes.resize(tree.nodes.size() + tree.leaves());
     shape.box = {};
-    shape.reach = shape.leaf_size = 0;
+    shape.max_abs_coordinate = shape.leaf_size = 0;
     shape.cost = 0;
     if (tree.nodes.empty()) return;
     for_each_index(policy, tree.parts.size(),
@@ -7516,35 +7823,38 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
     shape.cost = measured ? (area.nodes + area.leaves) / static_cast<double>(root_area) - 1 : 0; // 1: the root's own
     shape.leaf_size = static_cast<float>(std::sqrt(area.leaves / static_cast<double>(tree.leaves())));
     if (shape.box.empty()) return;
-    const vec3 farthest = greater(absolute(shape.box.lower), absolute(shape.box.upper));
-    shape.reach = greater(farthest.x, greater(farthest.y, farthest.z));
+    const vec3 farthest = max(abs(shape.box.lower), abs(shape.box.upper));
+    shape.max_abs_coordinate = max(farthest.x, max(farthest.y, farthest.z));
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <algorithm>
 #include <new>
 #include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Numbers about a tree.
+/// Statistics of a BVH.
 struct bvh_statistics {
-    std::size_t primitives = 0; ///< in leaves; those with bounds that are not finite are left out
+    std::size_t primitives = 0; ///< in leaves: those with finite bounds
     std::size_t nodes = 0;      ///< with `Width` children each, empty ones included
-    std::size_t leaves = 0;     ///< with up to `Width` primitives each
-    std::uint32_t levels = 0;   ///< nodes on the longest way down
-    double cost = 0;            ///< expected nodes and leaves visited by a random ray that meets the whole
-    std::size_t bytes = 0;      ///< of all arrays: about 64 a triangle; while it is built, 85
+    std::size_t leaves = 0;     ///< with at most `Width` primitives each
+    std::uint32_t levels = 0;   ///< nodes on the longest path from the root
+    double cost = 0;            ///< SAH cost: expected visits of nodes and leaves by a random ray that enters the root
+    std::size_t bytes = 0;      ///< of all arrays: about 64 per triangle, and 85 during a build
 };
 
-/// What an update did.
-enum class way_of_update {
-    refit,        ///< boxes follow, the topology stays
+/// What `bvh::update` did.
+enum class bvh_update {
+    refit,        ///< new boxes, same topology
     rebuild,      ///< by the tree's own builder
     quick_rebuild ///< by `build_morton`
 };
 
-/// The owning arrays of a tree, without the primitives: what a caller that moves its primitives around keeps.
+namespace detail {
+
+/// The arrays of a BVH without its range of primitives, for owners whose range moves in memory.
 template <primitive_range Range, int Width = simd_width, class Builder = build_sah>
 class bvh_storage {
   public:
@@ -7559,24 +7869,23 @@ class bvh_storage {
     void refit(const Policy& policy, const Range& range) {
         if (range.size() != count_)
             throw geometry_error{"bvh: refit needs as many primitives as the tree was built over; call rebuild"};
-        insonify::refit(policy, tree_, range, shape_);
+        detail::refit(policy, tree_, range, shape_);
         ++refits_;
     }
 
-    /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
-    /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
+    /// Refits, and rebuilds once the SAH cost has grown by half since the build: by `build_morton` if the tree lasted fewer
+    /// than 16 updates.
     ///
-    /// Counted in refits, a rebuild by `build_sah` costs 14 to 22, by `build_morton` 3 to 7 (the README's table); the
-    /// latter's trees are about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16
-    /// updates it costs about a refit each.
-    /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,
-    /// because it was not finite, has become so. Where there is no memory for the former, refitting must do.
+    /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter cost
+    /// rays about 1.15 times as much (bench/bvh.cpp). Spread over 16 updates, `build_sah` adds about one refit each.
+    /// The choice depends on the positions only. Also rebuilds where a primitive that was left out has become finite. If
+    /// memory for a rebuild is not available, the refitted tree stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
-    way_of_update update(const Policy& policy, const Range& range) {
+    bvh_update update(const Policy& policy, const Range& range) {
         refit(policy, range);
         const bool lacks = lacks_usable(range);
-        if (degradation() <= 1.5 && !lacks) return way_of_update::refit;
+        if (degradation() <= 1.5 && !lacks) return bvh_update::refit;
         const bool soon = refits_ < 16;
         try {
             if (soon)
@@ -7585,23 +7894,23 @@ class bvh_storage {
                 build(policy, range);
         } catch (const std::bad_alloc&) {
             if (lacks) throw;
-            return way_of_update::refit;
+            return bvh_update::refit;
         }
-        return soon ? way_of_update::quick_rebuild : way_of_update::rebuild;
+        return soon ? bvh_update::quick_rebuild : bvh_update::rebuild;
     }
 
-    /// How much dearer a random ray has become since the tree was built: 1 as built.
+    /// The SAH cost relative to that at the last build: 1 after a build.
     double degradation() const { return cost_as_built_ > 0 ? shape_.cost / cost_as_built_ : 1; }
 
-    /// What queries are asked of; good until the next build, refit or update.
+    /// Valid until the next build, refit or update.
     bvh_view<Range, Width> view_of(const Range& range) const {
-        return {tree_.nodes, shape_.leaves, range, shape_.reach, shape_.leaf_size};
+        return {tree_.nodes, shape_.leaves, range, shape_.max_abs_coordinate, shape_.leaf_size, shape_.box};
     }
 
     /// The box around all primitives; empty for none.
     aabb box() const { return shape_.box; }
 
-    /// Counted anew with every call.
+    /// Recomputed by every call.
     bvh_statistics statistics() const {
         return {.primitives = tree_.slots.size() - static_cast<std::size_t>(std::count(
                                                        tree_.slots.begin(), tree_.slots.end(), no_primitive)),
@@ -7620,10 +7929,10 @@ class bvh_storage {
         if (range.size() >= leaf_bit) throw usage_error{"bvh: more than 2147483647 primitives in one tree; split them"};
         topology<Width> made = builder.template operator()<Width>(policy, range);
         std::vector<std::uint32_t> left_out = left_out_by(made, range.size());
-        shape_.make_room(made); // the last that may throw, so that nothing is half done
+        shape_.reserve(made); // the last call that may throw: strong exception guarantee
         tree_ = std::move(made);
         left_out_ = std::move(left_out);
-        insonify::refit(policy, tree_, range, shape_);
+        detail::refit(policy, tree_, range, shape_);
         cost_as_built_ = shape_.cost;
         count_ = range.size();
         refits_ = 0;
@@ -7654,59 +7963,63 @@ class bvh_storage {
     std::vector<std::uint32_t> left_out_{}; ///< primitives that were not finite when it was built
 };
 
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 #ifndef INSONIFY_GEOMETRY_MESH_HPP
 #define INSONIFY_GEOMETRY_MESH_HPP
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Triangles over shared vertices. Positions in metres; a face's corners run counter-clockwise seen from outside.
+/// Indexed triangle mesh. Faces are counter-clockwise seen from outside.
 struct mesh {
-    std::vector<vec3> positions{}; ///< of the vertices, metres
-    std::vector<uvec3> faces{};    ///< three vertices each, from 0
+    std::vector<vec3> positions{}; ///< vertices, metres
+    std::vector<uvec3> faces{};    ///< three vertex indices each, from 0
 };
 
-/// A mesh that somebody else owns, as a range of triangles.
+/// Non-owning view of a mesh, as a range of triangles.
 struct mesh_view {
     view<const vec3> positions{}; ///< metres
-    view<const uvec3> faces{};    ///< three vertices each, from 0
+    view<const uvec3> faces{};    ///< three vertex indices each, from 0
 
     mesh_view() = default;
-    /// Of arrays that somebody else keeps alive.
+    /// View of arrays, which must outlive it.
     INSONIFY_FN mesh_view(view<const vec3> vertex_positions, view<const uvec3> corner_indices)
         : positions{vertex_positions}, faces{corner_indices} {}
-    /// Of a mesh, which must outlive it.
+    /// View of a mesh, which must outlive it.
     mesh_view(const mesh& m)
         : positions{m.positions.data(), m.positions.size()}, faces{m.faces.data(), m.faces.size()} {}
 
-    /// Triangles.
+    /// Number of triangles.
     INSONIFY_FN std::size_t size() const { return faces.size(); }
-    /// The corners of a face; neither its index nor those of its vertices are checked.
+    /// The corners of a face; indices are not checked.
     INSONIFY_FN triangle operator[](std::size_t face) const {
         const uvec3& corner = faces[face];
         const vec3 &a = positions[corner.x], &b = positions[corner.y], &c = positions[corner.z];
-        return {{a.x, a.y, a.z}, {b.x, b.y, b.z}, {c.x, c.y, c.z}}; // copied whole they would go through memory
+        return {{a.x, a.y, a.z}, {b.x, b.y, b.z}, {c.x, c.y, c.z}}; // copying whole vectors would go through memory
     }
-    /// Asks for a face, or for the corners of one that is there by now, long before they are looked at.
+    /// Prefetches a face, or the corners of a face that is in the cache already.
     /// @{
-    INSONIFY_FN INSONIFY_INLINE void prefetch_face(std::size_t face) const { prefetch(faces.first + face); }
+    INSONIFY_FN INSONIFY_INLINE void prefetch_face(std::size_t face) const { detail::prefetch(faces.first + face); }
     INSONIFY_FN INSONIFY_INLINE void prefetch_corners(std::size_t face) const {
         const uvec3& corner = faces[face];
-        prefetch(positions.first + corner.x);
-        prefetch(positions.first + corner.y);
-        prefetch(positions.first + corner.z);
+        detail::prefetch(positions.first + corner.x);
+        detail::prefetch(positions.first + corner.y);
+        detail::prefetch(positions.first + corner.z);
     }
     /// @}
 };
 
-/// @param named  what the sentence begins with: whose mesh it is
-/// @throws geometry_error  where a face names a vertex that is not there; it tells of the highest
-INSONIFY_LAZY void check_faces(const mesh_view& m, const std::string& named) {
-    uvec3 last{0, 0, 0}; // compared once, at the end, so that SIMD can find it
+namespace detail {
+
+/// @param named  the start of the sentence: whose mesh it is
+/// @throws geometry_error  for a vertex index out of range, naming the highest
+inline void check_faces(const mesh_view& m, const std::string& named) {
+    uvec3 last{0, 0, 0}; // one comparison at the end lets the loop vectorize
     for (const uvec3& face : m.faces)
         last = {std::max(last.x, face.x), std::max(last.y, face.y), std::max(last.z, face.z)};
     const std::uint32_t vertex = std::max(last.x, std::max(last.y, last.z));
@@ -7715,9 +8028,12 @@ INSONIFY_LAZY void check_faces(const mesh_view& m, const std::string& named) {
                              std::to_string(m.positions.size()) + "; indices start at 0"};
 }
 
-/// What a closed mesh encloses, m^3; negative where its faces look inwards. By the divergence theorem, in double,
-/// measured from a vertex, so that it does not drown in rounding far from the origin.
-INSONIFY_LAZY double enclosed_volume(const mesh_view& m) {
+} // namespace detail
+
+/// Volume enclosed by a closed mesh, m^3; negative where the faces point inwards.
+///
+/// Divergence theorem in double precision, relative to a vertex, to avoid cancellation far from the origin.
+inline double enclosed_volume(const mesh_view& m) {
     double volume = 0;
     for (std::size_t i = 0; i < m.size(); ++i) {
         const triangle t = m[i];
@@ -7729,6 +8045,7 @@ INSONIFY_LAZY double enclosed_volume(const mesh_view& m) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 #include <span>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -7739,12 +8056,12 @@ namespace insonify::inline INSONIFY_ABI {
 ///     bvh tree{exec::par, some_mesh};        // triangles, watertight
 ///
 /// Empty, single and identical primitives are legal. Queries are const and may run on many threads at once.
-/// @tparam Width    children of a node and primitives of a leaf; as wide as a SIMD register, 4 to 8
-/// @tparam Builder  makes the topology: `build_sah`, or `build_morton`, which is faster to build and slower to trace
+/// @tparam Width    children per node and primitives per leaf; the SIMD width, 4 to 8
+/// @tparam Builder  `build_sah`, or `build_morton`, which builds faster and traces slower
 template <primitive_range Range, int Width = simd_width, class Builder = build_sah>
 class bvh {
   public:
-    /// @throws geometry_error  where a face of a mesh names a vertex that is not there; here and in `rebuild`
+    /// @throws geometry_error  here and in `rebuild`: a face of a mesh refers to a vertex that does not exist
     template <exec::policy Policy>
     bvh(const Policy& policy, const Range& range) : range_{range} {
         rebuild(policy);
@@ -7755,7 +8072,7 @@ class bvh {
         : bvh(policy, mesh_view{triangles}) {}
     template <exec::policy Policy>
     bvh(const Policy& policy, const mesh&& triangles) = delete; // the tree refers to the mesh: keep it in a variable
-    /// Over what a span names.
+    /// Over the elements of a span.
     template <exec::policy Policy, class T>
     bvh(const Policy& policy, std::span<T> primitives) requires std::same_as<Range, view<const T>>
         : bvh(policy, Range{primitives.data(), primitives.size()}) {}
@@ -7767,85 +8084,83 @@ class bvh {
     template <exec::policy Policy, class T>
     bvh(const Policy& policy, const std::vector<T>&& primitives) = delete; // the tree refers to them: keep them
 
-    /// The nearest hit within the ray's limits; of equally near ones the lowest primitive.
+    /// The closest hit within the ray's limits; ties go to the lowest primitive.
     hit closest(const ray& r) const { return view_of().closest(r); }
 
     /// Whether anything is hit within the ray's limits.
     bool any(const ray& r) const { return view_of().any(r); }
 
-    /// Every hit within the ray's limits, nearest first, each primitive once. Replaces what `hits` held.
+    /// Every hit within the ray's limits, nearest first, once per primitive. Replaces the contents of `hits`.
     void all(const ray& r, std::vector<hit>& hits) const {
-        auto& found = later<Range>(hits);
+        auto& found = hits;
         found.clear();
         view_of().for_each_hit(r, [&](const hit& one) { found.push_back(one); });
         std::sort(found.begin(), found.end(), nearer);
     }
 
-    /// One nearest hit for each ray: the same as each gets alone.
+    /// The closest hit of each ray, the same as from a call per ray.
     ///
-    /// Neighbours in the span that go together are asked together (see `ray_packet::prepare`), so keep the lines of a
-    /// fan and the pixels of a row side by side. @throws usage_error  where the sizes differ
+    /// Coherent neighbours in the span are traced in packets, so keep the lines of a fan and the pixels of a row adjacent.
+    /// @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void closest(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
-                 later_t<Policy, std::span<hit>> hits) const {
+    void closest(const Policy& policy, std::span<const ray> rays, std::span<hit> hits) const {
         check_sizes(rays.size(), hits.size());
-        ask(policy, view_of(), rays, closest_query{hits.data()});
+        detail::trace_batch(policy, view_of(), rays, detail::closest_query{hits.data()});
     }
 
     /// 1 for each ray that hits something, 0 for the others. @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void any(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
-             later_t<Policy, std::span<std::uint8_t>> met) const {
+    void any(const Policy& policy, std::span<const ray> rays, std::span<std::uint8_t> met) const {
         check_sizes(rays.size(), met.size());
-        ask(policy, view_of(), rays, any_query{met.data()});
+        detail::trace_batch(policy, view_of(), rays, detail::any_query{met.data()});
     }
 
-    /// Every hit of each ray, nearest first. Replaces what `hits` held, and allocates where that is not enough.
+    /// Every hit of each ray, nearest first. Replaces the contents of `hits`; allocates only where they grow.
     /// @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void all(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
-             later_t<Policy, std::span<std::vector<hit>>> hits) const {
+    void all(const Policy& policy, std::span<const ray> rays, std::span<std::vector<hit>> hits) const {
         check_sizes(rays.size(), hits.size());
-        ask(policy, view_of(), rays, all_query{hits.data()});
+        detail::trace_batch(policy, view_of(), rays, detail::all_query{hits.data()});
     }
 
-    /// The primitives whose bounds overlap a box or a plane, in ascending order. Replaces what `primitives` held.
+    /// The primitives whose bounds overlap a box or a plane, in ascending order. Replaces the contents of `primitives`.
     template <class Shape>
     void overlapping(const Shape& shape, std::vector<std::uint32_t>& primitives) const {
-        auto& found = later<Range>(primitives);
+        auto& found = primitives;
         found.clear();
         view_of().for_each_overlap(shape, [&](std::uint32_t p) { found.push_back(p); });
         std::sort(found.begin(), found.end());
     }
 
-    /// Follows primitives that moved; the topology stays.
+    /// Recomputes the boxes after primitives moved; the topology stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     void refit(const Policy& policy) {
         storage_.refit(policy, range_);
     }
 
-    /// Follows primitives that moved, by whichever of three ways pays: see `bvh_storage::update`.
+    /// Refits after primitives moved, and rebuilds once rays have become 1.5 times as expensive: by `build_morton` where the
+    /// tree lasted fewer than 16 updates.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
-    way_of_update update(const Policy& policy) {
+    bvh_update update(const Policy& policy) {
         return storage_.update(policy, range_);
     }
 
-    /// Builds anew over the primitives as they are now.
+    /// Builds a new tree from the current primitives.
     template <exec::policy Policy>
     void rebuild(const Policy& policy) {
-        if constexpr (std::same_as<Range, mesh_view>) check_faces(range_, "bvh: ");
+        if constexpr (std::same_as<Range, mesh_view>) detail::check_faces(range_, "bvh: ");
         storage_.build(policy, range_);
     }
 
-    /// How much dearer a random ray has become since the tree was built: 1 as built.
+    /// The expected cost of a random ray relative to that at the last build: 1 after a build.
     double degradation() const { return storage_.degradation(); }
-    /// Nodes, leaves, levels, bytes.
+    /// Counts and sizes of the tree.
     bvh_statistics statistics() const { return storage_.statistics(); }
     /// The box around all primitives; empty for none.
     aabb box() const { return storage_.box(); }
-    /// A trivially copyable handle that queries are asked of; good until the next rebuild, refit or update.
+    /// A trivially copyable view for queries, valid until the next rebuild, refit or update.
     bvh_view<Range, Width> view_of() const { return storage_.view_of(range_); }
 
   private:
@@ -7854,10 +8169,10 @@ class bvh {
     }
 
     Range range_{};
-    bvh_storage<Range, Width, Builder> storage_{};
+    detail::bvh_storage<Range, Width, Builder> storage_{};
 };
 
-/// What `bvh tree{policy, primitives}` finds out by itself.
+/// Deduce the range from `bvh tree{policy, primitives}`.
 /// @{
 template <class Policy>
 bvh(const Policy&, const mesh&) -> bvh<mesh_view>;
@@ -7871,109 +8186,99 @@ bvh(const Policy&, const Container&)
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_SCENE_FACE_GROUPS_HPP
-#define INSONIFY_SCENE_FACE_GROUPS_HPP
+#ifndef INSONIFY_SCENE_OBJECT_STATE_HPP
+#define INSONIFY_SCENE_OBJECT_STATE_HPP
 
+#ifndef INSONIFY_GEOMETRY_FACE_GROUPS_HPP
+#define INSONIFY_GEOMETRY_FACE_GROUPS_HPP
+
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Which vertices every 64 consecutive faces share: to look at each once, where looking at the faces would be thrice to six
-/// times.
+/// `face_groups` in flat arrays. Trivially copyable.
+struct face_groups_view {
+    static constexpr std::size_t size = 64; ///< faces in each group but the last
+
+    view<const std::size_t> ends{};       ///< where the vertices of each group end, in `vertices`
+    view<const std::uint32_t> vertices{}; ///< of all groups, one after the other
+
+    /// Number of groups.
+    std::size_t count() const { return ends.size(); }
+    /// The vertices of a group, each once.
+    view<const std::uint32_t> operator[](std::size_t group) const {
+        const std::size_t begin = group == 0 ? 0 : ends[group - 1];
+        return {vertices.data() + begin, ends[group] - begin};
+    }
+};
+
+namespace detail {
+
+/// The distinct vertices of every 64 consecutive faces, so that a pass over a mesh reads each vertex once instead of three
+/// to six times.
 ///
-/// Faces that follow one another mostly lie side by side: then a group has some 45 vertices, and most groups lie on one
-/// side of a slice, so that their faces need not be looked at. Depends on the faces alone, not on where vertices are.
+/// Consecutive faces are mostly neighbours: a group then has about 45 vertices, and most groups lie on one side of a plane,
+/// so that their faces can be skipped. Depends on the faces alone, not on where the vertices are.
 class face_groups {
   public:
-    static constexpr std::size_t size = 64; ///< faces in each but the last
-
     face_groups() = default;
-    INSONIFY_LAZY explicit face_groups(const mesh_view& surface) : end_((surface.faces.size() + size - 1) / size) {
-        later_t<Later, std::vector<std::uint32_t>> last_group(surface.positions.size(), ~0U);
+    explicit face_groups(const mesh_view& surface)
+        : ends_((surface.faces.size() + face_groups_view::size - 1) / face_groups_view::size) {
+        std::vector<std::uint32_t> last_group(surface.positions.size(), ~0U);
         vertices_.reserve(surface.faces.size());
         for (std::size_t i = 0; i < surface.faces.size(); ++i) {
-            const auto group = static_cast<std::uint32_t>(i / size);
+            const auto group = static_cast<std::uint32_t>(i / face_groups_view::size);
             for (const std::uint32_t vertex : {surface.faces[i].x, surface.faces[i].y, surface.faces[i].z})
                 if (last_group[vertex] != group) {
                     last_group[vertex] = group;
                     vertices_.push_back(vertex);
                 }
-            end_[group] = vertices_.size();
+            ends_[group] = vertices_.size();
         }
-        later<Later>(vertices_).shrink_to_fit();
+        vertices_.shrink_to_fit();
     }
 
-    INSONIFY_LAZY bool empty() const { return end_.empty(); }
-
-    /// How many groups there are.
-    INSONIFY_LAZY std::size_t count() const { return end_.size(); }
-
-    /// The vertices of a group, each once.
-    INSONIFY_LAZY view<const std::uint32_t> operator[](std::size_t group) const {
-        const std::size_t begin = group == 0 ? 0 : end_[group - 1];
-        return {vertices_.data() + begin, end_[group] - begin};
-    }
+    bool empty() const { return ends_.empty(); }
+    face_groups_view view_of() const { return {ends_, vertices_}; }
 
   private:
-    large_array<std::size_t> end_; // where each group's end, in `vertices_`
+    std::vector<std::size_t> ends_;
     std::vector<std::uint32_t> vertices_;
 };
 
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_SCENE_OBJECT_HPP
+#define INSONIFY_SCENE_OBJECT_HPP
+
 #include <cstdint>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Names an object of one scene, for good: ids are never used again.
+/// Identifies an object of one scene. Ids are never reused.
 enum class object_id : std::uint32_t {};
 
-/// What `scene::add` is told beside surface and medium.
+/// Optional arguments of `scene::add`.
 struct object_settings {
-    int priority = 0;   ///< where objects overlap, the highest one's medium counts
+    int priority = 0;   ///< where objects overlap, the medium of the highest priority applies
     pose at{};          ///< object to world
-    std::string name{}; ///< for reports, files and error messages
+    std::string name{}; ///< for reports, files and error messages; need not be unique
 };
 
-/// One closed surface and what is inside it.
+/// A closed surface and the medium inside it, as the scene stores it.
 struct object {
-    object_id id{};                 ///< in its scene
-    std::string name{};             ///< may be empty, need not be the only one
-    mesh surface;                   ///< in the object's own coordinates
-    medium inside{};                ///< what fills it
-    pose at{};                      ///< object to world
-    int priority = 0;               ///< the highest counts
-    float volume = 0;               ///< m^3 enclosed, as built
-    std::uint32_t medium_index = 0; ///< into the scene's media, as built
-    std::uint32_t rank = 0;         ///< among all objects, as built; where they overlap the lowest rank's medium counts
-    bool moved = false;             ///< its positions were handed out for writing since the last update
-    bool has_tree = false;          ///< of these faces, though perhaps of former positions
-    bool tree_follows = false;      ///< the tree fits the positions: rays can be traced
-    aabb local_box{};               ///< in its own coordinates, as built or updated
-    aabb box{};                     ///< in the world
-    bvh_storage<mesh_view> tree;    ///< in its own coordinates
-    face_groups groups;             ///< where the tree waits
-
-    /// The tree over its surface, for rays in its own coordinates; good until the scene changes.
-    INSONIFY_LAZY bvh_view<mesh_view> tree_view() const { return tree.view_of(mesh_view{surface}); }
-
-    /// The ray in the object's own coordinates; distances along it stay.
-    INSONIFY_LAZY ray local(const ray& r) const {
-        return {at.local_point(r.origin), at.local_direction(r.direction), r.min_distance, r.max_distance};
-    }
+    object_id id{};     ///< in its scene
+    std::string name{}; ///< may be empty
+    mesh surface;       ///< in object coordinates, metres
+    medium inside{};    ///< what fills it
+    pose at{};          ///< object to world
+    int priority = 0;   ///< the highest applies where objects overlap
 };
-
-/// A box in the world around a box of the object, with room for the rounding of rays that are taken there and back.
-INSONIFY_LAZY aabb placed_box(const aabb& local, const pose& at) {
-    if (local.empty()) return {};
-    const vec3 centre = at.point(local.centre()), half = 0.5F * local.size();
-    const mat3& r = at.rotation;
-    const vec3 reach = half.x * absolute(r[0]) + half.y * absolute(r[1]) + half.z * absolute(r[2]);
-    const vec3 room = 1e-6F * (absolute(centre) + absolute(at.translation) + reach + vec3{length(local.centre())});
-    return {centre - reach - room, centre + reach + room};
-}
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -7982,11 +8287,11 @@ INSONIFY_LAZY aabb placed_box(const aabb& local, const pose& at) {
 
 #include <cstddef>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The box around all points that are finite; empty for none.
-INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
-    // As many points at a time as there are lanes fill three registers: x y z x, y z x y, z x y z.
+/// The box around all finite points; empty where there are none.
+inline aabb bounds_of(view<const vec3> points) {
+    // Coordinates interleave in three registers: x y z x, y z x y, z x y z.
     constexpr int width = simd_width;
     using floats = lanes<width>;
     floats lower[3] = {floats(FLT_MAX), floats(FLT_MAX), floats(FLT_MAX)};
@@ -7995,7 +8300,7 @@ INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
     for (std::size_t begin = 0; begin < whole; begin += width)
         for (std::ptrdiff_t k = 0; k < 3; ++k) {
             const floats p = load<width>(&points[begin].x + k * width);
-            lower[k] = select(p < lower[k], p, lower[k]); // which never takes a NaN
+            lower[k] = select(p < lower[k], p, lower[k]); // a NaN is never taken
             upper[k] = select(upper[k] < p, p, upper[k]);
         }
     float lowest[3 * width], highest[3 * width];
@@ -8015,8 +8320,280 @@ INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
     return box;
 }
 
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// World box around a box in object coordinates, enlarged by the rounding error of rays transformed to the object.
+inline aabb placed_box(const aabb& local, const pose& at) {
+    if (local.empty()) return {};
+    const vec3 centre = at.point(local.centre()), half = 0.5F * local.size();
+    const mat3& r = at.rotation;
+    const vec3 extent = half.x * abs(r[0]) + half.y * abs(r[1]) + half.z * abs(r[2]);
+    const vec3 margin = 1e-6F * (abs(centre) + abs(at.translation) + extent + vec3{length(local.centre())});
+    return {centre - extent - margin, centre + extent + margin};
+}
+
+/// What the scene derives from one object and keeps between frames.
+struct object_state {
+    bvh_storage<mesh_view> tree{};     ///< in object coordinates
+    face_groups groups{};              ///< for slicing while the tree is out of date
+    aabb local_box{};                  ///< in object coordinates, as built or updated
+    aabb box{};                        ///< in the world
+    std::uint32_t medium = 0;          ///< index into the scene's media
+    std::uint32_t updates_at_rest = 0; ///< since the vertices last moved
+    bool moved = false;                ///< the positions were handed out for writing since the last update
+    bool tree_is_current = false;      ///< the tree fits the positions
+
+    /// Builds the tree. @throws std::bad_alloc
+    template <class Policy>
+    void build(const Policy& policy, const object& of) {
+        tree.build(policy, mesh_view{of.surface});
+        tree_is_current = true;
+        moved = false;
+        local_box = tree.box();
+        box = placed_box(local_box, of.at);
+    }
+
+    /// Follows vertices that have moved without touching the tree.
+    template <class Policy>
+    void follow(const Policy& policy, const object& of) {
+        if (groups.empty()) groups = face_groups{mesh_view{of.surface}};
+        local_box = bounds_of(policy, of.surface.positions);
+        box = placed_box(local_box, of.at);
+        tree_is_current = moved = false;
+        updates_at_rest = 0;
+    }
+
+    /// Refits the tree, or rebuilds it where refitting has degraded it: see `bvh_storage::update`.
+    template <class Policy>
+    void update_tree(const Policy& policy, const object& of) {
+        if (tree_is_current) return;
+        tree.update(policy, mesh_view{of.surface});
+        tree_is_current = true;
+    }
+
+  private:
+    template <class Policy>
+    static aabb bounds_of(const Policy& policy, view<const vec3> points) {
+        constexpr std::size_t parts = 16;
+        aabb part[parts];
+        const std::size_t block = std::max(points.size() / parts + 1, std::size_t{8192});
+        exec::for_each_block(policy, points.size(), block, 0.5F, [&](std::size_t begin, std::size_t end) {
+            part[begin / block] = detail::bounds_of(view<const vec3>{points.data() + begin, end - begin});
+        });
+        aabb whole;
+        for (const aabb& box : part) whole = merged(whole, box);
+        return whole;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_SCENE_SCENE_VIEW_HPP
+#define INSONIFY_SCENE_SCENE_VIEW_HPP
+
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// An object as tracers see it. Trivially copyable; refers to the scene's arrays.
+struct object_view {
+    mesh_view surface{};          ///< in object coordinates
+    bvh_view<mesh_view> tree{};   ///< over `surface`; without nodes where it is out of date
+    face_groups_view groups{};    ///< for slicing where the tree is out of date
+    pose at{};                    ///< object to world
+    aabb box{};                   ///< in the world
+    std::uint32_t id = 0;         ///< its `object_id` as a number
+    std::uint32_t medium = 0;     ///< index into `scene_view::media`
+    bool tree_is_current = false; ///< rays can be traced
+
+    /// A world ray in object coordinates; distances along it are the same.
+    INSONIFY_FN ray local(const ray& r) const {
+        return {at.local_point(r.origin), at.local_direction(r.direction), r.min_distance, r.max_distance};
+    }
+};
+
+/// The world box of an object as a primitive of the scene's own tree.
+struct object_box {
+    aabb box{}; ///< in the world
+};
+/// The box itself.
+INSONIFY_FN inline aabb bounds(const object_box& o) { return o.box; }
+/// Where the ray enters the box; conservative, so that rounding never misses one.
+INSONIFY_FN inline hit intersect(const ray& r, const object_box& o) {
+    float in = r.min_distance, out = r.max_distance;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float inverse = std::fabs(r.direction[axis]) > 1e-30F ? 1 / r.direction[axis] : 1e30F;
+        const float a = (o.box.lower[axis] - r.origin[axis]) * inverse;
+        const float b = (o.box.upper[axis] - r.origin[axis]) * inverse;
+        in = max(in, min(a, b));
+        out = min(out, max(a, b));
+    }
+    return {.distance = in <= out * 1.000001F ? min(in, r.max_distance) : FLT_MAX};
+}
+
+/// A scene in flat arrays, as tracers and devices see it. Trivially copyable; valid until the scene changes.
+///
+/// Objects are ordered by rank: where several contain a point, the first one's medium applies.
+struct scene_view {
+    view<const object_view> objects{};        ///< by rank
+    bvh_view<view<const object_box>> boxes{}; ///< the objects' world boxes, by rank
+    view<const medium> media{};               ///< the background first
+    view<const pose> places{};                ///< object to world: of the background (identity), then by rank
+};
+
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <atomic>
+#include <cstddef>
+#include <mutex>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The arrays behind a `scene_view`. They point into the scene that they were made of, so that a copy starts out of date.
+class flat_scene {
+  public:
+    flat_scene() = default;
+    flat_scene(const flat_scene&) {}
+    flat_scene& operator=(const flat_scene&) {
+        expire();
+        return *this;
+    }
+
+    /// The scene has changed.
+    void expire() { current_.store(false, std::memory_order_relaxed); }
+    /// Whether the arrays match the scene; if so, they may be read by any number of threads.
+    bool current() const { return current_.load(std::memory_order_acquire); }
+
+    /// Whether the trees of all objects were up to date.
+    bool all_current() const { return all_current_; }
+
+    /// @param by_rank  index of the object of each rank
+    template <class Policy>
+    void assign(const Policy& policy, const std::vector<object>& objects, const std::vector<object_state>& states,
+                const std::vector<std::uint32_t>& by_rank, view<const medium> media) {
+        objects_.clear();
+        boxes_.clear();
+        places_.assign(1, pose{});
+        all_current_ = true;
+        for (const std::uint32_t i : by_rank) {
+            const object& one = objects[i];
+            const object_state& state = states[i];
+            const mesh_view surface{one.surface};
+            objects_.push_back({.surface = surface,
+                                .tree = state.tree_is_current ? state.tree.view_of(surface) : bvh_view<mesh_view>{},
+                                .groups = state.groups.view_of(),
+                                .at = one.at,
+                                .box = state.box,
+                                .id = static_cast<std::uint32_t>(one.id),
+                                .medium = state.medium,
+                                .tree_is_current = state.tree_is_current});
+            all_current_ = all_current_ && state.tree_is_current;
+            boxes_.push_back({state.box});
+            places_.push_back(one.at);
+        }
+        const view<const object_box> boxes{boxes_};
+        if (tree_size_ == boxes_.size() && tree_size_ > 0)
+            tree_.update(policy, boxes);
+        else
+            tree_.build(policy, boxes);
+        tree_size_ = boxes_.size();
+        media_ = media;
+        current_.store(true, std::memory_order_release);
+    }
+
+    scene_view view_of() const {
+        return {.objects = objects_,
+                .boxes = tree_.view_of(view<const object_box>{boxes_}),
+                .media = media_,
+                .places = places_};
+    }
+
+  private:
+    std::vector<object_view> objects_{};
+    std::vector<object_box> boxes_{};
+    std::vector<pose> places_{};
+    bvh_storage<view<const object_box>, simd_width, build_morton> tree_{};
+    std::size_t tree_size_ = 0;
+    view<const medium> media_{};
+    bool all_current_ = true;
+    std::atomic<bool> current_{false};
+};
+
+/// A mutex that a class may hold and still be copied: each copy has its own.
+struct own_mutex : std::mutex {
+    own_mutex() = default;
+    own_mutex(const own_mutex&) {}
+    own_mutex& operator=(const own_mutex&) { return *this; }
+};
+
+/// Counts uses by any number of threads.
+class use_count {
+  public:
+    use_count() = default;
+    use_count(const use_count&) {}
+    use_count& operator=(const use_count&) {
+        reset();
+        return *this;
+    }
+    void reset() { count_.store(0, std::memory_order_relaxed); }
+    /// @return how many there have been, this one included
+    std::uint32_t add() { return count_.fetch_add(1, std::memory_order_relaxed) + 1; }
+
+  private:
+    std::atomic<std::uint32_t> count_{0};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_SCENE_OBJECT_ORDER_HPP
+#define INSONIFY_SCENE_OBJECT_ORDER_HPP
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The index of the object of each rank: of objects that contain a point the one of lowest rank gives the medium. Ordered
+/// by priority, then by smaller enclosed volume, then the later first.
+inline std::vector<std::uint32_t> ranked(const std::vector<object>& objects) {
+    std::vector<float> volume;
+    volume.reserve(objects.size());
+    for (const object& one : objects) volume.push_back(static_cast<float>(std::fabs(enclosed_volume(one.surface))));
+    std::vector<std::uint32_t> by_rank(objects.size());
+    for (std::uint32_t i = 0; i < by_rank.size(); ++i) by_rank[i] = i;
+    std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
+        if (objects[a].priority != objects[b].priority) return objects[a].priority > objects[b].priority;
+        if (volume[a] != volume[b]) return volume[a] < volume[b];
+        return objects[a].id > objects[b].id;
+    });
+    return by_rank;
+}
+
+/// The different media, the background first; writes the index of each object's medium into its state.
+inline std::vector<medium> distinct_media(const medium& background, const std::vector<object>& objects,
+                                          std::vector<object_state>& states) {
+    std::vector<medium> media{background};
+    media.reserve(1 + objects.size());
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const auto known = std::find(media.begin(), media.end(), objects[i].inside);
+        states[i].medium = static_cast<std::uint32_t>(known - media.begin());
+        if (known == media.end()) media.push_back(objects[i].inside);
+    }
+    return media;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <string>
@@ -8026,166 +8603,100 @@ INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What `build` and `update` do about the trees of objects that are new or moved.
-enum class trees {
-    follow, ///< bring them up to date: every tracer works
-    wait,   ///< leave them: slices alone can be traced, until an update with `follow`
-};
-
 /// Closed surfaces with a medium inside each, in a background that fills the rest. A value: a copy is deep.
 ///
-/// Objects may nest, overlap and touch. Of those that contain a point the one of highest priority gives the medium;
-/// among equals the one that encloses less volume, then the one added later.
+/// Objects may nest, overlap and touch. Of those that contain a point, the one of highest priority gives the medium;
+/// among equals the one that encloses less volume (as built), then the one added later.
 ///
 ///     scene body{tissue::muscle};
 ///     const object_id bone = body.add(make_sphere({0, 0, 30_mm}, 10_mm, 5), tissue::bone);
-///     body.build(exec::par);                       // once all is added
+///     body.build(exec::par);                       // once all objects are added
 ///     std::span<vec3> now = body.positions(bone);  // each frame: move vertices ...
 ///     body.update(exec::par);                      // ... and tell the scene
 ///
-/// Const functions are safe to call from many threads at once.
+/// Const functions may be called from many threads at once.
 class scene {
   public:
-    /// @throws usage_error  for a background that is none: see `is_valid`
-    INSONIFY_LAZY explicit scene(const medium& background = medium{}) : background_{background} {
-        if (!is_valid(background))
-            throw usage_error{
-                "scene: the background needs a density and a sound speed above 0, and no value out of bounds"};
+    /// @throws usage_error  for a background out of range: see `is_valid`
+    explicit scene(const medium& background = medium{}) : background_{background} {
+        check(background, "scene: the background");
     }
 
-    /// Takes over a closed surface. Call `build` before tracing.
-    /// @throws geometry_error  for faces that name no vertex, vertices that are not finite, a pose that is not rigid
-    /// @throws usage_error     for a medium that is none
-    INSONIFY_LAZY object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
-        const std::string named = "object '" + settings.name + "': ";
-        if (!is_valid(inside))
-            throw usage_error{named +
-                              "its medium needs a density and a sound speed above 0, and no value out of bounds"};
-        if (!is_rigid(settings.at)) throw geometry_error{named + "its pose is no rigid motion; scale the mesh instead"};
-        check_faces(surface, named);
-        for (std::size_t i = 0; i < surface.positions.size(); ++i)
-            if (!is_finite(surface.positions[i]))
-                throw geometry_error{named + "vertex " + std::to_string(i) +
-                                     " is not finite; repair the mesh (`validate` tells more)"};
-        const object_id id{next_id_};
-        object& one = later<Later>(objects_).emplace_back();
-        one.id = id;
-        one.name = std::move(settings.name);
-        one.surface = std::move(surface);
-        one.inside = inside;
-        one.at = settings.at;
-        one.priority = settings.priority;
-        ++next_id_;
-        built_ = false;
-        return id;
-    }
+    /// Adds a closed surface. Call `build` before tracing.
+    /// @throws geometry_error  for faces with a vertex out of range, vertices that are not finite, a pose that is not rigid
+    /// @throws usage_error     for a medium out of range
+    object_id add(mesh surface, const medium& inside, object_settings settings = {});
 
-    /// Takes an object out. Call `build` before tracing. @throws usage_error  for an unknown id
-    INSONIFY_LAZY void remove(object_id id) {
-        auto& objects = later<Later>(objects_);
-        objects.erase(objects.begin() + (&object_of(id) - objects.data()));
+    /// Removes an object. Call `build` before tracing. @throws usage_error  for an unknown id
+    void remove(object_id id) {
+        const std::size_t index = index_of(id);
+        objects_.erase(objects_.begin() + static_cast<std::ptrdiff_t>(index));
+        states_.erase(states_.begin() + static_cast<std::ptrdiff_t>(index));
         built_ = false;
     }
 
-    /// The object's vertices in its own coordinates, to be moved; call `update` afterwards, and ask again each frame.
+    /// The object's vertices in object coordinates, to be moved; call `update` afterwards, and ask again each frame.
     ///
-    /// The span ends with `add`, `remove` or assignment. @throws usage_error  for an unknown id
-    INSONIFY_LAZY later_t<Later, std::span<vec3>> positions(object_id id) {
-        object& one = object_of(id);
-        one.moved = true;
-        return {one.surface.positions.data(), one.surface.positions.size()};
+    /// The span is valid until `add`, `remove` or assignment. @throws usage_error  for an unknown id
+    std::span<vec3> positions(object_id id) {
+        const std::size_t index = index_of(id);
+        states_[index].moved = true;
+        return objects_[index].surface.positions;
     }
     /// The same to be read. @throws usage_error  for an unknown id
-    INSONIFY_LAZY later_t<Later, std::span<const vec3>> positions(object_id id) const {
-        const object& one = object_of(id);
-        return {one.surface.positions.data(), one.surface.positions.size()};
-    }
+    std::span<const vec3> positions(object_id id) const { return (*this)[id].surface.positions; }
 
-    /// Puts the object where `at` says (object to world), instead of where it was. Counts at once.
+    /// Sets the object's pose (object to world) in place of the former one. Takes effect at once.
     /// @throws usage_error  for an unknown id  @throws geometry_error  for a pose that is not rigid
-    INSONIFY_LAZY void place(object_id id, const pose& at) {
-        object& one = object_of(id);
-        if (!is_rigid(at)) throw geometry_error{"place: the pose is no rigid motion (rotation and translation)"};
-        one.at = at;
-        one.box = placed_box(one.local_box, at);
-        if (built_) places_[1 + static_cast<std::size_t>(&one - objects_.data())] = at;
+    void place(object_id id, const pose& at) {
+        const std::size_t index = index_of(id);
+        if (!is_rigid(at))
+            throw geometry_error{
+                "place: the pose is not a rigid transform (rotation and translation); make it with look_at"};
+        objects_[index].at = at;
+        states_[index].box = detail::placed_box(states_[index].local_box, at);
+        expire();
     }
 
-    /// Makes the scene ready to trace: builds all trees (with `trees::wait` none), orders the objects.
-    ///
-    /// Where it throws, as for lack of memory, the scene is what it was.
-    template <exec::policy Policy>
-    scene& build(const Policy& policy, trees upkeep = trees::follow) & {
-        later_t<Policy, std::vector<structures>> made(objects_.size());
-        large_array<medium> media(1 + objects_.size());
-        large_array<pose> places(1 + objects_.size());
-        media[0] = background_;
-        places[0] = {};
-        std::size_t different = 1; // media
-        later_t<Policy, std::vector<std::uint32_t>> medium_index, by_rank(objects_.size());
-        later_t<Policy, std::vector<float>> volume;
-        for (std::size_t i = 0; i < objects_.size(); ++i) {
-            const object& one = objects_[i];
-            made[i] = structures_over(policy, one, upkeep);
-            volume.push_back(static_cast<float>(std::fabs(enclosed_volume(one.surface))));
-            places[1 + i] = one.at;
-            const auto known = static_cast<std::size_t>(
-                std::find(media.begin(), media.begin() + different, one.inside) - media.begin());
-            medium_index.push_back(static_cast<std::uint32_t>(known));
-            if (known == different) media[different++] = one.inside;
+    /// Sets what fills an object. Takes effect at once; indices into `media()` may change.
+    /// @throws usage_error  for an unknown id or a medium out of range
+    void set_medium(object_id id, const medium& inside) {
+        const std::size_t index = index_of(id);
+        check(inside, "set_medium: the medium of object '" + objects_[index].name + "'");
+        const medium before = std::exchange(objects_[index].inside, inside);
+        try {
+            if (built_) media_ = detail::distinct_media(background_, objects_, states_);
+        } catch (...) {
+            objects_[index].inside = before;
+            throw;
         }
-        media.resize(different);
-        for (std::uint32_t i = 0; i < by_rank.size(); ++i) by_rank[i] = i;
-        std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
-            const object &one = objects_[a], &other = objects_[b];
-            if (one.priority != other.priority) return one.priority > other.priority;
-            if (volume[a] != volume[b]) return volume[a] < volume[b];
-            return one.id > other.id;
-        });
+        expire();
+    }
 
-        media_ = std::move(media); // from here on nothing throws
-        places_ = std::move(places);
-        by_rank_ = std::move(by_rank);
-        for (std::uint32_t rank = 0; rank < by_rank_.size(); ++rank) objects_[by_rank_[rank]].rank = rank;
-        for (std::size_t i = 0; i < objects_.size(); ++i) {
-            object& one = objects_[i];
-            one.volume = volume[i];
-            one.medium_index = medium_index[i];
-            one.has_tree = false;
-            install(one, std::move(made[i]), upkeep);
-            take_boxes(policy, one, upkeep);
-        }
-        built_ = true;
+    /// Makes the scene ready to trace: builds all trees and ranks the objects.
+    ///
+    /// Where it throws, as for lack of memory, the scene is unchanged.
+    template <exec::policy Policy>
+    scene& build(const Policy& policy) & {
+        rebuild(threads{policy});
         return *this;
     }
-    /// The same of a scene that is made on the spot: `const scene body = load_obj_scene(...).build(exec::par);`
+    /// The same for a temporary: `const scene body = load_obj_scene(...).build(exec::par);`
     template <exec::policy Policy>
-    scene build(const Policy& policy, trees upkeep = trees::follow) && {
-        build(policy, upkeep);
+    scene build(const Policy& policy) && {
+        build(policy);
         return std::move(*this);
     }
 
-    /// Follows what moved since the last frame: refits trees, and rebuilds those that refitting has worn off (see
-    /// `bvh_storage::update`).
+    /// Follows the vertices that moved since the last frame.
     ///
-    /// Cost: nothing for objects at rest; no allocation but where a tree is rebuilt. With `trees::wait` one pass over the
-    /// vertices that moved: the cheapest frame of a deforming body, if `trace` can cut it into slices.
-    /// Where it throws for lack of memory, objects wait as before: call it again.
+    /// Cost: one pass over the vertices that moved. Trees are not touched: slices need none, and the scene brings a tree up
+    /// to date when rays first need it, or once its object has been at rest for a few updates. Allocates only where an
+    /// object moves for the first time.
     /// @throws usage_error  where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
-    void update(const Policy& policy, trees upkeep = trees::follow) {
-        require_built();
-        const auto waits = [upkeep](const object& one) {
-            return one.moved || (upkeep == trees::follow && !one.tree_follows);
-        };
-        for (object& one : objects_) // first all that takes memory
-            if (waits(one) && (upkeep == trees::follow ? !one.has_tree : one.groups.empty()))
-                install(one, structures_over(policy, one, upkeep), upkeep);
-        for (object& one : objects_) {
-            if (!waits(one)) continue;
-            if (upkeep == trees::follow) one.tree.update(policy, mesh_view{one.surface});
-            take_boxes(policy, one, upkeep);
-        }
+    void update(const Policy& policy) {
+        follow(threads{policy});
     }
 
     /// What fills the space around the objects.
@@ -8194,128 +8705,187 @@ class scene {
     /// All objects, in the order they were added.
     const std::vector<object>& objects() const { return objects_; }
 
-    /// @throws usage_error  for an unknown id
-    INSONIFY_LAZY const object& operator[](object_id id) const { return object_of(id); }
+    /// One object. @throws usage_error  for an unknown id
+    const object& operator[](object_id id) const { return objects_[index_of(id)]; }
 
     /// The first object of this name, if there is one.
-    INSONIFY_LAZY later_t<Later, std::optional<object_id>> find(std::string_view name) const {
+    std::optional<object_id> find(std::string_view name) const {
         for (const object& one : objects_)
             if (one.name == name) return one.id;
         return std::nullopt;
     }
 
-    /// The different media, the background first; as built.
-    INSONIFY_LAZY view<const medium> media() const { return {media_.data(), media_.size()}; }
+    /// The different media, the background first; as of the last `build` or `set_medium`.
+    view<const medium> media() const { return media_; }
 
-    /// Where the background (the world itself) and then the objects are, in the order of `objects`; as built or placed.
-    INSONIFY_LAZY view<const pose> places() const { return {places_.data(), places_.size()}; }
-
-    /// The object of this rank; as built.
-    INSONIFY_LAZY const object& ranked(std::uint32_t rank) const { return objects_[by_rank_[rank]]; }
-
-    /// The box around all objects, in the world; as built or updated.
-    INSONIFY_LAZY aabb box() const {
+    /// The box around all objects, in the world; as built, updated or placed.
+    aabb box() const {
         aabb whole;
-        for (const object& one : objects_) whole = merged(whole, one.box);
+        for (const detail::object_state& state : states_) whole = merged(whole, state.box);
         return whole;
     }
+    /// The box around one object, in the world. @throws usage_error  for an unknown id
+    aabb box(object_id id) const { return states_[index_of(id)].box; }
 
     /// Whether `build` was called since the last `add` or `remove`.
     bool is_built() const { return built_; }
-
-    /// @throws usage_error  where the scene is not ready to trace
-    INSONIFY_LAZY void require_built() const {
+    /// @throws usage_error  where it was not
+    void require_built() const {
         if (!built_)
             throw usage_error{"scene: call build(policy) after the last add or remove, before tracing or update"};
     }
+    /// Whether an object's positions were handed out for writing since the last `update`.
+    /// @throws usage_error  for an unknown id
+    bool awaits_update(object_id id) const { return states_[index_of(id)].moved; }
 
-    /// @throws usage_error  where an object's tree waits, so that no ray can be traced
-    INSONIFY_LAZY void require_trees() const {
-        require_built();
-        for (const object& one : objects_)
-            if (!one.tree_follows)
-                throw usage_error{"scene: the tree of object '" + one.name +
-                                  "' waits; call update(policy) before tracing rays, or trace slices"};
+    /// The scene as flat arrays, for slices: the trees of objects that have moved may be out of date. Once they have been
+    /// sliced a few times since, they are worth being brought up to date.
+    /// @throws usage_error  where `build` was not called since the last `add` or `remove`
+    template <exec::policy Policy>
+    scene_view view_for_slices(const Policy& policy) const {
+        constexpr std::uint32_t slices_worth_a_tree = 3;
+        const threads any{policy};
+        const scene_view flat = flattened(any);
+        if (for_slices_.all_current() || sliced_.add() <= slices_worth_a_tree) return flat;
+        return view_for_rays(any);
+    }
+
+    /// The scene as flat arrays, for rays: brings the trees of objects that have moved up to date first.
+    /// @throws usage_error  where `build` was not called since the last `add` or `remove`
+    template <exec::policy Policy>
+    scene_view view_for_rays(const Policy& policy) const {
+        const threads any{policy};
+        const scene_view flat = flattened(any);
+        if (for_slices_.all_current()) return flat;
+        if (!for_rays_.current()) {
+            const std::lock_guard lock{mutex_};
+            if (!for_rays_.current()) {
+                for (std::size_t i = 0; i < objects_.size(); ++i) states_[i].update_tree(any, objects_[i]);
+                for_rays_.assign(any, objects_, states_, by_rank_, media_);
+            }
+        }
+        return for_rays_.view_of();
     }
 
   private:
-    // What is made of an object's faces: a tree or, where that waits, groups.
-    struct structures {
-        bvh_storage<mesh_view> tree;
-        face_groups groups;
-    };
-    template <class Policy>
-    static structures structures_over(const Policy& policy, const object& one, trees upkeep) {
-        structures made;
-        if (upkeep == trees::follow)
-            made.tree.build(policy, mesh_view{one.surface});
-        else
-            made.groups = face_groups{mesh_view{one.surface}};
-        return made;
+    using threads = detail::any_policy<false>; // one instantiation for all policies
+
+    static void check(const medium& m, const std::string& what) {
+        if (!is_valid(m))
+            throw usage_error{what +
+                              " needs a density and a sound speed above 0, and every value finite and not below 0"};
     }
-    INSONIFY_LAZY static void install(object& one, structures&& made, trees upkeep) {
-        if (upkeep == trees::follow) {
-            one.tree = std::move(made.tree);
-            one.has_tree = true;
-        } else {
-            one.groups = std::move(made.groups);
+
+    // The work of `update`.
+    void follow(const threads& policy) {
+        require_built();
+        constexpr std::uint32_t updates_worth_a_tree = 2;
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            detail::object_state& state = states_[i];
+            if (state.moved) {
+                state.follow(policy, objects_[i]);
+                sliced_.reset();
+            } else if (state.tree_is_current || ++state.updates_at_rest < updates_worth_a_tree) {
+                continue;
+            } else {
+                state.update_tree(policy, objects_[i]);
+            }
+            expire();
         }
     }
 
-    // The positions of an object are new, and its tree fits them unless it waits: moves its boxes.
-    template <class Policy>
-    static void take_boxes(const Policy& policy, object& one, trees upkeep) {
-        one.moved = false;
-        one.tree_follows = upkeep == trees::follow;
-        one.local_box = one.tree_follows ? one.tree.box() : box_around(policy, one.surface.positions);
-        one.box = placed_box(one.local_box, one.at);
+    // The work of `build`.
+    void rebuild(const threads& policy) {
+        std::vector<detail::object_state> states(objects_.size());
+        for (std::size_t i = 0; i < objects_.size(); ++i) states[i].build(policy, objects_[i]);
+        std::vector<std::uint32_t> by_rank = detail::ranked(objects_);
+        std::vector<medium> media = detail::distinct_media(background_, objects_, states);
+        states_ = std::move(states);
+        by_rank_ = std::move(by_rank);
+        media_ = std::move(media);
+        expire();
+        built_ = true;
     }
 
-    template <class Policy>
-    static aabb box_around(const Policy& policy, view<const vec3> points) {
-        constexpr std::size_t parts = 16;
-        aabb part[parts];
-        const std::size_t share = std::max(points.size() / parts + 1, std::size_t{8192});
-        exec::for_each_block(policy, points.size(), share, 0.5F, [&](std::size_t begin, std::size_t end) {
-            part[begin / share] = bounds_of(view<const vec3>{points.data() + begin, end - begin});
-        });
-        aabb whole;
-        for (const aabb& box : part) whole = merged(whole, box);
-        return whole;
+    scene_view flattened(const threads& policy) const {
+        require_built();
+        if (!for_slices_.current()) {
+            const std::lock_guard lock{mutex_};
+            if (!for_slices_.current()) for_slices_.assign(policy, objects_, states_, by_rank_, media_);
+        }
+        return for_slices_.view_of();
     }
 
-    INSONIFY_LAZY const object& object_of(object_id id) const {
-        for (const object& one : objects_)
-            if (one.id == id) return one;
-        throw usage_error{"scene: no object has the id " + std::to_string(static_cast<std::uint32_t>(id))};
+    void expire() {
+        for_slices_.expire();
+        for_rays_.expire();
     }
-    INSONIFY_LAZY object& object_of(object_id id) {
-        return objects_[static_cast<std::size_t>(&std::as_const(*this).object_of(id) - objects_.data())];
+
+    // Ids ascend in the order of the objects.
+    std::size_t index_of(object_id id) const {
+        const auto found = std::lower_bound(objects_.begin(), objects_.end(), id,
+                                            [](const object& one, object_id wanted) { return one.id < wanted; });
+        if (found == objects_.end() || found->id != id)
+            throw usage_error{"scene: no object has the id " + std::to_string(static_cast<std::uint32_t>(id)) +
+                              "; use the id that `add` or `find` returned, of an object that was not removed"};
+        return static_cast<std::size_t>(found - objects_.begin());
     }
 
     medium background_;
-    std::vector<object> objects_;
-    large_array<medium> media_;
-    large_array<pose> places_;
-    std::vector<std::uint32_t> by_rank_;
+    std::vector<object> objects_{};
+    mutable std::vector<detail::object_state> states_{}; // of each object; trees follow when rays need them
+    std::vector<medium> media_{};
+    std::vector<std::uint32_t> by_rank_{}; // index of the object of each rank
     std::uint32_t next_id_ = 0;
     bool built_ = false;
+    mutable detail::own_mutex mutex_{}; // guards what const functions bring up to date
+    mutable detail::flat_scene for_slices_{}, for_rays_{};
+    mutable detail::use_count sliced_{}; // times, while trees were out of date
 };
+
+inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
+    const std::string named = "object '" + settings.name + "': ";
+    check(inside, named + "its medium");
+    if (!is_rigid(settings.at))
+        throw geometry_error{named + "its pose is not a rigid transform; scale the mesh instead"};
+    detail::check_faces(surface, named);
+    for (std::size_t i = 0; i < surface.positions.size(); ++i)
+        if (!is_finite(surface.positions[i]))
+            throw geometry_error{named + "vertex " + std::to_string(i) +
+                                 " is not finite; repair the mesh (`validate` reports more)"};
+    const object_id id{next_id_};
+    states_.resize(objects_.size() + 1);
+    objects_.push_back({.id = id,
+                        .name = std::move(settings.name),
+                        .surface = std::move(surface),
+                        .inside = inside,
+                        .at = settings.at,
+                        .priority = settings.priority});
+    ++next_id_;
+    built_ = false;
+    return id;
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_TRACING_FRAME_PLAN_HPP
+#define INSONIFY_TRACING_FRAME_PLAN_HPP
 
-namespace insonify::inline INSONIFY_ABI {
+#ifndef INSONIFY_TRACING_CHECK_HPP
+#define INSONIFY_TRACING_CHECK_HPP
 
-/// Most samples of one frame: lines times samples a line.
-inline constexpr std::uint64_t most_samples = std::uint64_t{1} << 28U;
 
-/// No line is longer than so many wavelengths: the time to make texture grows with them, whatever the samples.
-inline constexpr float most_wavelengths = 1 << 24;
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// What every tracer asks of its arguments before it starts.
+/// Upper bound of the samples of a frame.
+inline constexpr std::uint64_t max_samples = std::uint64_t{1} << 28U;
+
+/// Upper bound of the length of a line in wavelengths: the number of scatterers grows with it, whatever the samples.
+inline constexpr float max_wavelengths = 1 << 24;
+
+/// Checks the arguments of a tracer.
 /// @return the number of samples along each line
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid
 template <transducer Probe, class Model>
 std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pose& at, const Model& model,
@@ -8323,67 +8893,573 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
     body.require_built();
     probe.check();
     if constexpr (requires { model.check(); }) model.check();
-    if (!is_rigid(at)) throw geometry_error{"trace: the pose of the probe is no rigid motion; make it with look_at"};
-    if (!is_depth(settings.depth))
-        throw usage_error{"trace: `depth` must be a number of metres, from 1 nm to 1000 km, such as 80_mm"};
-    if (settings.depth * probe.frequency > most_wavelengths * display_speed)
-        throw usage_error{"trace: a depth of " + std::to_string(settings.depth) +
-                          " m is more than 2^24 wavelengths; give it in metres, such as 80_mm"};
+    if (!is_rigid(at))
+        throw geometry_error{"trace: the pose of the probe is not a rigid transform; make it with look_at"};
+    check_depth(settings.depth, "trace");
+    if (settings.depth * probe.frequency > max_wavelengths * display_speed)
+        throw usage_error{"trace: a depth of " + number_text(settings.depth) + " m at " + number_text(probe.frequency) +
+                          " Hz is more than 2^24 wavelengths; lower the depth or the frequency"};
     const std::uint32_t samples =
         settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency);
-    if (std::uint64_t{samples} * probe.lines > most_samples)
+    if (std::uint64_t{samples} * probe.lines > max_samples)
         throw usage_error{"trace: " + std::to_string(probe.lines) + " lines of " + std::to_string(samples) +
                           " samples are more than 2^28; ask for fewer"};
     return samples;
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
-#ifndef INSONIFY_TRACING_EACH_LINE_HPP
-#define INSONIFY_TRACING_EACH_LINE_HPP
+#ifndef INSONIFY_TRACING_ELEVATION_HPP
+#define INSONIFY_TRACING_ELEVATION_HPP
 
-#ifndef INSONIFY_TRACING_SLICE_LINES_HPP
-#define INSONIFY_TRACING_SLICE_LINES_HPP
-
-#ifndef INSONIFY_SCENE_LINE_LAYERS_HPP
-#define INSONIFY_SCENE_LINE_LAYERS_HPP
-
-#ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
-#define INSONIFY_SCENE_MEDIA_STACK_HPP
-
-#include <cstdint>
+#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Which objects contain a point that travels along a line, one bit each, ordered by rank.
-///
-/// Where objects overlap, the one of lowest rank gives the medium, so that is the lowest bit set.
-class media_stack {
-  public:
-    static constexpr std::uint32_t none = ~0U; ///< rank of the background
+/// Most elevation planes of a frame.
+inline constexpr std::uint32_t max_elevation_planes = 7;
 
-    /// In none of so many objects.
-    INSONIFY_LAZY void clear(std::size_t objects) {
-        words_.resize((objects + 31) / 32); // by a loop: `assign` is a call, for every line
-        for (std::size_t i = 0; i < words_.size(); ++i) words_[i] = 0;
+namespace detail {
+
+/// Parallel planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it.
+///
+/// A reflector out of the slice plane counts with the weights of the planes that intersect it, which change with depth as
+/// the elevation width of the beam does.
+class elevation_planes {
+  public:
+    /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 standard deviations of the beam where it is
+    ///               thinnest
+    /// @throws usage_error  for another count
+    elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
+        if (count % 2 == 0 || count > max_elevation_planes)
+            throw usage_error{"trace: `planes` is " + std::to_string(count) +
+                              "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
+        constexpr float deviations[] = {0, 0.9F, 2.2F, 5};
+        const float sigma = beam.elevation_sigma(beam.elevation_focus);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            offset_[i] = deviations[(i + 1) / 2] * (i % 2 == 0 ? sigma : -sigma);
+            const float inner = i == 0 ? 0 : deviations[(i + 1) / 2 - 1];
+            const bool last = i + 2 >= count;
+            const float outer = last ? deviations[(i + 1) / 2] : deviations[(i + 1) / 2 + 1];
+            width_[i] = i == 0 ? 2 * outer : outer - inner; // twice the strip that the plane represents
+            height_[i] = count == 1 ? 0 : 0.5F * width_[i] * sigma;
+        }
+        if (count == 1) width_[0] = 1;
     }
 
-    /// The point crosses the surface of this object.
-    INSONIFY_LAZY void toggle(std::uint32_t rank) { words_[rank / 32] ^= 1U << (rank % 32); }
+    std::uint32_t count() const { return count_; }
 
-    /// Whether the point is in this object.
-    INSONIFY_LAZY bool contains(std::uint32_t rank) const { return (words_[rank / 32] >> (rank % 32) & 1U) != 0; }
+    /// Metres out of the slice plane.
+    float offset(std::uint32_t plane) const { return offset_[plane]; }
 
-    /// Rank of the object whose medium counts; `none` outside all.
-    INSONIFY_LAZY std::uint32_t top() const {
-        for (std::size_t i = 0; i < words_.size(); ++i)
-            if (words_[i] != 0) return static_cast<std::uint32_t>(i * 32) + lowest_bit(words_[i]);
-        return none;
+    /// Height of the strip that a plane represents, metres; 0 for a single plane.
+    float height(std::uint32_t plane) const { return height_[plane]; }
+
+    /// The weight of each plane at a depth in metres; their sum is 1.
+    void weights(float depth, float (&weight)[max_elevation_planes]) const {
+        const float sigma = beam_.elevation_sigma(depth);
+        float sum = 0;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            const float deviations = offset_[i] / sigma;
+            weight[i] = width_[i] * std::exp(-0.5F * deviations * deviations);
+            sum += weight[i];
+        }
+        for (std::uint32_t i = 0; i < count_; ++i) weight[i] /= sum;
+    }
+
+    /// The same for every sample of a line: plane after plane, each with `samples` weights.
+    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
+        all.resize(std::size_t{count_} * samples);
+        float weight[max_elevation_planes];
+        for (std::uint32_t k = 0; k < samples; ++k) {
+            weights((static_cast<float>(k) + 0.5F) * spacing, weight);
+            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = weight[i];
+        }
     }
 
   private:
-    std::vector<std::uint32_t> words_;
+    beam_model beam_;
+    std::uint32_t count_;
+    float offset_[max_elevation_planes] = {};
+    float width_[max_elevation_planes] = {};
+    float height_[max_elevation_planes] = {};
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_TRACING_KERNEL_TABLE_HPP
+#define INSONIFY_TRACING_KERNEL_TABLE_HPP
+
+#ifndef INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
+#define INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
+
+#include <cstddef>
+
+/// The acoustic model knows physics alone: it emits the echo that the probe receives. `convolve` then averages neighbouring
+/// lines, and the planes of the slice are averaged too, which weakens echoes that differ from line to line. Here echoes are
+/// raised beforehand by as much, so that their levels come out as the model meant.
+namespace insonify::inline INSONIFY_ABI {
+
+/// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
+struct kernel_sample {
+    float lateral_sigma = 0;     ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
+    float line_spacing = 0;      ///< metres to the next line
+    float speckle_gain = 1;      ///< keeps the rms of speckle
+    vec2 speckle_spread{0, 0};   ///< m^2: mean square distance between correlated speckle, across lines and planes
+    float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
+    vec2 surface_spread{0, 0};   ///< m^2: the same for these
+    float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
+};
+
+/// The kernels along one line, by displayed depth.
+struct line_kernels {
+    view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
+    float spacing = 1;                   ///< metres of displayed depth to each part
+    view<const float> plane_offsets{};   ///< metres out of the slice plane
+    view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
+    float plane_height = 0; ///< metres out of the slice plane that this plane represents; 0 for a single one
+
+    /// The part that a displayed depth lies in, metres.
+    INSONIFY_FN std::size_t index(float depth) const {
+        return static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
+    }
+    /// The kernels at a displayed depth, metres; without effect where there are none.
+    INSONIFY_FN kernel_sample at(float depth) const {
+        return samples.empty() ? kernel_sample{} : samples[index(depth)];
+    }
+};
+
+/// An `echo_line` that compensates for the kernels before it writes.
+class compensated_echoes {
+  public:
+    /// @param pulse_sigma  standard deviation of the pulse envelope, metres of displayed depth
+    INSONIFY_FN compensated_echoes(const echo_line& echoes, const line_kernels& kernels, float frequency,
+                                   float pulse_sigma)
+        : echoes_{echoes}, kernels_{kernels}, frequency_{frequency}, sigma_{pulse_sigma},
+          phase_per_metre_{4 * pi * frequency / display_speed} {}
+
+    /// As `echo_line::depth`.
+    INSONIFY_FN float depth() const { return echoes_.depth(); }
+    /// As `echo_line::add`: an echo without compensation.
+    INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }
+
+    /// The specular law already contains the loss of a tilted surface, so the part that the kernels would take again is
+    /// divided out.
+    INSONIFY_FN void surface(float depth, float amplitude, vec2 slope) const {
+        echoes_.surface(depth, amplitude / (lateral_transfer(depth, slope.x) * elevation_transfer(depth, slope.y)),
+                        slope);
+    }
+
+    /// The rms of speckle is kept. On a slope the echoes of neighbouring lines differ in phase: two lines d apart by
+    /// 4 pi f0 s d / c0; what they have in common counts by the cosine.
+    INSONIFY_FN void scatterers(scatterer_echoes run) const {
+        const auto gain = [&](float depth) {
+            const kernel_sample here = kernels_.at(depth);
+            const vec2 angle_squared = square(phase_per_metre_) * run.slope * run.slope * here.speckle_spread;
+            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x + angle_squared.y, 4));
+        };
+        constexpr float max_level = 1e20F; // keeps sums finite
+        run.first_level = min(run.first_level * gain(run.depth), max_level);
+        run.last_level = min(run.last_level * gain(run.depth + run.step * static_cast<float>(run.count)), max_level);
+        echoes_.scatterers(run);
+    }
+
+    /// A sloping rough surface covers a range of depths within the width of the line and the height of its plane: it is
+    /// divided into independent parts over that range, of the same total power, or a steep surface would be a staircase.
+    ///
+    /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
+    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 scatterer spacings is the correlation length of the field and k
+    /// the phase a metre; far apart they are independent.
+    template <class Value>
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, const Value& value) const {
+        const kernel_sample here = kernels_.at(depth);
+        const float per_metre = 1 / square(0.632F * scatterer_spacing(frequency_)) + square(phase_per_metre_);
+        const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
+        const float range =
+            min(here.line_spacing * std::fabs(slope.x) + kernels_.plane_height * std::fabs(slope.y), 3e-3F);
+        const float part = max(0.5F * sigma_, 1e-6F);
+        const auto parts = static_cast<int>(std::ceil(range / part)) + 1;
+        const float gain =
+            min(here.surface_gain * std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)), here.uncorrelated_gain);
+        const float level = amplitude * gain / std::sqrt(static_cast<float>(parts));
+        for (int i = 0; i < parts; ++i) {
+            const float deeper = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
+            echoes_.add(depth + deeper, value(deeper) * level);
+        }
+    }
+
+  private:
+    // No echo is raised by more than the inverse: the echo of a small or curved surface is weakened less.
+    static constexpr float min_transfer = 0.15F;
+
+    // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
+    // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
+    // 4 pi f0 s / c0 and at the nearest aliases of the line spacing.
+    INSONIFY_FN float lateral_transfer(float depth, float slope) const {
+        const kernel_sample here = kernels_.at(depth);
+        if (!(here.lateral_sigma > 0) || !(here.line_spacing > 0)) return 1;
+        const float narrowed = 1 / std::sqrt(1 + square(here.lateral_sigma * slope / sigma_));
+        const float phase = phase_per_metre_ * slope, alias = 2 * pi / here.line_spacing;
+        const float nearest = phase - alias * std::floor(phase / alias + 0.5F);
+        float kept = 0, all = 0;
+        for (int i = -1; i <= 1; ++i) {
+            const float shift = static_cast<float>(i) * alias;
+            kept += std::exp(-0.5F * square(narrowed * here.lateral_sigma * (nearest + shift)));
+            all += std::exp(-0.5F * square(here.lateral_sigma * shift));
+        }
+        return max(narrowed * kept / all, min_transfer);
+    }
+
+    // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
+    // phase as the surface is deeper there.
+    INSONIFY_FN float elevation_transfer(float depth, float slope) const {
+        if (kernels_.plane_offsets.empty() || slope == 0) return 1;
+        const float* weights = kernels_.plane_weights.first + kernels_.index(depth) * kernels_.plane_offsets.size();
+        float sum = 0;
+        for (std::size_t i = 0; i < kernels_.plane_offsets.size(); ++i) {
+            const float deeper = slope * kernels_.plane_offsets[i], sigmas = deeper / sigma_;
+            sum += weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
+        }
+        return max(std::fabs(sum), min_transfer);
+    }
+
+    INSONIFY_FN static float square(float x) { return x * x; }
+
+    echo_line echoes_;
+    line_kernels kernels_;
+    float frequency_;
+    float sigma_;
+    float phase_per_metre_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <algorithm>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// `kernel_table` in flat arrays. Trivially copyable.
+struct kernel_table_view {
+    static constexpr std::uint32_t depths = 128; ///< parts of the displayed depth
+
+    view<const kernel_sample>
+        samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
+    view<const float> plane_offsets{}; ///< metres out of the slice plane
+    view<const float> plane_weights{}; ///< for each part those of all planes
+    std::uint32_t lines = 0;           ///< of the probe
+    std::uint32_t border = 0;          ///< lines further than this from the border share a table
+    float spacing = 1;                 ///< metres to each part
+
+    /// The kernels along one line. @param plane_height  metres that its plane represents
+    INSONIFY_FN line_kernels of_line(std::uint32_t line, float plane_height) const {
+        if (samples.empty()) return {};
+        const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
+        const std::uint32_t row = nearer < border ? nearer : border;
+        return {.samples = {samples.data() + std::size_t{row} * depths, depths},
+                .spacing = spacing,
+                .plane_offsets = plane_offsets,
+                .plane_weights = plane_weights,
+                .plane_height = plane_height};
+    }
+};
+
+namespace detail {
+
+/// The kernels of `convolve` and of the planes, for every line of a probe, with the gains that keep the levels.
+///
+/// Averaging lowers the rms of random echoes, by how much depends on the lines and planes that there are. The gain g makes
+/// up for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
+/// covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
+class kernel_table {
+  public:
+    kernel_table() = default; ///< no compensation
+
+    /// @param speckle, surface  covariance(metres apart, radians turned) of speckle, and of the echoes of rough surfaces
+    template <class Policy, transducer Probe, class Speckle, class Surface>
+    kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+                 const Speckle& speckle, const Surface& surface)
+        : lines_{probe.lines}, spacing_{depth / depths} {
+        const beam_model beam = beam_of(probe, depth);
+        // One step of the kernel for each of the depths.
+        const detail::lateral_kernel kernel = detail::make_lateral_kernel(
+            probe, {.depth = depth, .samples = depths * detail::lateral_kernel::depth_step});
+        border_ =
+            kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.half_width()), (probe.lines - 1) / 2);
+        samples_.resize(std::size_t{border_ + 1} * depths);
+        for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
+        plane_weights_.resize(std::size_t{depths} * planes.count());
+        const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
+        for_each_index(policy, depths, [&](std::size_t k) {
+            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
+            float weight[max_elevation_planes];
+            planes.weights(z, weight);
+            std::copy_n(weight, planes.count(),
+                        plane_weights_.begin() + static_cast<std::ptrdiff_t>(k * planes.count()));
+            const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
+            const levels of_speckle = levels_of(across, turned, planes, weight, speckle);
+            const levels of_surface = levels_of(across, turned, planes, weight, surface);
+            const levels uncorrelated = levels_of(across, turned, planes, weight, [](float, float) { return 0.0F; });
+            for (std::uint32_t line = 0; line <= border_; ++line)
+                samples_[std::size_t{line} * depths + k] = {.lateral_sigma =
+                                                                probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                                                            .line_spacing = across.spacing,
+                                                            .speckle_gain = of_speckle.gain[line],
+                                                            .speckle_spread = of_speckle.spread[line],
+                                                            .surface_gain = of_surface.gain[line],
+                                                            .surface_spread = of_surface.spread[line],
+                                                            .uncorrelated_gain = uncorrelated.gain[line]};
+        });
+    }
+
+    kernel_table_view view_of() const {
+        return {.samples = {samples_.data(), samples_.size()},
+                .plane_offsets = plane_offsets_,
+                .plane_weights = plane_weights_,
+                .lines = lines_,
+                .border = border_,
+                .spacing = spacing_};
+    }
+
+  private:
+    static constexpr std::uint32_t depths = kernel_table_view::depths;
+
+    // By distance from the border.
+    struct levels {
+        std::vector<float> gain;
+        std::vector<vec2> spread;
+    };
+
+    template <class Covariance>
+    levels levels_of(const lateral_weights& across, float turned, const elevation_planes& planes,
+                     const float (&weight)[max_elevation_planes], const Covariance& covariance) const {
+        float power = 0, distance_squared = 0;
+        for (std::uint32_t i = 0; i < planes.count(); ++i)
+            for (std::uint32_t j = 0; j < planes.count(); ++j) {
+                const float apart = planes.offset(i) - planes.offset(j);
+                const float common = weight[i] * weight[j] * (i == j ? 1.0F : covariance(apart, 0));
+                power += common;
+                distance_squared += common * apart * apart;
+            }
+        const auto between_lines = [&](int lag) {
+            const auto lines = static_cast<float>(lag);
+            return lag == 0 ? 1.0F : covariance(lines * across.spacing, lines * turned);
+        };
+        const auto lag_squared = [&](int lag) {
+            const float apart = static_cast<float>(lag) * across.spacing;
+            return between_lines(lag) * apart * apart;
+        };
+        const auto to_border = [&](std::uint32_t line) { return std::min({line, lines_ - 1 - line, border_}); };
+        levels found{std::vector<float>(border_ + 1, 1.0F), std::vector<vec2>(border_ + 1)};
+        const auto gain_of = [&](std::uint32_t line) { return found.gain[to_border(line)]; };
+        std::vector<float> level(border_ + 1);
+        for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: a fixed point
+            for (std::uint32_t line = 0; line <= border_; ++line)
+                level[line] = power * across.power(line, between_lines, gain_of);
+            for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(level[line]);
+        }
+        for (std::uint32_t line = 0; line <= border_; ++line)
+            found.spread[line] = {power * across.power(line, lag_squared, gain_of), distance_squared / power};
+        return found;
+    }
+
+    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
+
+    std::uint32_t lines_ = 0;
+    std::uint32_t border_ = 0;
+    float spacing_ = 1;
+    large_array<kernel_sample> samples_;
+    std::vector<float> plane_offsets_;
+    std::vector<float> plane_weights_;
+};
+
+/// The table for a model that states the covariance of its speckle; no compensation for others.
+template <class Policy, transducer Probe, class Model>
+kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+                               const Model& model) {
+    if constexpr (requires { model.covariance(depth, depth); })
+        return {policy,
+                probe,
+                depth,
+                planes,
+                [&](float apart, float turned) { return model.covariance(apart, turned); },
+                [&](float apart, float turned) {
+                    if constexpr (requires { model.surface_covariance(apart, turned); })
+                        return model.surface_covariance(apart, turned);
+                    else
+                        return model.covariance(apart, turned);
+                }};
+    else
+        return {};
+}
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A frame as the function of one line sees it: probe, pose, sampling, planes and kernels. Trivially copyable where the
+/// probe is.
+template <transducer Probe>
+struct frame_view {
+    Probe probe{};             ///< that sends and receives
+    pose at{};                 ///< probe to world
+    float depth = 0;           ///< of the last sample's end, metres
+    float spacing = 0;         ///< metres from sample to sample
+    float max_depth = 0;       ///< how far lines are followed, metres
+    float pulse_sigma = 0;     ///< standard deviation of the pulse envelope, metres of displayed depth
+    std::uint32_t samples = 0; ///< along each line
+    std::uint32_t planes = 1;  ///< that represent the thickness of the slice
+    float plane_offset[max_elevation_planes] = {}; ///< metres out of the slice plane
+    float plane_height[max_elevation_planes] = {}; ///< metres that each plane represents
+    view<const float> plane_weights{};             ///< plane after plane, one weight for each sample
+    line_aperture aperture{};                      ///< that receives
+    kernel_table_view kernels{};                   ///< of the stages that follow
+
+    /// A line of the probe in one of the planes, in the world.
+    INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t plane) const {
+        const ray beam = probe.beam(static_cast<float>(number));
+        const vec3 elevation = at.direction({0, 1, 0});
+        return {at.point(beam.origin) + plane_offset[plane] * elevation, at.direction(beam.direction), elevation};
+    }
+};
+
+namespace detail {
+
+/// Lines that one thread takes at a time.
+inline constexpr int lines_per_block = 8;
+
+/// All that follows from probe, acquisition and model alone: kept between frames, recomputed where one of them changes.
+template <transducer Probe, acoustic_model Model>
+class frame_plan {
+  public:
+    /// @param samples  along each line, chosen
+    /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
+    template <class Policy>
+    frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
+                              const acquisition& scan, std::uint32_t samples, view<const medium> media) {
+        const tables& made =
+            tables_([&](tables& t) { t.compute(policy, probe, scan.depth, samples, scan.planes, model); }, probe,
+                    scan.depth, samples, scan.planes, model);
+        frame_view<Probe> frame{.probe = probe,
+                                .at = at,
+                                .depth = scan.depth,
+                                .spacing = scan.depth / static_cast<float>(samples),
+                                .max_depth = max_depth_of(model, scan.depth, media),
+                                .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
+                                .samples = samples,
+                                .planes = scan.planes,
+                                .plane_weights = made.plane_weights,
+                                .aperture = made.aperture_view(),
+                                .kernels = made.kernels.view_of()};
+        for (std::uint32_t i = 0; i < frame.planes; ++i) {
+            frame.plane_offset[i] = made.plane_offset[i];
+            frame.plane_height[i] = made.plane_height[i];
+        }
+        return frame;
+    }
+
+  private:
+    struct tables {
+        std::vector<float> plane_offset{}, plane_height{}, plane_weights{}, fnumbers{};
+        float fnumber_spacing = 1, elevation_fnumber = 4;
+        kernel_table kernels{};
+
+        template <class Policy>
+        void compute(const Policy& policy, const Probe& probe, float depth, std::uint32_t samples, std::uint32_t count,
+                     const Model& model) {
+            const beam_model beam = beam_of(probe, depth);
+            const elevation_planes planes{beam, count};
+            plane_offset.clear();
+            plane_height.clear();
+            for (std::uint32_t i = 0; i < count; ++i) {
+                plane_offset.push_back(planes.offset(i));
+                plane_height.push_back(planes.height(i));
+            }
+            plane_weights.clear();
+            if (count > 1) planes.weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
+            kernels = make_kernel_table(policy, probe, depth, planes, model);
+            constexpr std::uint32_t parts = kernel_table_view::depths;
+            fnumber_spacing = depth / parts;
+            fnumbers.clear();
+            for (std::uint32_t k = 0; k < parts; ++k)
+                fnumbers.push_back(beam.fnumber((static_cast<float>(k) + 0.5F) * fnumber_spacing));
+            elevation_fnumber = beam.elevation_fnumber();
+        }
+        line_aperture aperture_view() const { return {fnumbers, fnumber_spacing, elevation_fnumber}; }
+    };
+
+    memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_TRACING_SLICE_FINDER_HPP
+#define INSONIFY_TRACING_SLICE_FINDER_HPP
+
+#ifndef INSONIFY_SCENE_CROSSINGS_HPP
+#define INSONIFY_SCENE_CROSSINGS_HPP
+
+#ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
+#define INSONIFY_SCENE_MEDIA_STACK_HPP
+
+#include <cstddef>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The objects that contain a point moving along a line, as ascending ranks in memory of fixed capacity. The first one's
+/// medium applies.
+struct media_stack {
+    static constexpr std::uint32_t none = ~0U; ///< rank of the background
+
+    view<std::uint32_t> ranks{}; ///< room for as many objects as may contain a point
+    std::uint32_t count = 0;     ///< objects that do
+    bool overflow = false;       ///< there were more than fit
+
+    /// Outside all objects.
+    INSONIFY_FN void clear() {
+        count = 0;
+        overflow = false;
+    }
+
+    /// The point crosses the surface of an object: enters it, or leaves it.
+    INSONIFY_FN void toggle(std::uint32_t rank) {
+        std::uint32_t place = 0;
+        while (place < count && ranks[place] < rank) ++place;
+        if (place < count && ranks[place] == rank) {
+            --count;
+            for (; place < count; ++place) ranks[place] = ranks[place + 1];
+        } else if (count == ranks.size()) {
+            overflow = true;
+        } else {
+            for (std::uint32_t i = count; i > place; --i) ranks[i] = ranks[i - 1];
+            ranks[place] = rank;
+            ++count;
+        }
+    }
+
+    /// Whether the point is in this object.
+    INSONIFY_FN bool contains(std::uint32_t rank) const {
+        for (std::uint32_t i = 0; i < count; ++i)
+            if (ranks[i] == rank) return true;
+        return false;
+    }
+
+    /// Rank of the object whose medium applies; `none` outside all.
+    INSONIFY_FN std::uint32_t top() const { return count > 0 ? ranks[0] : none; }
+
+    /// Takes over the objects of another stack, not its memory.
+    INSONIFY_FN void assign(const media_stack& other) {
+        overflow = other.overflow || other.count > ranks.size();
+        count = overflow ? 0 : other.count;
+        for (std::uint32_t i = 0; i < count; ++i) ranks[i] = other.ranks[i];
+    }
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -8391,176 +9467,127 @@ class media_stack {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Crossings closer together than this count as one place: faces that touch make one interface, not a film between.
-inline constexpr float touching_distance = 1e-6F;
-
-/// Where a line goes through the surface of an object.
+/// A point where a line crosses the surface of an object.
 struct crossing {
-    float distance = 0;          ///< metres from the face of the probe
-    std::uint32_t rank = 0;      ///< of the object
+    float distance = 0;          ///< metres from the origin of the line
+    std::uint32_t rank = 0;      ///< of the object: index into `scene_view::objects`
     std::uint32_t primitive = 0; ///< face of the object's mesh
 
     friend bool operator==(const crossing&, const crossing&) = default;
     /// Nearest first; ties by rank, then by face.
-    friend bool operator<(const crossing& a, const crossing& b) {
+    INSONIFY_FN friend bool operator<(const crossing& a, const crossing& b) {
         return a.distance != b.distance ? a.distance < b.distance
                : a.rank != b.rank       ? a.rank < b.rank
                                         : a.primitive < b.primitive;
     }
 };
 
-/// What the search along one line fills, kept from line to line so that it allocates once.
+/// All crossings of one line and the objects that contain its origin, in memory of fixed capacity.
 struct line_crossings {
-    std::vector<crossing> crossings; ///< ascending
-    media_stack inside;              ///< the objects around the origin of the line
+    view<crossing> room{};   ///< for the crossings
+    std::uint32_t count = 0; ///< of crossings
+    bool overflow = false;   ///< there were more than fit
+    media_stack inside{};    ///< the objects that contain the origin
 
-    /// Empty, with room for the scene's objects.
-    INSONIFY_LAZY void clear(const scene& body) {
-        crossings.clear();
-        inside.clear(body.objects().size());
+    /// Removes all crossings and objects.
+    INSONIFY_FN void clear() {
+        count = 0;
+        overflow = false;
+        inside.clear();
     }
-    /// Puts the crossings in order, nearest first.
-    INSONIFY_LAZY void sort() {
-        auto& all = later<Later>(crossings);
-        if (!std::is_sorted(all.begin(), all.end())) std::sort(all.begin(), all.end());
+    /// Appends a crossing, or sets `overflow` where there is no room.
+    INSONIFY_FN void add(const crossing& one) {
+        if (count == room.size())
+            overflow = true;
+        else
+            room[count++] = one;
     }
+    /// Whether all crossings and containing objects fit.
+    INSONIFY_FN bool complete() const { return !overflow && !inside.overflow; }
+
+    /// Sorts the crossings, nearest first. Shell sort: fast for the nearly sorted, and available on a device.
+    INSONIFY_FN void sort() {
+        constexpr std::uint32_t gaps[] = {301, 57, 10, 1}; // of Ciura's sequence
+        for (const std::uint32_t gap : gaps)
+            for (std::uint32_t i = gap; i < count; ++i) {
+                if (!(room[i] < room[i - gap])) continue;
+                const crossing one = room[i];
+                std::uint32_t place = i;
+                for (; place >= gap && one < room[place - gap]; place -= gap) room[place] = room[place - gap];
+                room[place] = one;
+            }
+    }
+    /// The crossings, after `sort`.
+    INSONIFY_FN view<const crossing> sorted() const { return {room.data(), count}; }
 };
 
-/// True where the ray, from its origin to `reach`, may touch the box; never false where it does.
-INSONIFY_LAZY bool may_touch(const aabb& box, const ray& r, float reach) {
-    float in = 0, out = reach;
-    for (int axis = 0; axis < 3; ++axis) {
-        const float inverse = std::fabs(r.direction[axis]) > 1e-30F ? 1 / r.direction[axis] : 1e30F;
-        const float a = (box.lower[axis] - r.origin[axis]) * inverse, b = (box.upper[axis] - r.origin[axis]) * inverse;
-        in = greater(in, lesser(a, b));
-        out = lesser(out, greater(a, b));
-    }
-    return in <= out * 1.000001F;
-}
+namespace detail {
 
 /// Adds every crossing of a line with one object, from its origin to `depth` metres, in any order.
 ///
-/// An object is around the origin if the half line crosses its surface an odd number of times. The same crossings serve
-/// for both, so the two never contradict each other, also where the probe touches a surface.
-INSONIFY_LAZY void add_crossings(const object& one, const ray& line, float depth, line_crossings& found) {
-    const bool around = one.box.contains(line.origin);
-    if (!around && !may_touch(one.box, line, depth)) return;
+/// An object contains the origin if the half line crosses its surface an odd number of times. The same crossings decide
+/// both, so that the two never contradict each other, even where the probe touches a surface.
+INSONIFY_FN inline void add_crossings(const object_view& one, std::uint32_t rank, const ray& line, float depth,
+                                      line_crossings& found) {
+    const bool contains_origin = one.box.contains(line.origin);
     ray local = one.local(line);
-    local.max_distance = around ? FLT_MAX : depth;
-    one.tree_view().for_each_hit(local, [&](const hit& at) {
-        if (around) found.inside.toggle(one.rank);
-        if (at.distance <= depth) later<Later>(found.crossings).push_back({at.distance, one.rank, at.primitive});
+    local.max_distance = contains_origin ? FLT_MAX : depth;
+    one.tree.for_each_hit(local, [&](const hit& at) {
+        if (contains_origin) found.inside.toggle(rank);
+        if (at.distance <= depth) found.add({at.distance, rank, at.primitive});
     });
 }
 
-/// Finds every crossing of a line from its origin to `depth` metres, and the objects that its origin lies in.
-INSONIFY_LAZY void find_crossings(const scene& body, const ray& line, float depth, line_crossings& found) {
-    found.clear(body);
-    for (const object& one : body.objects()) add_crossings(one, line, depth, found);
+} // namespace detail
+
+/// Finds every crossing of a line from its origin to `depth` metres, nearest first, and the objects that contain its
+/// origin, by a ray through the objects' trees, all of which must be up to date.
+/// @return false where they do not fit into `found`
+INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line, float depth, line_crossings& found) {
+    found.clear();
+    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth}, [&](const hit& at) {
+        detail::add_crossings(scene.objects[at.primitive], at.primitive, line, depth, found);
+    });
     found.sort();
-}
-
-/// How a line meets a surface: the cosine of the angle of incidence, and the tilt of the normal against the line, in
-/// radians within the slice plane and out of it.
-struct surface_incidence {
-    float cosine = 1; ///< of the angle of incidence, 0 to 1
-    vec2 tilt{0, 0};  ///< radians: within the slice plane, and out of it
-};
-/// How a line meets a face; head on where the face has no area.
-INSONIFY_LAZY surface_incidence incidence_on(const object& one, std::uint32_t face, const line_frame& line) {
-    const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
-    const vec3 normal = unit_normal(mesh_view{one.surface}[face], -along);
-    const float facing = std::fabs(dot(normal, along));
-    return {
-        .cosine = lesser(facing, 1.0F),
-        .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)}};
-}
-
-/// Whether the angles at which a line meets surfaces are looked up.
-enum class angles { find, skip };
-
-/// Turns crossings into layers: which object's medium fills which stretch of the line. Replaces what `layers` held.
-///
-/// All crossings within `touching_distance` of one another are applied before the media are compared. Those at the face
-/// of the probe belong to the face.
-INSONIFY_LAZY void stack_layers(const scene& body, const line_frame& line, float depth, line_crossings& found,
-                                std::vector<layer>& layers, angles wanted = angles::find) {
-    media_stack& inside = found.inside;
-    const std::vector<crossing>& crossings = found.crossings;
-    const auto layer_of = [&](std::uint32_t rank, float begin, const surface_incidence& met) {
-        layer next{.begin = begin, .end = depth, .cosine = met.cosine, .tilt = met.tilt};
-        if (rank == media_stack::none) return next;
-        const object& one = body.ranked(rank);
-        next.medium = one.medium_index;
-        next.object = static_cast<std::uint32_t>(one.id);
-        next.place = 1 + static_cast<std::uint32_t>(&one - body.objects().data());
-        return next;
-    };
-    std::size_t next = 0;
-    for (; next < crossings.size() && crossings[next].distance <= touching_distance; ++next)
-        inside.toggle(crossings[next].rank);
-    std::uint32_t current = inside.top();
-    layers.clear();
-    layers.push_back(layer_of(current, 0, {}));
-    while (next < crossings.size()) {
-        const std::size_t first = next;
-        const float place = crossings[first].distance;
-        if (place >= depth) break;
-        for (; next < crossings.size() && crossings[next].distance <= place + touching_distance; ++next)
-            inside.toggle(crossings[next].rank);
-        const std::uint32_t after = inside.top();
-        if (after == current) continue;
-        surface_incidence met;
-        if (wanted == angles::find) {
-            std::size_t surface = first; // of the group, a surface that the change of medium is due to
-            while (surface + 1 < next && crossings[surface].rank != after && crossings[surface].rank != current)
-                ++surface;
-            const crossing& at = crossings[surface];
-            met = incidence_on(body.ranked(at.rank), at.primitive, line);
-        }
-        layers.back().end = place;
-        layers.push_back(layer_of(after, place, met));
-        current = after;
-    }
+    return found.complete();
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_SCENE_SLICE_CUT_HPP
-#define INSONIFY_SCENE_SLICE_CUT_HPP
+#ifndef INSONIFY_TRACING_SLICE_CUT_HPP
+#define INSONIFY_TRACING_SLICE_CUT_HPP
 
-#ifndef INSONIFY_SCENE_CUT_FACES_HPP
-#define INSONIFY_SCENE_CUT_FACES_HPP
+#ifndef INSONIFY_TRACING_CUT_FACES_HPP
+#define INSONIFY_TRACING_CUT_FACES_HPP
 
-#ifndef INSONIFY_SCENE_SLICE_FRAME_HPP
-#define INSONIFY_SCENE_SLICE_FRAME_HPP
+#ifndef INSONIFY_TRACING_SLICE_FRAME_HPP
+#define INSONIFY_TRACING_SLICE_FRAME_HPP
 
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Parallel slices, in the coordinates of whatever they cut: `across` and `along` span them, `elevation` is their
-/// normal.
+/// Parallel slices in world or object coordinates: `across` and `along` span them, `elevation` is their normal.
 ///
-/// A point has the level n where n slices lie below it. One in a slice lies below it, as if every slice stood an
-/// infinitesimal step higher.
+/// The level of a point is the number of slices below it. A point on a slice counts as below it, as if every slice were
+/// shifted upwards by an infinitesimal step.
 struct slice_frame {
-    static constexpr std::uint32_t most = 8;
+    static constexpr std::uint32_t max_slices = 8;
 
     vec3 origin{0, 0, 0};
     vec3 across{1, 0, 0};
     vec3 elevation{0, 1, 0};
     vec3 along{0, 0, 1};
     std::uint32_t count = 0;
-    float height[most] = {};         ///< of the slices over the origin, ascending, metres
-    std::uint32_t number[most] = {}; ///< what the caller calls them
+    float height[max_slices] = {};         ///< of the slices above the origin, ascending, metres
+    std::uint32_t number[max_slices] = {}; ///< the caller's index of each slice
 
     slice_frame() = default;
 
-    /// @param offsets  heights of the slices in the caller's order, `most` at most
-    INSONIFY_LAZY slice_frame(const pose& at, view<const float> offsets)
+    /// @param offsets  heights of the slices in the caller's order, at most `max_slices`
+    slice_frame(const pose& at, view<const float> offsets)
         : origin{at.translation}, across{at.rotation[0]}, elevation{at.rotation[1]}, along{at.rotation[2]},
           count{static_cast<std::uint32_t>(offsets.size())} {
-        for (std::uint32_t i = 0; i < count; ++i) { // sorted in where it belongs
+        for (std::uint32_t i = 0; i < count; ++i) { // insertion sort
             std::uint32_t place = i;
             for (; place > 0 && offsets[i] < height[place - 1]; --place) {
                 height[place] = height[place - 1];
@@ -8571,8 +9598,8 @@ struct slice_frame {
         }
     }
 
-    /// The same slices as an object sees them that stands in the world as `at` says.
-    INSONIFY_LAZY slice_frame local(const pose& at) const {
+    /// The same slices in the coordinates of an object. @param at  object to world
+    slice_frame local(const pose& at) const {
         slice_frame l = *this;
         l.origin = at.local_point(origin);
         l.across = at.local_direction(across);
@@ -8581,8 +9608,8 @@ struct slice_frame {
         return l;
     }
 
-    /// Every copy of a point gets the very same result, also among others in SIMD.
-    INSONIFY_LAZY float height_of(vec3 p) const { return height_of(p.x, p.y, p.z); }
+    /// Bit-equal for every copy of a point, scalar or in SIMD.
+    float height_of(vec3 p) const { return height_of(p.x, p.y, p.z); }
     template <class Float>
     INSONIFY_INLINE Float height_of(const Float& x, const Float& y, const Float& z) const {
         return component(elevation, x, y, z);
@@ -8595,7 +9622,7 @@ struct slice_frame {
     INSONIFY_INLINE Float along_of(const Float& x, const Float& y, const Float& z) const {
         return component(along, x, y, z);
     }
-    INSONIFY_LAZY vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
+    vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
 
   private:
     template <class Float>
@@ -8605,42 +9632,42 @@ struct slice_frame {
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// One corner of each of a few triangles, as slices see it.
+/// One corner of each of N triangles, in the coordinates of a slice frame.
 template <int N>
-struct seen_corner {
+struct slice_corner {
     lanes<N> height, across, along;
 };
 
-/// Each lane of `a` where the mask is set, of `b` elsewhere.
+/// Lanes of `a` where the mask is set, of `b` elsewhere.
 template <int N>
-INSONIFY_INLINE seen_corner<N> select(const lane_mask<N>& mask, const seen_corner<N>& a, const seen_corner<N>& b) {
+INSONIFY_INLINE slice_corner<N> select_corner(const lane_mask<N>& mask, const slice_corner<N>& a,
+                                              const slice_corner<N>& b) {
     return {select(mask, a.height, b.height), select(mask, a.across, b.across), select(mask, a.along, b.along)};
 }
 
-/// Where the edges from `below` to `above` are that high.
+/// The points of the edges from `below` to `above` at a height.
 ///
-/// Faces that share an edge get the very same point of it, whichever way they walk it, because it is always walked
-/// upwards.
+/// Edges are always interpolated upwards, so that faces that share one get the very same point of it.
 template <int N>
-INSONIFY_INLINE seen_corner<N> cut_edges(const seen_corner<N>& below, const seen_corner<N>& above, float height) {
+INSONIFY_INLINE slice_corner<N> cut_edges(const slice_corner<N>& below, const slice_corner<N>& above, float height) {
     const lanes<N> zero(0.0F), one(1.0F), rise = above.height - below.height;
     const lanes<N> share = (lanes<N>(height) - below.height) / select(zero < rise, rise, one);
-    const lanes<N> within = lesser(greater(share, zero), one);
+    const lanes<N> within = min(max(share, zero), one);
     return {lanes<N>(height), multiply_add(within, above.across - below.across, below.across),
             multiply_add(within, above.along - below.along, below.along)};
 }
 
-/// Cuts the triangles of a leaf by all slices that they reach through, those whose corners differ in level:
-/// emit(slice number, a bit for each triangle that it cuts, from, to).
+/// Intersects the triangles of a leaf with the slices that separate their corners: emit(slice number, a bit for each
+/// triangle that the slice cuts, from, to).
 template <class Range, int Width, class Emit>
 INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width>& triangles, const Emit& emit) {
     using floats = lanes<Width>;
-    seen_corner<Width> corner[3];
+    slice_corner<Width> corner[3];
     const auto axis = [&](int c, int k) { return load<Width>(triangles.corner[c][k]); };
     for (int c = 0; c < 3; ++c) corner[c].height = frame.height_of(axis(c, 0), axis(c, 1), axis(c, 2));
     bool placed = false;
@@ -8656,16 +9683,19 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
             }
             placed = true;
         }
-        // The corner on a side of its own, and the two after it.
+        // The corner that is alone on its side, and the two that follow it.
         const auto first = (b && c) || !(b || c), second = (a && c) || !(a || c);
-        const seen_corner<Width> alone = select<Width>(first, corner[0], select<Width>(second, corner[1], corner[2]));
-        const seen_corner<Width> next = select<Width>(first, corner[1], select<Width>(second, corner[2], corner[0]));
-        const seen_corner<Width> last = select<Width>(first, corner[2], select<Width>(second, corner[0], corner[1]));
+        const slice_corner<Width> alone =
+            select_corner<Width>(first, corner[0], select_corner<Width>(second, corner[1], corner[2]));
+        const slice_corner<Width> next =
+            select_corner<Width>(first, corner[1], select_corner<Width>(second, corner[2], corner[0]));
+        const slice_corner<Width> last =
+            select_corner<Width>(first, corner[2], select_corner<Width>(second, corner[0], corner[1]));
         const auto up = here < alone.height;
-        const seen_corner<Width> from =
-            cut_edges(select<Width>(up, next, alone), select<Width>(up, alone, next), frame.height[slice]);
-        const seen_corner<Width> to =
-            cut_edges(select<Width>(up, last, alone), select<Width>(up, alone, last), frame.height[slice]);
+        const slice_corner<Width> from = cut_edges(select_corner<Width>(up, next, alone),
+                                                   select_corner<Width>(up, alone, next), frame.height[slice]);
+        const slice_corner<Width> to = cut_edges(select_corner<Width>(up, last, alone),
+                                                 select_corner<Width>(up, alone, last), frame.height[slice]);
         mixed &=
             bits_of(floats(0.0F) <= floats_of<Width>(not_finite<Width>(from.across) | not_finite<Width>(from.along) |
                                                      not_finite<Width>(to.across) | not_finite<Width>(to.along)));
@@ -8673,63 +9703,65 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
     }
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
-#ifndef INSONIFY_SCENE_MIXED_FACES_HPP
-#define INSONIFY_SCENE_MIXED_FACES_HPP
+#ifndef INSONIFY_TRACING_MIXED_FACES_HPP
+#define INSONIFY_TRACING_MIXED_FACES_HPP
 
-#ifndef INSONIFY_SCENE_SLICE_REGION_HPP
-#define INSONIFY_SCENE_SLICE_REGION_HPP
+#ifndef INSONIFY_TRACING_SLICE_REGION_HPP
+#define INSONIFY_TRACING_SLICE_REGION_HPP
 
 #ifndef INSONIFY_PROBE_LINE_FAN_HPP
 #define INSONIFY_PROBE_LINE_FAN_HPP
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The lines of a probe as one family within its slice plane: parallel, or all from one point, the apex.
+/// The lines of a probe within its slice plane, either parallel or diverging from an apex.
 ///
 ///            across ->
-///     along    0 | 1 | 2 | 3      Between two neighbouring lines lies a gap, numbered from the left: a point in gap g
-///       |        |   |   |        has g lines on its left. What leads from gap 1 to gap 3 crosses lines 1 and 2.
+///     along    0 | 1 | 2 | 3      Gaps separate neighbouring lines and are numbered from the left: a point in gap g
+///       |        |   |   |        has g lines on its left. A segment from gap 1 to gap 3 crosses lines 1 and 2.
 ///       v      line 0   line 2
 ///
-/// Coordinates of a fan: x across, y along its middle line, from the apex; of parallel lines, from the middle line's
-/// origin. Points on a line count as left of it, as if every line stood an infinitesimal step to the right.
+/// Coordinates: x across, y along the middle line. The origin is the apex or, for parallel lines, the origin of the
+/// middle line. Points on a line count as left of it, as if every line were displaced to the right by an infinitesimal
+/// step.
 class line_fan {
   public:
     struct line {
         vec2 origin{0, 0};
         vec2 along{0, 1};
 
-        /// How far to the right of the line a point lies, metres.
+        /// Signed distance of a point from the line, positive to the right, metres.
         float right(vec2 p) const { return (p.x - origin.x) * along.y - (p.y - origin.y) * along.x; }
     };
 
-    /// A few neighbouring lines, side by side.
+    /// N neighbouring lines, one in each lane.
     template <int N>
     struct neighbours {
         lanes<N> origin_x, origin_y, along_x, along_y;
 
-        /// How far down each line the way from p to q crosses it, given that it does.
-        INSONIFY_INLINE lanes<N> meet(vec2 p, vec2 q) const {
+        /// Distance along each line at which the segment from p to q crosses it, given that it does.
+        INSONIFY_INLINE lanes<N> intersect(vec2 p, vec2 q) const {
             const lanes<N> zero(0.0F), one(1.0F);
             const lanes<N> px = lanes<N>(p.x) - origin_x, py = lanes<N>(p.y) - origin_y;
             const lanes<N> qx = lanes<N>(q.x) - origin_x, qy = lanes<N>(q.y) - origin_y;
             const lanes<N> right_of_p = px * along_y - py * along_x, right_of_q = qx * along_y - qy * along_x;
             const lanes<N> beyond = right_of_p - right_of_q;
             const auto parallel = beyond == zero;
-            const lanes<N> share = select(parallel, lanes<N>(0.5F), right_of_p) / select(parallel, one, beyond);
+            const lanes<N> fraction = select(parallel, lanes<N>(0.5F), right_of_p) / select(parallel, one, beyond);
             const lanes<N> down_p = px * along_x + py * along_y, down_q = qx * along_x + qy * along_y;
-            return down_p + lesser(greater(share, zero), one) * (down_q - down_p);
+            return down_p + min(max(fraction, zero), one) * (down_q - down_p);
         }
     };
 
-    /// Takes the lines of a probe over, if they are such a family: straight, in the plane y = 0, numbered from left to
-    /// right, at most once around, leaving the apex (none runs towards it). False where they are not: then no member
-    /// may be called.
+    /// Takes the lines of a probe. False where they are not a fan: then no other member may be called.
+    ///
+    /// A fan lies in the plane y = 0, is numbered from left to right, covers at most a full circle, and diverges.
     template <transducer Probe>
     bool assign(const Probe& probe) {
         lines_.resize(probe.lines);
@@ -8741,30 +9773,28 @@ class line_fan {
         return find_apex() && turn_upright() && number_gaps();
     }
 
-    INSONIFY_LAZY std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
-    INSONIFY_LAZY const line& operator[](std::size_t i) const { return lines_[i]; }
+    std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
+    const line& operator[](std::size_t i) const { return lines_[i]; }
 
     bool parallel() const { return parallel_; }
 
-    /// How far the origins of lines reach, metres, and the most that a line gains along in a metre.
+    /// Bounding box of the origins, metres, and the largest cosine between a line and the middle line.
     struct bounds {
-        vec2 least{FLT_MAX, FLT_MAX}, most{-FLT_MAX, -FLT_MAX};
-        float straightest = -1;
+        vec2 min{FLT_MAX, FLT_MAX}, max{-FLT_MAX, -FLT_MAX};
+        float max_cosine = -1;
     };
     const bounds& extent() const { return extent_; }
 
-    /// Where the coordinates stand in the frame of the probe: x across and z along there are x and y here.
-    INSONIFY_LAZY pose upright() const {
+    /// From the coordinates of the fan to those of the probe: x and y here become x and z.
+    pose upright() const {
         return {mat3{{axis_.y, 0, -axis_.x}, {0, 1, 0}, {axis_.x, 0, axis_.y}}, {apex_.x, 0, apex_.y}};
     }
 
-    /// True where the fan spans less than half a circle: then no point to the left of its first line or to the right of
-    /// its last is on any of its lines.
-    INSONIFY_LAZY bool is_wedge() const {
-        return parallel_ || (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F);
-    }
+    /// True for a fan of less than half a circle: no point to the left of its first line or to the right of its last
+    /// line lies on a line.
+    bool is_wedge() const { return parallel_ || (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F); }
 
-    /// The lines from `first` on; after the last one, that one again.
+    /// The lines from `first` on; the last line fills the lanes beyond it.
     template <int N>
     neighbours<N> from(std::size_t first) const {
         const auto each = [&](auto value) {
@@ -8775,7 +9805,7 @@ class line_fan {
                 each([](const line& l) { return l.along.x; }), each([](const line& l) { return l.along.y; })};
     }
 
-    /// Where a few points lie among the lines, side by side: what `gap` asks for each.
+    /// Search keys of N points for `gap`.
     template <int N>
     struct places {
         float key[N];
@@ -8790,23 +9820,23 @@ class line_fan {
         return found;
     }
 
-    /// How many lines have point i of them, which is finite, on their right.
+    /// The gap of point i, which must be finite: the number of lines on its left.
     template <int N>
     INSONIFY_INLINE std::uint32_t gap(const places<N>& of, std::uint32_t i) const {
         std::uint32_t left = first_in_bin_[std::min(of.bin[i], last_bin_)];
-        left += keys_[left] < of.key[i]; // mostly all there is: without a branch
+        left += keys_[left] < of.key[i]; // usually sufficient, and branchless
         while (keys_[left] < of.key[i]) ++left;
         return left;
     }
-    INSONIFY_LAZY std::uint32_t gap(vec2 p) const {
+    std::uint32_t gap(vec2 p) const {
         return gap(places_of<simd_width>(lanes<simd_width>(p.x), lanes<simd_width>(p.y)), 0);
     }
 
-    /// Calls visit(first, last) for the lines [first, last) that the straight way from p to q crosses, which lie in these
-    /// gaps; at most twice.
+    /// Calls visit(first, last) for each range of lines [first, last) that the segment from p to q crosses; at most
+    /// two.
     ///
-    /// The gap of a point depends on nothing else: what is closed crosses each line an even number of times, or around
-    /// the apex each an odd number, however coordinates were rounded.
+    /// The gap of a point depends on the point alone. So a closed polygon crosses each line an even number of times (an
+    /// odd number if it encloses the apex), whatever the rounding.
     template <class Visit>
     void for_each_crossed(vec2 p, std::uint32_t gap_of_p, vec2 q, std::uint32_t gap_of_q, Visit&& visit) const {
         const std::uint32_t left = std::min(gap_of_p, gap_of_q), right = std::max(gap_of_p, gap_of_q);
@@ -8825,7 +9855,7 @@ class line_fan {
     }
 
     // Sets `parallel_` and `apex_`.
-    INSONIFY_LAZY bool find_apex() {
+    bool find_apex() {
         const line first = lines_.front();
         std::size_t other = 0;
         double widest = 0;
@@ -8850,28 +9880,28 @@ class line_fan {
         });
     }
 
-    // Turns all coordinates so that the middle line, or the middle between two lines, runs along y: so no line runs straight
-    // back, where keys jump.
-    INSONIFY_LAZY bool turn_upright() {
+    // Rotates all coordinates so that the middle line, or the bisector of the middle two, runs along y. So no line runs
+    // along -y, where keys are discontinuous.
+    bool turn_upright() {
         const vec2 left = lines_[(lines_.size() - 1) / 2].along, right = lines_[lines_.size() / 2].along;
-        const vec2 sum = left + right; // 0 for two lines that part in opposite directions
+        const vec2 sum = left + right; // 0 for two opposite lines
         axis_ = dot(sum, sum) > 1e-6F ? normalize(sum) : vec2{left.y, -left.x};
         extent_ = {};
         for (line& l : lines_) {
             l = {turned(l.origin - apex_), turned(l.along)};
             for (int axis = 0; axis < 2; ++axis) {
-                extent_.least[axis] = lesser(extent_.least[axis], l.origin[axis]);
-                extent_.most[axis] = greater(extent_.most[axis], l.origin[axis]);
+                extent_.min[axis] = min(extent_.min[axis], l.origin[axis]);
+                extent_.max[axis] = max(extent_.max[axis], l.origin[axis]);
             }
-            extent_.straightest = greater(extent_.straightest, l.along.y);
+            extent_.max_cosine = max(extent_.max_cosine, l.along.y);
         }
         return true;
     }
     vec2 turned(vec2 v) const { return {v.x * axis_.y - v.y * axis_.x, v.x * axis_.x + v.y * axis_.y}; }
 
-    INSONIFY_LAZY bool number_gaps() {
+    bool number_gaps() {
         constexpr std::size_t width = simd_width;
-        keys_.resize(lines_.size() + width); // beyond the last line's it is where every search ends
+        keys_.resize(lines_.size() + width); // sentinels end every search
         const auto place = [&](std::size_t i) { return parallel_ ? lines_[i].origin : lines_[i].along; };
         for (std::size_t i = 0; i < lines_.size(); i += width) {
             const auto each = [&](int axis) {
@@ -8881,7 +9911,7 @@ class line_fan {
             };
             store(key_of<width>(each(0), each(1)), keys_.data() + i);
         }
-        std::fill(keys_.begin() + size(), keys_.end(), FLT_MAX);
+        std::fill(keys_.data() + size(), keys_.data() + keys_.size(), FLT_MAX);
         if (!std::is_sorted(keys_.begin(), keys_.end())) return false;
         const std::size_t bins = 2 * lines_.size() + 1;
         const float extent = keys_[lines_.size() - 1] - keys_[0];
@@ -8899,24 +9929,24 @@ class line_fan {
         return true;
     }
 
-    // Rises with the key, however it rounds; NaN is in the first.
+    // Monotonic in the key, whatever the rounding; NaN is in the first bin.
     template <int N>
     INSONIFY_INLINE bit_lanes<N> bin_of(const lanes<N>& key) const {
-        const lanes<N> bin = greater(lanes<N>(0.0F), (key - lanes<N>(keys_[0])) * lanes<N>(bins_per_key_));
-        return bits_of_whole<N>(lesser(bin, lanes<N>(static_cast<float>(last_bin_))));
+        const lanes<N> bin = max(lanes<N>(0.0F), (key - lanes<N>(keys_[0])) * lanes<N>(bins_per_key_));
+        return bits_of_whole<N>(min(bin, lanes<N>(static_cast<float>(last_bin_))));
     }
 
-    // Rises from line to line: the place across, or something like the angle: -2 to 2 for -180 to 180 degrees.
+    // Increases from line to line: the position across or, for a fan, a diamond angle: -2 to 2 for -180 to 180 degrees.
     template <int N>
     INSONIFY_INLINE lanes<N> key_of(const lanes<N>& x, const lanes<N>& y) const {
         if (parallel_) return x;
-        const lanes<N> zero(0.0F), size = absolute(x) + absolute(y);
-        const lanes<N> share = x / select(zero < size, size, lanes<N>(1.0F));
-        const lanes<N> behind = select(zero <= x, lanes<N>(2.0F), lanes<N>(-2.0F)) - share;
-        return select(zero <= y, share, behind);
+        const lanes<N> zero(0.0F), size = abs(x) + abs(y);
+        const lanes<N> ratio = x / select(zero < size, size, lanes<N>(1.0F));
+        const lanes<N> behind = select(zero <= x, lanes<N>(2.0F), lanes<N>(-2.0F)) - ratio;
+        return select(zero <= y, ratio, behind);
     }
 
-    // Whether the way from p to q crosses the half line from the apex straight back, where keys jump.
+    // True where the segment from p to q crosses the half line from the apex along -y, where keys are discontinuous.
     bool passes_behind(vec2 p, vec2 q) const {
         if (parallel_ || (p.x < 0) == (q.x < 0) || (p.y >= 0 && q.y >= 0)) return false;
         return (cross_of(p, q) > 0) == (p.x < 0);
@@ -8932,16 +9962,17 @@ class line_fan {
     std::uint32_t last_bin_ = 0;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The part of the slices that lines run through: what lies beyond one of its sides matters to none.
+/// A half space that bounds a region.
 struct region_side {
     vec3 outwards{0, 0, 0};
-    float limit = 0; ///< dot(outwards, p - origin) of points within is at most this
+    float limit = 0; ///< upper bound of dot(outwards, p - origin) for points inside
 };
+/// The part of the slices that lines cover: no line crosses what lies beyond one of its sides.
 struct slice_region {
     slice_frame frame{};
     region_side sides[4] = {};
@@ -8949,28 +9980,28 @@ struct slice_region {
 
     slice_region() = default;
 
-    /// What lies between the first and the last line and before none of their origins, however far away.
-    INSONIFY_LAZY slice_region(const slice_frame& slices, const line_fan& fan) : frame{slices} {
+    /// Between the first and the last line, beyond their origins, of any depth.
+    slice_region(const slice_frame& slices, const detail::line_fan& fan) : frame{slices} {
         if (!fan.is_wedge()) return;
         const auto &left = fan[0], &right = fan[fan.size() - 1];
         add_side({-left.along.y, left.along.x}, left.right({0, 0}));
         add_side({right.along.y, -right.along.x}, -right.right({0, 0}));
-        add_side({0, -1}, -fan.extent().least.y);
+        add_side({0, -1}, -fan.extent().min.y);
     }
 
-    /// The same, as far as lines of this length reach.
-    INSONIFY_LAZY slice_region within(float reach, const line_fan& fan) const {
+    /// The same for lines of this length, metres.
+    slice_region within(float length, const detail::line_fan& fan) const {
         slice_region near_part = *this;
-        near_part.add_side({0, 1}, fan.extent().most.y + reach * fan.extent().straightest);
+        near_part.add_side({0, 1}, fan.extent().max.y + length * fan.extent().max_cosine);
         return near_part;
     }
 
-    INSONIFY_LAZY void add_side(vec2 outwards, float limit) {
+    void add_side(vec2 outwards, float limit) {
         sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along, limit};
     }
 
-    /// The same region as an object sees it that stands in the world as `at` says.
-    INSONIFY_LAZY slice_region local(const pose& at) const {
+    /// The same region in the coordinates of an object. @param at  object to world
+    slice_region local(const pose& at) const {
         slice_region l = *this;
         l.frame = frame.local(at);
         for (region_side& s : l.sides) s.outwards = at.local_direction(s.outwards);
@@ -8978,54 +10009,55 @@ struct slice_region {
     }
 };
 
-/// A bit for each box that may reach into one of the slices within the region; never 0 for one that does.
+/// A bit for each box that may overlap one of the slices within the region. Conservative: rounding never misses one.
 template <class Lanes>
 INSONIFY_INLINE std::uint32_t overlaps(const slice_region& region, const Lanes (&lower)[3], const Lanes (&upper)[3]) {
     const float origin[3] = {region.frame.origin.x, region.frame.origin.y, region.frame.origin.z};
-    Lanes centre[3], half[3], room(0.0F);
+    Lanes centre[3], half[3], margin(0.0F);
     for (int axis = 0; axis < 3; ++axis) {
         half[axis] = Lanes(0.5F) * upper[axis] - Lanes(0.5F) * lower[axis];
         centre[axis] = Lanes(0.5F) * upper[axis] + Lanes(0.5F) * lower[axis] - Lanes(origin[axis]);
-        room = room + absolute(centre[axis]) + half[axis] + Lanes(std::fabs(origin[axis]));
+        margin = margin + abs(centre[axis]) + half[axis] + Lanes(std::fabs(origin[axis]));
     }
-    room = Lanes(1e-6F) * room; // for the rounding of all that follows
+    margin = Lanes(1e-6F) * margin; // for rounding errors of what follows
     const auto distance = [&](vec3 n) {
         return Lanes(n.x) * centre[0] + Lanes(n.y) * centre[1] + Lanes(n.z) * centre[2];
     };
-    const auto reach = [&](vec3 n) {
+    const auto half_extent = [&](vec3 n) {
         return Lanes(std::fabs(n.x)) * half[0] + Lanes(std::fabs(n.y)) * half[1] + Lanes(std::fabs(n.z)) * half[2] +
-               room;
+               margin;
     };
-    const Lanes height = distance(region.frame.elevation), thickness = reach(region.frame.elevation);
-    std::uint32_t met = 0;
+    const Lanes height = distance(region.frame.elevation), thickness = half_extent(region.frame.elevation);
+    std::uint32_t overlapping = 0;
     for (std::uint32_t i = 0; i < region.frame.count; ++i)
-        met |= bits_of(absolute(height - Lanes(region.frame.height[i])) <= thickness);
-    for (std::uint32_t i = 0; i < region.side_count && met != 0; ++i) {
+        overlapping |= bits_of(abs(height - Lanes(region.frame.height[i])) <= thickness);
+    for (std::uint32_t i = 0; i < region.side_count && overlapping != 0; ++i) {
         const region_side& s = region.sides[i];
-        met &= bits_of(distance(s.outwards) - reach(s.outwards) <= Lanes(s.limit));
+        overlapping &= bits_of(distance(s.outwards) - half_extent(s.outwards) <= Lanes(s.limit));
     }
-    return met;
+    return overlapping;
 }
 
 /// The same for one box.
-INSONIFY_LAZY bool overlaps(const slice_region& region, const aabb& box) {
+inline bool overlaps(const slice_region& region, const aabb& box) {
     using floats = lanes<simd_width>;
     const floats lower[3] = {floats(box.lower.x), floats(box.lower.y), floats(box.lower.z)};
     const floats upper[3] = {floats(box.upper.x), floats(box.upper.y), floats(box.upper.z)};
     return !box.empty() && overlaps(region, lower, upper) != 0;
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <algorithm>
 #include <cstddef>
 
-/// Which faces go through slices: those whose corners differ in level (see `slice_frame`).
-namespace insonify::inline INSONIFY_ABI {
+/// Finds the faces that slices cut, those whose corners differ in level (see `slice_frame`), without a tree or with one.
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The level of every point, a few at a time, by plain loops that the compiler turns into SIMD.
-INSONIFY_LAZY void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
+/// The level of every point, in blocks, by plain loops that the compiler vectorises.
+inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
     constexpr std::size_t few = 512;
-    const slice_frame own = frame; // which nothing else writes into
+    const slice_frame own = frame; // a copy, which no store can alias
     float height[few];
     for (std::size_t begin = 0; begin < points.size(); begin += few) {
         const std::size_t count = std::min(few, points.size() - begin);
@@ -9041,10 +10073,10 @@ INSONIFY_LAZY void find_levels(const slice_frame& frame, view<const vec3> points
     }
 }
 
-/// Calls visit(i) for the faces of the groups [begin, end) whose corners differ in level: few, so that branches are
-/// foreseen.
+/// Calls visit(i) for the faces of the groups [begin, end) whose corners differ in level. Most groups are on one side of all
+/// slices, so the branches predict well.
 template <class Visit>
-void for_each_mixed(view<const uvec3> faces, const face_groups& groups, std::size_t begin, std::size_t end,
+void for_each_mixed(view<const uvec3> faces, const face_groups_view& groups, std::size_t begin, std::size_t end,
                     const std::uint8_t* levels, Visit&& visit) {
     for (std::size_t group = begin; group < end; ++group) {
         const view<const std::uint32_t> vertices = groups[group];
@@ -9052,8 +10084,8 @@ void for_each_mixed(view<const uvec3> faces, const face_groups& groups, std::siz
         unsigned different = 0;
         for (const std::uint32_t vertex : vertices) different |= levels[vertex] ^ first;
         if (different == 0) continue;
-        const std::size_t last = std::min((group + 1) * face_groups::size, faces.size());
-        for (std::size_t i = group * face_groups::size; i < last; ++i) {
+        const std::size_t last = std::min((group + 1) * face_groups_view::size, faces.size());
+        for (std::size_t i = group * face_groups_view::size; i < last; ++i) {
             const uvec3 corner = faces[i];
             const unsigned a = levels[corner.x], b = levels[corner.y], c = levels[corner.z];
             if (((a ^ b) | (a ^ c)) != 0) visit(static_cast<std::uint32_t>(i));
@@ -9061,7 +10093,7 @@ void for_each_mixed(view<const uvec3> faces, const face_groups& groups, std::siz
     }
 }
 
-/// The children of a node that may reach into the slices: visit(code), see node.hpp.
+/// Calls visit(child reference) for the children of a node that may overlap the region; see node.hpp.
 template <class Range, int Width, class Visit>
 INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uint32_t node, const slice_region& region,
                                     Visit&& visit) {
@@ -9069,77 +10101,77 @@ INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uin
     const auto row = [&](std::ptrdiff_t k) { return load<Width>(side + k * Width); };
     const lanes<Width> lower[3] = {row(0), row(1), row(2)}, upper[3] = {row(3), row(4), row(5)};
     for (std::uint32_t left = overlaps(region, lower, upper); left != 0; left &= left - 1) {
-        const std::uint32_t child = tree.nodes[node].child[lowest_bit(left)];
+        const std::uint32_t child = tree.nodes[node].child[detail::lowest_bit(left)];
         if (child != no_child) visit(child);
     }
 }
 
-/// The leaves below `code` that may reach into the slices: visit(leaf).
+/// Calls visit(leaf) for the leaves below a child reference that may overlap the region.
 template <class Range, int Width, class Visit>
 void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
-    // So many are asked for before they are looked at, unless many wait: then, one branch after the other, each level adds
-    // less than Width to those that wait.
-    constexpr std::uint32_t ahead = 8, many = ahead * Width;
-    std::uint32_t stack[many + ahead * Width + most_waiting<Width>], coming[ahead];
-    std::uint32_t waiting = 0, taken = 0, asked = 0;
-    stack[waiting++] = code;
+    // So many references are prefetched before they are visited, unless the stack is long: then the traversal goes depth
+    // first, where each level adds less than Width references.
+    constexpr std::uint32_t prefetched = 8, long_stack = prefetched * Width;
+    std::uint32_t stack[long_stack + prefetched * Width + max_stack<Width>], queue[prefetched];
+    std::uint32_t count = 0, visited = 0, queued = 0;
+    stack[count++] = code;
     for (;;) {
-        for (; waiting > 0 && asked - taken < (waiting < many ? ahead : 1); ++asked) {
-            const std::uint32_t child = coming[asked % ahead] = stack[--waiting];
+        for (; count > 0 && queued - visited < (count < long_stack ? prefetched : 1); ++queued) {
+            const std::uint32_t child = queue[queued % prefetched] = stack[--count];
             tree.prefetch(child);
         }
-        if (asked == taken) return;
-        const std::uint32_t next = coming[taken++ % ahead];
+        if (queued == visited) return;
+        const std::uint32_t next = queue[visited++ % prefetched];
         if ((next & leaf_bit) != 0)
             visit(tree.leaves[next ^ leaf_bit]);
         else
-            for_each_child(tree, next, region, [&](std::uint32_t child) { stack[waiting++] = child; });
+            for_each_child(tree, next, region, [&](std::uint32_t child) { stack[count++] = child; });
     }
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <algorithm>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Where a slice goes through a face: the straight way from one of its edges to another, as far as lines cross it.
+/// The intersection of a slice with a face: the segment from one of its edges to another, and the lines that cross it.
 struct cut_segment {
     vec2 from{0, 0}, to{0, 0}; ///< in the coordinates of the fan
     std::uint32_t first = 0;   ///< the lines that cross it are [first, last)
     std::uint32_t last = 0;
     std::uint32_t slice = 0;     ///< its number
-    std::uint32_t object = 0;    ///< index into `scene::objects`
+    std::uint32_t object = 0;    ///< rank of the object
     std::uint32_t primitive = 0; ///< face of the object's mesh
 };
 
-/// All segments that the slices of a frame cut out of a scene. Keeps its memory from frame to frame.
+/// All segments in which the slices of a frame intersect a scene. Keeps its memory from frame to frame.
 ///
-/// Objects whose trees are up to date are searched with the region that the lines run through. Of the others every
-/// vertex is asked for its level and every group of faces whether those of its vertices differ: two linear passes,
-/// whatever the number of slices.
+/// Trees that are up to date are traversed with the region that the lines cover. For the other objects two linear passes
+/// compute the level of every vertex and compare levels in every group of faces, whatever the number of slices.
 class slice_cut {
   public:
-    /// @param chosen    of each object, whether it is to be cut
+    /// @param chosen    for each object, whether it is to be cut
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
-    /// @param offsets   heights of the slices over that plane, metres
-    /// @param reach     how far lines are followed, metres
+    /// @param offsets   elevation of the slices above that plane, metres
+    /// @param max_depth  how far lines are followed, metres
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene& body, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const float> offsets, float reach) {
-        plan(body, chosen, fan, probe_at, offsets, reach);
+    void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
+             const pose& probe_at, view<const float> offsets, float max_depth) {
+        plan(scene, chosen, fan, probe_at, offsets, max_depth);
         exec::for_each_block(policy, vertex_parts_.size(), 1, 0.5F * block, [&](std::size_t i, std::size_t) {
             const part& own = vertex_parts_[i];
-            const object& one = body.objects()[own.object];
+            const object_view& one = scene.objects[own.object];
             find_levels(own.region->frame.local(one.at),
                         {one.surface.positions.data() + own.begin, own.end - own.begin},
                         levels_.data() + own.levels + own.begin);
         });
         const float nanoseconds = 5 * static_cast<float>(work_) / static_cast<float>(face_parts_.size() + 1);
         exec::for_each_block(policy, face_parts_.size(), 1, nanoseconds,
-                             [&](std::size_t i, std::size_t) { cut_part(body, fan, face_parts_[i], found_[i]); });
+                             [&](std::size_t i, std::size_t) { cut_part(scene, fan, face_parts_[i], found_[i]); });
     }
 
-    /// Calls visit(segment) for each, in an order that depends on nothing but the arguments of `cut`.
+    /// Calls visit(segment) for each segment, in an order that depends on the arguments of `cut` alone.
     template <class Visit>
     void for_each_segment(Visit&& visit) const {
         for (std::size_t i = 0; i < face_parts_.size(); ++i)
@@ -9147,93 +10179,92 @@ class slice_cut {
     }
 
   private:
-    static constexpr std::uint32_t block = 8192; // vertices or faces that one thread takes at a time
-    static constexpr std::uint32_t groups_of_block = block / face_groups::size;
+    static constexpr std::uint32_t block = 8192; // vertices or faces that one thread processes at a time
+    static constexpr std::uint32_t groups_of_block = block / face_groups_view::size;
 
-    static constexpr std::size_t most_subtrees = 32; // that one object's tree is divided into, about
+    static constexpr std::size_t max_subtrees = 32; // that one object's tree is divided into, roughly
 
-    // Work that one thread does: what lies below a child of an object's tree, or a stretch of its vertices or groups of faces.
+    // A work item: a subtree of an object, or a range of its vertices or groups of faces.
     struct part {
         const slice_region* region = nullptr;
         std::uint32_t object = 0;
-        std::uint32_t begin = 0, end = 0; // the code of the child; or a stretch
-        std::size_t levels = 0;           // where those of the object's vertices begin
+        std::uint32_t begin = 0, end = 0; // the reference of the subtree in `begin`; or a range
+        std::size_t levels = 0;           // offset of the object's vertex levels
     };
 
-    // The work, in the order in which `for_each_segment` will give what it finds.
-    INSONIFY_LAZY void plan(const scene& body, view<const std::uint8_t> chosen, const line_fan& fan,
-                            const pose& probe_at, view<const float> offsets, float reach) {
+    // Collects the work items, in the order in which `for_each_segment` visits their results.
+    void plan(const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan, const pose& probe_at,
+              view<const float> offsets, float max_depth) {
         const pose upright = probe_at * fan.upright();
         aabb face; // of the probe
         for (const float offset : offsets)
-            for (const float x : {fan.extent().least.x, fan.extent().most.x})
-                for (const float y : {fan.extent().least.y, fan.extent().most.y})
+            for (const float x : {fan.extent().min.x, fan.extent().max.x})
+                for (const float y : {fan.extent().min.y, fan.extent().max.y})
                     face = merged(face, upright.point({x, offset, y}));
-        const vec3 rounding = 1e-6F * (absolute(face.lower) + absolute(face.upper));
+        const vec3 rounding = 1e-6F * (abs(face.lower) + abs(face.upper));
         face = {face.lower - rounding, face.upper + rounding};
-        endless_ = {slice_frame{upright, offsets}, fan};
-        within_reach_ = endless_.within(reach, fan);
+        unbounded_ = {slice_frame{upright, offsets}, fan};
+        within_depth_ = unbounded_.within(max_depth, fan);
 
         vertex_parts_.clear();
         face_parts_.clear();
         work_ = 0;
         std::size_t levels = 0;
-        for (std::uint32_t i = 0; i < body.objects().size(); ++i) {
+        for (std::uint32_t i = 0; i < scene.objects.size(); ++i) {
             if (chosen[i] == 0) continue;
-            const object& one = body.objects()[i];
-            // Lines that begin in an object are followed to where they leave it.
-            const slice_region& region = overlaps(face, one.box) ? endless_ : within_reach_;
+            const object_view& one = scene.objects[i];
+            // Lines that start inside an object are followed until they leave it.
+            const slice_region& region = overlaps(face, one.box) ? unbounded_ : within_depth_;
             if (!overlaps(region, one.box)) continue;
             const auto vertices = static_cast<std::uint32_t>(one.surface.positions.size());
             const auto faces = static_cast<std::uint32_t>(one.surface.faces.size());
-            if (one.tree_follows) {
+            if (one.tree_is_current) {
                 add_subtrees(one, i, region);
                 work_ += 16 * static_cast<std::size_t>(std::sqrt(static_cast<float>(faces)));
                 continue;
             }
             for (std::uint32_t begin = 0; begin < vertices; begin += block)
-                later<Later>(vertex_parts_).push_back({&region, i, begin, std::min(begin + block, vertices), levels});
+                vertex_parts_.push_back({&region, i, begin, std::min(begin + block, vertices), levels});
             const auto groups = static_cast<std::uint32_t>(one.groups.count());
             for (std::uint32_t begin = 0; begin < groups; begin += groups_of_block)
-                later<Later>(face_parts_)
-                    .push_back({&region, i, begin, std::min(begin + groups_of_block, groups), levels});
+                face_parts_.push_back({&region, i, begin, std::min(begin + groups_of_block, groups), levels});
             levels += vertices;
             work_ += faces;
         }
-        later<Later>(levels_).resize(levels);
-        if (found_.size() < face_parts_.size()) later<Later>(found_).resize(face_parts_.size());
+        levels_.resize(levels);
+        if (found_.size() < face_parts_.size()) found_.resize(face_parts_.size());
     }
 
-    // Divides the tree of an object, level by level, into parts of which several threads may each take some.
-    INSONIFY_LAZY void add_subtrees(const object& one, std::uint32_t index, const slice_region& region) {
-        const bvh_view<mesh_view> tree = one.tree_view();
+    // Divides the tree of an object, level by level, into subtrees for several threads.
+    void add_subtrees(const object_view& one, std::uint32_t index, const slice_region& region) {
+        const bvh_view<mesh_view>& tree = one.tree;
         if (tree.nodes.empty()) return;
         const slice_region local = region.local(one.at);
-        later<Later>(subtrees_).assign(1, 0);
+        subtrees_.assign(1, 0);
         bool divisible = one.surface.faces.size() >= block;
-        while (divisible && subtrees_.size() < most_subtrees / 2) {
+        while (divisible && subtrees_.size() < max_subtrees / 2) {
             divisible = false;
             below_.clear();
             for (const std::uint32_t code : subtrees_) {
                 if ((code & leaf_bit) != 0) {
-                    later<Later>(below_).push_back(code);
+                    below_.push_back(code);
                     continue;
                 }
                 divisible = true;
-                for_each_child(tree, code, local, [&](std::uint32_t child) { later<Later>(below_).push_back(child); });
+                for_each_child(tree, code, local, [&](std::uint32_t child) { below_.push_back(child); });
             }
             subtrees_.swap(below_);
         }
-        for (const std::uint32_t code : subtrees_) later<Later>(face_parts_).push_back({&region, index, code});
+        for (const std::uint32_t code : subtrees_) face_parts_.push_back({&region, index, code});
     }
 
-    INSONIFY_LAZY void cut_part(const scene& body, const line_fan& fan, const part& own,
-                                std::vector<cut_segment>& found) const {
-        const object& one = body.objects()[own.object];
+    void cut_part(const scene_view& scene, const line_fan& fan, const part& own,
+                  std::vector<cut_segment>& found) const {
+        const object_view& one = scene.objects[own.object];
         const slice_region region = own.region->local(one.at);
         found.clear();
         const auto cut = [&](const auto& faces) {
-            using corner = seen_corner<simd_width>;
+            using corner = slice_corner<simd_width>;
             const auto keep = [&](std::uint32_t slice, std::uint32_t cut_ones, const corner& from, const corner& to) {
                 float ends[4][simd_width];
                 const lanes<simd_width>* const of_ends[4] = {&from.across, &from.along, &to.across, &to.along};
@@ -9241,21 +10272,21 @@ class slice_cut {
                 const auto places_from = fan.places_of<simd_width>(from.across, from.along);
                 const auto places_to = fan.places_of<simd_width>(to.across, to.along);
                 for (; cut_ones != 0; cut_ones &= cut_ones - 1) {
-                    const std::uint32_t i = lowest_bit(cut_ones);
+                    const std::uint32_t i = detail::lowest_bit(cut_ones);
                     const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
                     fan.for_each_crossed(
                         p, fan.gap(places_from, i), q, fan.gap(places_to, i),
                         [&](std::uint32_t first, std::uint32_t last) {
-                            later<Later>(found).push_back({p, q, first, last, slice, own.object, faces.primitive[i]});
+                            found.push_back({p, q, first, last, slice, own.object, faces.primitive[i]});
                         });
                 }
             };
             cut_faces(region.frame, faces, keep);
         };
-        if (one.tree_follows) {
-            for_each_leaf(one.tree_view(), own.begin, region, cut);
+        if (one.tree_is_current) {
+            for_each_leaf(one.tree, own.begin, region, cut);
         } else {
-            const mesh_view surface{one.surface};
+            const mesh_view& surface = one.surface;
             leaf<mesh_view, simd_width> faces;
             std::uint32_t slots[simd_width], held = 0;
             const auto cut_held = [&] {
@@ -9273,84 +10304,94 @@ class slice_cut {
         }
     }
 
-    slice_region endless_{}, within_reach_{};
+    slice_region unbounded_{}, within_depth_{};
     std::vector<part> vertex_parts_, face_parts_;
     std::vector<std::uint32_t> subtrees_, below_;
     std::vector<std::uint8_t> levels_;
     std::vector<std::vector<cut_segment>> found_;
-    std::size_t work_ = 0; // about how many faces are to be looked at
+    std::size_t work_ = 0; // faces to be tested, roughly
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <algorithm>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Finds the crossings of all lines of a frame at once: cuts the scene by the slices that they lie in, and hands the
-/// segments out to the lines. Keeps its memory from frame to frame.
-class slice_lines {
+/// Finds the crossings of all lines of a frame at once: cuts the scene by the slices that contain the lines and shares the
+/// segments out over the lines. Keeps its memory from frame to frame.
+class slice_finder {
   public:
-    /// Lines that are handed their segments together, by one thread.
-    static constexpr int block = 8;
+    static constexpr int block = lines_per_block;
     static_assert(block % simd_width == 0);
 
-    /// The crossings of the lines of one block, by slice and line, nearly ascending.
+    /// The crossings of the lines of one block, by slice and line, nearly sorted.
     struct block_crossings {
-        std::vector<std::uint32_t> end; ///< of each slice and line, in `crossings`
-        std::vector<crossing> crossings;
+        std::vector<std::uint32_t> ends{}; ///< of each slice and line, in `crossings`
+        std::vector<crossing> crossings{};
+    };
+    /// The same in flat arrays.
+    struct block_view {
+        view<const std::uint32_t> ends{};
+        view<const crossing> crossings{};
+
+        /// Calls visit(crossing) for every crossing in front of the probe, of a line in a slice.
+        template <class Visit>
+        INSONIFY_FN void find(std::uint32_t line, std::uint32_t slice, const Visit& visit) const {
+            const std::size_t slot = std::size_t{slice} * block + line % block;
+            for (std::size_t i = slot == 0 ? 0 : ends[slot - 1]; i < ends[slot]; ++i)
+                if (crossings[i].distance >= 0) visit(crossings[i]);
+        }
     };
 
-    /// @return false where the lines are no `line_fan`: then nothing is found
+    /// Takes over the lines of a probe. @return false where they are not a `line_fan`: then nothing can be cut
     template <transducer Probe>
-    bool take(const Probe& probe) {
+    bool assign(const Probe& probe) {
         return fan_.assign(probe);
     }
 
-    /// Chooses the objects to be cut, after `take`: all, or those whose trees wait and those of which rays would find the
-    /// crossings later:
+    /// Chooses the objects to be cut, after `assign`: all, or those whose trees are out of date and those for which slicing
+    /// is faster than rays:
     ///
-    ///     1 + log2(faces)^2 / 3  <=  lines near the object + all lines / 20        in units of a ray that comes near
+    ///     1 + log2(faces)^2 / 3  <=  lines near the object + all lines / 20        in units of a ray near the object
     ///
-    /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines: where it errs, the
-    /// slower way takes up to 1.2 times the time of the faster, but for many crossings on a few lines, which slices would
-    /// find twice as fast. Both grow alike with the number of slices. Nothing else in the scene matters to the choice, so
-    /// that what comes and goes changes no bit of its neighbours.
+    /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice costs a
+    /// factor of at most 1.2, but for many crossings on few lines, where it costs 2. Both ways scale alike with the number
+    /// of slices. The choice for an object does not depend on other objects, so that these change no bit of its echoes.
     /// @return whether any is cut
-    INSONIFY_LAZY bool choose(const scene& body, const pose& at, bool all) {
+    bool choose(const scene_view& scene, const pose& at, view<const float> offsets, bool all) {
         const float middle = 0;
         const slice_frame frame{at * fan_.upright(), {&middle, 1}};
-        chosen_.assign(body.objects().size(), 1);
-        left_.clear();
-        for (std::uint32_t i = 0; i < chosen_.size() && !all; ++i) {
-            const object& one = body.objects()[i];
-            if (!one.tree_follows) continue;
-            const std::uint32_t near_ones = one.box.empty() ? 0 : lines_near(one.box, frame);
-            const float doublings = near_ones == 0 ? 0.0F : std::log2(static_cast<float>(one.surface.faces.size()));
-            const float rays = static_cast<float>(near_ones) + 0.05F * static_cast<float>(fan_.size());
-            if (1 + 0.32F * doublings * doublings <= rays) continue;
-            chosen_[i] = 0;
-            left_.push_back(i);
+        float max_offset = 0;
+        for (const float offset : offsets) max_offset = max(max_offset, std::fabs(offset));
+        chosen_.resize(scene.objects.size());
+        std::size_t cut = 0;
+        for (std::size_t i = 0; i < chosen_.size(); ++i) {
+            const object_view& one = scene.objects[i];
+            chosen_[i] =
+                all || !one.tree_is_current || (near_slices(one.box, frame, max_offset) && worth_cutting(one, frame));
+            cut += chosen_[i];
         }
-        return left_.size() < chosen_.size();
+        leaves_rays_ = cut < chosen_.size();
+        return cut > 0;
     }
 
-    /// The objects that are not cut: indices into `scene::objects`.
-    INSONIFY_LAZY view<const std::uint32_t> left_to_rays() const { return left_; }
+    /// Whether an object is cut; rays find the crossings of the others.
+    view<const std::uint8_t> chosen() const { return chosen_; }
+    /// Whether there are others.
+    bool leaves_rays() const { return leaves_rays_; }
 
-    /// About what the crossings of a line take to be found and made layers of, where they were cut; nanoseconds.
-    INSONIFY_LAZY float search_time() const {
+    /// Nanoseconds to find the crossings of a line and turn them into layers, roughly.
+    float search_time() const {
         const auto blocks = static_cast<float>(block_end_.size());
         return 150 + 70 * static_cast<float>(of_blocks_.size()) / blocks;
     }
 
-    /// Cuts the objects that were chosen, of the same scene, by the slices of the probe that was taken; see
-    /// `slice_cut::cut`.
+    /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene& body, const pose& at, view<const float> offsets, float reach) {
-        body_ = &body;
+    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const float> offsets, float depth) {
         slices_ = offsets.size();
-        reach_ = reach;
-        cut_.cut(policy, body, view<const std::uint8_t>{chosen_}, fan_, at, offsets, reach);
+        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, offsets, depth);
         const std::size_t blocks = (fan_.size() + block - 1) / block;
         block_end_.resize(blocks + 1);
         std::fill(block_end_.begin(), block_end_.end(), 0);
@@ -9367,15 +10408,16 @@ class slice_lines {
         });
     }
 
-    /// Finds where lines `begin` to `begin + block` cross their segments.
-    INSONIFY_LAZY void start(std::size_t begin, block_crossings& own) {
+    /// Finds where the lines from `begin` to before `begin + block` cross their segments.
+    void find_block(std::size_t begin, block_crossings& own) {
         const std::size_t b = begin / block;
-        waiting* const first = of_blocks_.data() + (b == 0 ? 0 : block_end_[b - 1]);
-        waiting* const last = of_blocks_.data() + block_end_[b];
-        // By depth, once for the block: so that its lines get theirs nearly sorted.
-        std::sort(first, last, [](const waiting& one, const waiting& other) { return one.depth < other.depth; });
+        block_segment* const first = of_blocks_.data() + (b == 0 ? 0 : block_end_[b - 1]);
+        block_segment* const last = of_blocks_.data() + block_end_[b];
+        // By depth, once for the block, so that the crossings of each line are nearly sorted.
+        std::sort(first, last,
+                  [](const block_segment& one, const block_segment& other) { return one.depth < other.depth; });
 
-        own.end.assign(block * slices_ + 1, 0);
+        own.ends.assign(block * slices_ + 1, 0);
         const auto each_segment = [&](const auto& visit) {
             for (auto i = first; i != last; ++i) {
                 const cut_segment& segment = *i->segment;
@@ -9384,49 +10426,48 @@ class slice_lines {
             }
         };
         each_segment([&](const cut_segment& segment, std::size_t from, std::size_t to) {
-            for (std::size_t line = from; line < to; ++line) ++own.end[std::size_t{segment.slice} * block + line + 1];
+            for (std::size_t line = from; line < to; ++line) ++own.ends[std::size_t{segment.slice} * block + line + 1];
         });
-        for (std::size_t slot = 0; slot < block * slices_; ++slot) own.end[slot + 1] += own.end[slot];
-        own.crossings.resize(own.end[block * slices_]);
+        for (std::size_t slot = 0; slot < block * slices_; ++slot) own.ends[slot + 1] += own.ends[slot];
+        own.crossings.resize(own.ends[block * slices_]);
         line_fan::neighbours<simd_width> lines[block / simd_width];
         for (std::size_t i = 0; i < block; i += simd_width) lines[i / simd_width] = fan_.from<simd_width>(begin + i);
         each_segment([&](const cut_segment& segment, std::size_t from, std::size_t to) {
             float distance[block];
             for (std::size_t i = 0; i < block; i += simd_width)
-                store(lines[i / simd_width].meet(segment.from, segment.to), distance + i);
-            const std::uint32_t rank = body_->objects()[segment.object].rank;
-            std::uint32_t* const end = own.end.data() + std::size_t{segment.slice} * block;
+                store(lines[i / simd_width].intersect(segment.from, segment.to), distance + i);
+            std::uint32_t* const end = own.ends.data() + std::size_t{segment.slice} * block;
             for (std::size_t line = from; line < to; ++line)
-                own.crossings[end[line]++] = {distance[line], rank, segment.primitive};
+                own.crossings[end[line]++] = {distance[line], segment.object, segment.primitive};
         });
     }
 
-    /// The same as `find_crossings` in the chosen objects for the ray that leaves `origin`, in the world, as this line of
-    /// this slice; to be sorted.
-    INSONIFY_LAZY void find(std::size_t line, std::size_t slice, vec3 origin, const block_crossings& own,
-                            line_crossings& found) const {
-        found.clear(*body_);
-        const std::size_t slot = slice * block + line % block;
-        std::uint32_t rank = ~0U; // of the crossing before, for neighbours mostly belong to the same object
-        bool around = false;
-        for (std::size_t i = slot == 0 ? 0 : own.end[slot - 1]; i < own.end[slot]; ++i) {
-            const crossing& one = own.crossings[i];
-            if (!(one.distance >= 0)) continue;
-            if (one.rank != rank) rank = one.rank, around = body_->ranked(rank).box.contains(origin);
-            if (around) found.inside.toggle(rank);
-            if (one.distance <= reach_) found.crossings.push_back(one);
-        }
-    }
+    block_view view_of(const block_crossings& own) const { return {own.ends, own.crossings}; }
 
   private:
-    // A segment that a block waits for.
-    struct waiting {
+    // A segment that lines of a block cross.
+    struct block_segment {
         float depth = 0; // the sum of its ends'
         const cut_segment* segment = nullptr;
     };
 
-    // How many lines may meet a box.
-    INSONIFY_LAZY std::uint32_t lines_near(const aabb& box, const slice_frame& frame) const {
+    bool worth_cutting(const object_view& one, const slice_frame& frame) const {
+        const std::uint32_t near_lines = one.box.empty() ? 0 : lines_near(one.box, frame);
+        const float doublings = near_lines == 0 ? 0.0F : std::log2(static_cast<float>(one.surface.faces.size()));
+        const float rays = static_cast<float>(near_lines) + 0.05F * static_cast<float>(fan_.size());
+        return 1 + 0.32F * doublings * doublings <= rays;
+    }
+
+    // Whether a box may reach into one of the slices.
+    static bool near_slices(const aabb& box, const slice_frame& frame, float max_offset) {
+        if (box.empty()) return false;
+        const float height = dot(frame.elevation, box.centre() - frame.origin);
+        const float half_thickness = dot(abs(frame.elevation), 0.5F * box.size());
+        return std::fabs(height) <= 1.001F * (half_thickness + max_offset) + 1e-5F * length(frame.origin) + 1e-9F;
+    }
+
+    // An upper bound of the number of lines that intersect a box.
+    std::uint32_t lines_near(const aabb& box, const slice_frame& frame) const {
         if (!fan_.is_wedge()) return fan_.size();
         std::uint32_t first = fan_.size(), last = 0;
         for (unsigned corner = 0; corner < 8; ++corner) {
@@ -9442,237 +10483,552 @@ class slice_lines {
         return last - first;
     }
 
-    const scene* body_ = nullptr;
     std::size_t slices_ = 0;
-    float reach_ = 0;
     line_fan fan_;
-    std::vector<std::uint8_t> chosen_; // of each object, whether it is cut
-    std::vector<std::uint32_t> left_;  // the others
+    std::vector<std::uint8_t> chosen_; // of each object, by rank
+    bool leaves_rays_ = true;
     slice_cut cut_;
     large_array<std::size_t> block_end_; // where the segments of each block end, in `of_blocks_`
-    large_array<waiting> of_blocks_;
+    large_array<block_segment> of_blocks_;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#ifndef INSONIFY_TRACING_TRACER_HPP
+#define INSONIFY_TRACING_TRACER_HPP
+
+#ifndef INSONIFY_SCENE_LAYERS_HPP
+#define INSONIFY_SCENE_LAYERS_HPP
+
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How the crossings of lines are found: the same ones, but for lines within rounding of a vertex or an edge.
-enum class search {
-    best,   ///< for each object whichever is faster, as `slice_lines::choose` says
-    rays,   ///< one ray for each line and slice, through the trees
-    slices, ///< the slices are cut once and shared out; rays where the lines are no `line_fan`
+namespace detail {
+
+/// Crossings closer together than this count as one, metres: touching faces make one interface, not a film between two.
+inline constexpr float touching_distance = 1e-6F;
+
+/// How a line meets a surface.
+struct surface_incidence {
+    float cosine = 1;      ///< of the angle of incidence, 0 to 1
+    vec2 tilt{0, 0};       ///< of the normal against the line, radians: within the slice plane, and out of it
+    vec3 normal{0, 0, -1}; ///< of the surface in the world, length 1
 };
-
-/// What `for_each_line` keeps from frame to frame, so that it allocates once.
-struct line_workspace {
-    /// What one thread works in.
-    struct block {
-        line_crossings found;                   ///< of the line at work
-        std::vector<layer> layers;              ///< of the line at work
-        slice_lines::block_crossings crossings; ///< of the lines of the block
-    };
-    slice_lines slices;        ///< cut of the scene
-    std::vector<block> blocks; ///< one for each block of lines
-};
-
-/// Lines that one thread takes at a time.
-inline constexpr std::size_t lines_per_block = slice_lines::block;
-/// How many blocks that makes.
-constexpr std::size_t line_blocks(std::size_t lines) { return (lines + lines_per_block - 1) / lines_per_block; }
-
-/// Beam `line` of a probe that stands in the world as `at` says.
-template <transducer Probe>
-INSONIFY_FN ray world_beam(const Probe& probe, const pose& at, float line) {
-    const ray local = probe.beam(line);
-    return {.origin = at.point(local.origin), .direction = at.direction(local.direction)};
+/// How a line meets a face; at normal incidence where the face has no area.
+INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::uint32_t face, const line_frame& line) {
+    const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
+    const vec3 normal = unit_normal(one.surface[face], -along);
+    const float facing = std::fabs(dot(normal, along));
+    return {
+        .cosine = min(facing, 1.0F),
+        .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)},
+        .normal = one.at.direction(normal)};
 }
 
-/// Finds what every line of a probe runs through, down to `reach` metres, in each of its slices: visit(line, plane,
-/// frame, layers), the planes of one line in order and by one thread.
-/// @param nanoseconds  about what `visit` takes; 1e6F where nothing is known of it
-/// @throws usage_error  where rays are traced while a tree of the scene waits
-template <exec::policy Policy, transducer Probe, class Visit>
-void for_each_line(const Policy& policy, search by, const scene& body, const Probe& probe, const pose& at,
-                   const elevation_planes& planes, float reach, angles wanted, line_workspace& own, float nanoseconds,
-                   const Visit& visit) {
-    const bool sliced =
-        by != search::rays && own.slices.take(probe) && own.slices.choose(body, at, by == search::slices);
-    if (sliced) {
-        float offsets[elevation_planes::most];
-        for (std::uint32_t plane = 0; plane < planes.count(); ++plane) offsets[plane] = planes.offset(plane);
-        own.slices.cut(policy, body, at, {offsets, planes.count()}, reach);
-    } else {
-        body.require_trees();
-    }
-    if (own.blocks.size() < line_blocks(probe.lines)) own.blocks.resize(line_blocks(probe.lines));
-    const vec3 elevation = at.direction({0, 1, 0});
-    const std::size_t asked = sliced ? own.slices.left_to_rays().size() : body.objects().size();
-    const float ray_time = asked == 0 ? 0.0F : 300 + 20 * static_cast<float>(asked);
-    const float search_time = ray_time + (sliced ? own.slices.search_time() : 0.0F);
-    const float line_time = (nanoseconds + search_time) * static_cast<float>(planes.count());
-    exec::for_each_block(policy, probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
-        line_workspace::block& mine = own.blocks[begin / lines_per_block];
-        if (sliced) own.slices.start(begin, mine.crossings);
-        for (std::size_t i = begin; i < end; ++i) {
-            ray beam = world_beam(probe, at, static_cast<float>(i));
-            const vec3 origin = beam.origin;
-            for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
-                beam.origin = origin + planes.offset(plane) * elevation;
-                if (sliced) {
-                    own.slices.find(i, plane, beam.origin, mine.crossings, mine.found);
-                    for (const std::uint32_t one : own.slices.left_to_rays())
-                        add_crossings(body.objects()[one], beam, reach, mine.found);
-                    mine.found.sort();
-                } else {
-                    find_crossings(body, beam, reach, mine.found);
-                }
-                const line_frame frame{beam.origin, beam.direction, elevation};
-                stack_layers(body, frame, reach, mine.found, mine.layers, wanted);
-                visit(static_cast<std::uint32_t>(i), plane, frame, view<const layer>{mine.layers});
-            }
-        }
-    });
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#include <cstring>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// What `trace` keeps from frame to frame: handed back with the lines of the frame before, nothing is allocated.
-template <transducer Probe, acoustic_model Model>
-struct trace_workspace {
-    line_workspace lines{};                                         ///< crossings and layers
-    kept_beam_table<Probe, Model> beams{};                          ///< the beam at each depth
-    std::vector<std::vector<typename Model::sample_type>> slices{}; ///< a line of a slice, for each block of lines
-    std::vector<float> weights{};                                   ///< of the planes, by sample
-};
-
-/// Sets all samples to 0.
-template <class Sample>
-void clear(view<Sample> samples) {
-    if constexpr (std::same_as<Sample, float> || std::same_as<Sample, vec2>)
-        std::memset(samples.first, 0, samples.size() * sizeof(Sample));
-    else
-        std::fill(samples.begin(), samples.end(), Sample{});
-}
-
-/// Straight lines: all crossings of each in order, found as `by` says, then the model once along it.
+/// Turns the crossings of a line into layers, one at a time: which object's medium fills which part of the line.
 ///
-/// @param lines  memory that is used again, whatever it held
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type> trace_lines(const Policy& policy, search by, const scene& body,
-                                                   const Probe& probe, const pose& at, const Model& model,
-                                                   const acquisition& settings, trace_workspace<Probe, Model>& own,
+/// Crossings within `touching_distance` of one another are applied together before the media are compared. For all
+/// tracers: a straight line takes all layers, a path goes on until its medium changes.
+class layer_walk {
+  public:
+    /// @param found     sorted; its `inside` follows the walk
+    /// @param depth     where the line ends, metres
+    /// @param incident  whether to compute how the line meets surfaces
+    INSONIFY_FN layer_walk(const scene_view& scene, const line_frame& line, line_crossings& found, float depth,
+                           bool incident)
+        : scene_{scene}, line_{line}, found_{found}, depth_{depth}, incident_{incident} {}
+
+    /// Crossings at the origin of the line belong to the probe's face: they are applied before the first layer.
+    INSONIFY_FN void enter_at_face() {
+        for (; next_ < found_.count && found_.room[next_].distance <= touching_distance; ++next_)
+            found_.inside.toggle(found_.room[next_].rank);
+    }
+    /// Crossings at the origin belong to the surface that a path has just left: they are skipped.
+    INSONIFY_FN void skip_departure() {
+        while (next_ < found_.count && found_.room[next_].distance <= touching_distance) ++next_;
+    }
+
+    /// The next layer, which ends at a change of object or at the end of the line. @return false after the last one
+    INSONIFY_FN bool next(layer& here) {
+        if (at_end_) return false;
+        const std::uint32_t current = found_.inside.top();
+        here = layer_from(current, begin_, met_);
+        while (next_ < found_.count && found_.room[next_].distance < depth_) {
+            group_ = next_;
+            const float place = found_.room[group_].distance;
+            for (; next_ < found_.count && found_.room[next_].distance <= place + touching_distance; ++next_)
+                found_.inside.toggle(found_.room[next_].rank);
+            const std::uint32_t after = found_.inside.top();
+            if (after == current) continue;
+            if (incident_) met_ = incidence_at_change(current, after);
+            here.end = begin_ = place;
+            return true;
+        }
+        at_end_ = true;
+        return true;
+    }
+    /// Whether the last layer ended at the end of the line.
+    INSONIFY_FN bool at_end() const { return at_end_; }
+
+    /// What follows the surface at which the last layer ended, as a layer of no thickness.
+    INSONIFY_FN layer beyond() const {
+        layer after = layer_from(found_.inside.top(), begin_, met_);
+        after.end = begin_;
+        return after;
+    }
+    /// How the line meets that surface.
+    INSONIFY_FN const surface_incidence& met() const { return met_; }
+    /// Applies the crossings at that surface once more: the objects are again those before it.
+    INSONIFY_FN void step_back(media_stack& inside) const {
+        for (std::uint32_t i = group_; i < next_; ++i) inside.toggle(found_.room[i].rank);
+    }
+
+  private:
+    INSONIFY_FN layer layer_from(std::uint32_t rank, float begin, const surface_incidence& met) const {
+        layer here{.begin = begin, .end = depth_, .cosine = met.cosine, .tilt = met.tilt};
+        if (rank == media_stack::none) return here;
+        const object_view& one = scene_.objects[rank];
+        here.medium = one.medium;
+        here.object = one.id;
+        here.place = 1 + rank;
+        return here;
+    }
+
+    // Of the touching surfaces, the first one that belongs to either medium.
+    INSONIFY_FN surface_incidence incidence_at_change(std::uint32_t before, std::uint32_t after) const {
+        std::uint32_t surface = group_;
+        while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
+            ++surface;
+        const crossing& at = found_.room[surface];
+        return incidence_on(scene_.objects[at.rank], at.primitive, line_);
+    }
+
+    const scene_view& scene_;
+    const line_frame& line_;
+    line_crossings& found_;
+    float depth_;
+    bool incident_;
+    std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
+    float begin_ = 0;
+    surface_incidence met_{};
+    bool at_end_ = false;
+};
+
+} // namespace detail
+
+/// Turns the sorted crossings of a straight line into layers.
+///
+/// @param depth     where the line ends, metres
+/// @param room      for the layers
+/// @param incident  whether to compute how the line meets surfaces (`layer::cosine`, `layer::tilt`)
+/// @return          the layers, a part of `room`; none where they do not fit
+INSONIFY_FN inline view<const layer> stack_layers(const scene_view& scene, const line_frame& line, float depth,
+                                                  line_crossings& found, view<layer> room, bool incident = true) {
+    detail::layer_walk walk{scene, line, found, depth, incident};
+    walk.enter_at_face();
+    std::size_t count = 0;
+    for (layer here; walk.next(here);) {
+        if (count == room.size()) return {};
+        room[count++] = here;
+    }
+    return found.inside.overflow ? view<const layer>{} : view<const layer>{room.data(), count};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A path that is yet to be followed: see `paths`.
+struct path_branch {
+    line_frame frame{};        ///< where its next piece begins, and along what
+    echo_path path{};          ///< the state of the sound there
+    std::uint32_t bounces = 0; ///< reflections so far
+    std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
+};
+
+/// Memory of fixed capacity in which one line is traced. Where it does not suffice, the tracer says so, and the line is
+/// traced again in larger memory.
+struct line_scratch {
+    line_crossings found{};               ///< crossings and containing objects of the line
+    view<layer> layers{};                 ///< room for its layers
+    view<path_branch> branches{};         ///< room for paths that are yet to be followed
+    view<std::uint32_t> branch_objects{}; ///< room for the ranks of the objects that contain them, branch after branch
+};
+
+/// One line of one elevation plane: what a tracer is given.
+struct line_task {
+    scene_view scene{};       ///< all objects
+    traced_line line{};       ///< as the model will see it, without layers yet
+    std::uint32_t number = 0; ///< of the line
+    std::uint32_t plane = 0;  ///< of the slice's planes, the middle one first
+    std::uint32_t planes = 1; ///< that there are
+    float max_depth = 0;      ///< how far the line is to be followed, metres
+    float spacing = 0;        ///< metres from sample to sample
+    line_kernels kernels{};   ///< of the stages that follow
+
+    /// The line as a ray in the world.
+    INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.along}; }
+
+    /// Where models emit their echoes so that later stages leave their levels as they are.
+    INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {
+        return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
+    }
+
+    /// Lets the model write the samples of this line, once its layers are known.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
+                           view<typename Model::sample_type> out) const {
+        traced_line traced = line;
+        traced.layers = layers;
+        if constexpr (requires { model.emit(traced, echoes(out)); })
+            model.emit(traced, echoes(out));
+        else
+            model(policy, traced, spacing, out);
+    }
+};
+
+/// How sound travels: `straight_lines` (the default), `paths`, or one of your own. A tracer turns one line into samples:
+///
+///     template <class Policy, acoustic_model Model>
+///     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
+///                                 view<typename Model::sample_type> out) const;
+///
+/// It adds to samples that start at 0 and returns false where the scratch is too small, and only then. One that finds layers
+/// passes them to `task.apply`; one that needs no mesh may find them in whatever it holds. It must not throw. It is called
+/// from many threads at once, and on a device where it is marked INSONIFY_FN.
+template <class Tracer, class Model = physical<>>
+concept tracer = acoustic_model<Model> && requires(const Tracer& trace_one, const line_task& task, const Model& model,
+                                                   line_scratch& scratch, view<typename Model::sample_type> out) {
+    { trace_one(exec::seq, task, model, scratch, out) } -> std::same_as<bool>;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What `straight_lines` keeps between frames: see `straight_lines::prepare`.
+class straight_frame;
+
+namespace detail {
+
+/// Makes layers of the crossings that were found and lets the model write the samples.
+template <class Policy, acoustic_model Model>
+INSONIFY_FN bool finish_line(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
+                             view<typename Model::sample_type> out) {
+    const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
+                                                  scratch.layers, !takes_normal_incidence<Model>());
+    if (layers.empty()) return false;
+    task.apply(policy, model, layers, out);
+    return true;
+}
+
+/// The lines of one block: crossings with some objects come from slices, with the others from rays. Trivially copyable.
+struct block_tracer {
+    slice_finder::block_view slices{};    ///< crossings of the lines of the block
+    view<const std::uint8_t> is_sliced{}; ///< of each object, by rank; empty: none is
+    bool any_rays = true;                 ///< some objects are not sliced
+
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
+                                view<typename Model::sample_type> out) const {
+        return find(task, scratch.found) && finish_line(policy, task, model, scratch, out);
+    }
+
+    INSONIFY_FN bool find(const line_task& task, line_crossings& found) const {
+        const ray beam = task.beam();
+        if (is_sliced.empty()) return find_crossings(task.scene, beam, task.max_depth, found);
+        found.clear();
+        slices.find(task.number, task.plane, [&](const crossing& one) {
+            if (task.scene.objects[one.rank].box.contains(beam.origin)) found.inside.toggle(one.rank);
+            if (one.distance <= task.max_depth) found.add(one);
+        });
+        if (any_rays)
+            task.scene.boxes.for_each_hit({beam.origin, beam.direction, 0, task.max_depth}, [&](const hit& at) {
+                if (is_sliced[at.primitive] == 0)
+                    add_crossings(task.scene.objects[at.primitive], at.primitive, beam, task.max_depth, found);
+            });
+        found.sort();
+        return found.complete();
+    }
+};
+
+} // namespace detail
+
+/// Straight lines: every crossing of each line in order, then the model once along it.
+///
+/// All lines of a plane lie in one slice of the scene. An object is cut by the slices once and the segments are shared out
+/// over the lines, or a ray is traced for each line, whichever is faster for the object; both find the same crossings, but
+/// for lines within rounding error of a vertex or an edge.
+struct straight_lines {
+    /// How crossings are found.
+    enum class search {
+        best,   ///< for each object whichever is faster
+        rays,   ///< one ray for each line and plane, through the trees
+        slices, ///< by slices, which need no trees; rays where the lines are neither parallel nor from one point
+    };
+    enum search search = search::best; ///< how crossings are found
+
+    using frame_state = straight_frame; ///< what is kept between frames
+
+    /// Cuts the scene where that pays; `trace` calls it once for each frame.
+    template <exec::policy Policy, transducer Probe>
+    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, frame_state& state) const;
+
+    /// One line by rays; needs no preparation.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
+                                view<typename Model::sample_type> out) const {
+        return detail::block_tracer{}(policy, task, model, scratch, out);
+    }
+
+    friend bool operator==(const straight_lines&, const straight_lines&) = default;
+};
+
+/// The state of `straight_lines` for one frame.
+class straight_frame {
+  public:
+    /// As `straight_lines::prepare`.
+    template <exec::policy Policy, transducer Probe>
+    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, straight_lines how) {
+        using search = enum straight_lines::search;
+        const view<const float> offsets{frame.plane_offset, frame.planes};
+        sliced_ = false;
+        if (how.search != search::rays && slices_.assign(frame.probe)) {
+            scene_ = body.view_for_slices(policy);
+            sliced_ = slices_.choose(scene_, frame.at, offsets, how.search == search::slices);
+        }
+        if (sliced_)
+            slices_.cut(policy, scene_, frame.at, offsets, frame.max_depth);
+        else
+            scene_ = body.view_for_rays(policy);
+        const std::size_t blocks = (frame.probe.lines + detail::lines_per_block - 1) / detail::lines_per_block;
+        if (sliced_ && blocks_.size() < blocks) blocks_.resize(blocks);
+    }
+
+    /// The scene as prepared.
+    const scene_view& scene() const { return scene_; }
+
+    /// Finds the crossings of the lines from `begin` on; blocks may be prepared on different threads.
+    auto of_block(std::size_t begin) {
+        if (!sliced_) return detail::block_tracer{};
+        detail::slice_finder::block_crossings& own = blocks_[begin / detail::lines_per_block];
+        slices_.find_block(begin, own);
+        return detail::block_tracer{slices_.view_of(own), slices_.chosen(), slices_.leaves_rays()};
+    }
+
+    /// Nanoseconds to find the crossings of a line, roughly.
+    float search_time() const {
+        const auto objects = static_cast<float>(scene_.objects.size());
+        const float by_rays = !sliced_ || slices_.leaves_rays() ? 300 + 20 * min(objects, 64) : 0.0F;
+        return by_rays + (sliced_ ? slices_.search_time() : 0.0F);
+    }
+
+  private:
+    bool sliced_ = false;
+    scene_view scene_{};
+    detail::slice_finder slices_{};
+    std::vector<detail::slice_finder::block_crossings> blocks_{};
+};
+
+template <exec::policy Policy, transducer Probe>
+void straight_lines::prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame,
+                             frame_state& state) const {
+    state.prepare(policy, body, frame, *this);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_TRACING_TRACE_FRAME_HPP
+#define INSONIFY_TRACING_TRACE_FRAME_HPP
+
+#ifndef INSONIFY_TRACING_TRACE_LINE_HPP
+#define INSONIFY_TRACING_TRACE_LINE_HPP
+
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Whether samples can be weighted and added.
+template <class Sample>
+inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
+
+/// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
+///
+/// @param plane_samples  room for the samples of one plane where there are several
+/// @param out            the samples of the line; whatever they held is overwritten
+/// @return               false where the scratch is too small; the samples then mean nothing
+template <class Policy, transducer Probe, class Tracer, acoustic_model Model>
+INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame, const scene_view& scene,
+                            const Tracer& tracer, const Model& model, std::uint32_t number, line_scratch& scratch,
+                            view<typename Model::sample_type> plane_samples, view<typename Model::sample_type> out) {
+    using sample_type = typename Model::sample_type;
+    for (sample_type& sample : out) sample = sample_type{};
+    for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+        const line_task task{.scene = scene,
+                             .line = {.media = scene.media,
+                                      .frequency = frame.probe.frequency,
+                                      .places = scene.places,
+                                      .frame = frame.line(number, plane),
+                                      .aperture = frame.aperture,
+                                      .pulse_sigma = frame.pulse_sigma},
+                             .number = number,
+                             .plane = plane,
+                             .planes = frame.planes,
+                             .max_depth = frame.max_depth,
+                             .spacing = frame.spacing,
+                             .kernels = frame.kernels.of_line(number, frame.plane_height[plane])};
+        if (frame.planes == 1) return tracer(policy, task, model, scratch, out);
+        if constexpr (is_average_v<sample_type>) {
+            for (sample_type& sample : plane_samples) sample = sample_type{};
+            if (!tracer(policy, task, model, scratch, plane_samples)) return false;
+            const float* weight = frame.plane_weights.data() + std::size_t{plane} * frame.samples;
+            for (std::size_t k = 0; k < out.size(); ++k) out[k] += weight[k] * plane_samples[k];
+        }
+    }
+    return true;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <algorithm>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The scratch of one thread on the host: doubles until the line fits.
+class scratch_memory {
+  public:
+    line_scratch scratch() {
+        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
+                .layers = layers_,
+                .branches = branches_,
+                .branch_objects = branch_objects_};
+    }
+    void grow() {
+        crossings_.resize(2 * crossings_.size());
+        inside_.resize(2 * inside_.size());
+        layers_.resize(2 * layers_.size());
+        branches_.resize(2 * branches_.size());
+        branch_objects_.resize(2 * branch_objects_.size());
+    }
+
+  private:
+    std::vector<crossing> crossings_ = std::vector<crossing>(128);
+    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
+    std::vector<layer> layers_ = std::vector<layer>(64);
+    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
+    std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
+};
+
+/// What a tracer prepares for a frame where it does; the tracer itself where it does not.
+template <class Tracer>
+concept prepares_frames = requires {
+    typename Tracer::frame_state;
+};
+
+template <class Tracer>
+struct tracer_memory {}; // nothing to keep
+template <prepares_frames Tracer>
+struct tracer_memory<Tracer> {
+    typename Tracer::frame_state state{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What `trace` keeps from frame to frame, so that it allocates nothing after the first.
+template <transducer Probe, acoustic_model Model, class Tracer>
+struct trace_workspace_of {
+    detail::frame_plan<Probe, Model> plan{};                               ///< tables
+    detail::tracer_memory<Tracer> tracing{};                               ///< of the tracer
+    std::vector<detail::scratch_memory> scratch{};                         ///< for each block of lines
+    std::vector<std::vector<typename Model::sample_type>> plane_samples{}; ///< for each block of lines
+};
+
+namespace detail {
+
+/// Traces a frame: every line by the same function, blocks of lines on the policy's threads.
+/// @param lines  memory that is reused, whatever it held
+template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
+line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const scene& body, const Probe& probe,
+                                                   const pose& at, const Model& model, const acquisition& scan,
+                                                   const Tracer& how, trace_workspace_of<Probe, Model, Tracer>& own,
                                                    line_grid<typename Model::sample_type> lines) {
     using sample_type = typename Model::sample_type;
-    constexpr bool averages = std::same_as<sample_type, float> || std::same_as<sample_type, vec2>;
-    const std::uint32_t samples = check_acquisition(body, probe, at, model, settings);
-    if (settings.planes > 1 && !averages)
+    const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
+    if (scan.planes > 1 && !is_average_v<sample_type>)
         throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
-    const elevation_planes planes{beam_of(probe, settings.depth), settings.planes};
-    const beam_table& beams = own.beams(policy, probe, settings.depth, planes, model);
-    const float spacing = settings.depth / static_cast<float>(samples);
-    const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-    lines.reshape(probe.lines, samples, settings.depth);
-    if (planes.count() > 1) planes.weights_of_samples(samples, spacing, own.weights);
-    own.slices.resize(line_blocks(probe.lines));
-    const auto fill = [&](std::uint32_t i, std::uint32_t plane, const line_frame& frame, view<const layer> layers) {
-        const traced_line traced{.layers = layers,
-                                 .media = body.media(),
-                                 .frequency = probe.frequency,
-                                 .places = body.places(),
-                                 .frame = frame,
-                                 .beam = beams.of_line(i),
-                                 .pulse_sigma = pulse_sigma,
-                                 .height = planes.height(plane)};
-        const view<sample_type> line{lines.values.data() + std::size_t{i} * samples, samples};
-        if (plane == 0) clear(line);
-        if (planes.count() == 1) {
-            model(policy, traced, spacing, line);
-            return;
-        }
-        if constexpr (averages) {
-            std::vector<sample_type>& slice = own.slices[i / lines_per_block];
-            slice.resize(samples);
-            clear(view<sample_type>{slice});
-            model(policy, traced, spacing, view<sample_type>{slice});
-            const float* weight = own.weights.data() + std::size_t{plane} * samples;
-            for (std::uint32_t k = 0; k < samples; ++k) line[k] += weight[k] * slice[k];
+    if constexpr (requires { how.check(); }) how.check();
+    const frame_view<Probe> frame = own.plan.view_of(policy, probe, at, model, scan, samples, body.media());
+    lines.reshape(probe.lines, samples, scan.depth);
+    const std::size_t blocks = (probe.lines + lines_per_block - 1) / lines_per_block;
+    if (own.scratch.size() < blocks) own.scratch.resize(blocks);
+    if (own.plane_samples.size() < blocks) own.plane_samples.resize(blocks);
+
+    const auto trace_block = [&](const scene_view& scene, const auto& tracer, std::size_t begin, std::size_t end) {
+        scratch_memory& memory = own.scratch[begin / lines_per_block];
+        std::vector<sample_type>& plane_samples = own.plane_samples[begin / lines_per_block];
+        if (frame.planes > 1) plane_samples.resize(samples);
+        line_scratch scratch = memory.scratch();
+        for (std::size_t i = begin; i < end; ++i) {
+            const view<sample_type> out{lines.values.data() + i * samples, samples};
+            while (!trace_line(policy, frame, scene, tracer, model, static_cast<std::uint32_t>(i), scratch,
+                               view<sample_type>{plane_samples}, out)) {
+                memory.grow();
+                scratch = memory.scratch();
+            }
         }
     };
-    constexpr angles wanted = takes_normal_incidence<Model>() ? angles::skip : angles::find;
-    for_each_line(policy, by, body, probe, at, planes, reach_of(model, settings.depth, body.media()), wanted, own.lines,
-                  nanoseconds_of<Model>() * static_cast<float>(samples), fill);
+    const float model_time = nanoseconds_of<Model>() * static_cast<float>(samples);
+    if constexpr (prepares_frames<Tracer>) {
+        auto& state = own.tracing.state;
+        how.prepare(policy, body, frame, state);
+        const float line_time = (model_time + state.search_time()) * static_cast<float>(frame.planes);
+        exec::for_each_block(policy, probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
+            trace_block(state.scene(), state.of_block(begin), begin, end);
+        });
+    } else {
+        const scene_view scene = body.view_for_rays(policy);
+        exec::for_each_block(policy, probe.lines, lines_per_block, 1e6F,
+                             [&](std::size_t begin, std::size_t end) { trace_block(scene, how, begin, end); });
+    }
     return lines;
 }
 
-/// The same, in memory of its own.
-template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type> trace_lines(const Policy& policy, search by, const scene& body,
-                                                   const Probe& probe, const pose& at, const Model& model,
-                                                   const acquisition& settings) {
-    trace_workspace<Probe, Model> own;
-    return trace_lines(policy, by, body, probe, at, model, settings, own, {});
-}
-
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// `trace` by one ray a line and slice, through the trees of the objects.
-/// @throws usage_error, geometry_error  as `trace`, and where a tree of the scene waits
-template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type> trace_beams(const Policy& policy, const scene& body, const Probe& probe,
-                                                   const pose& at, const Model& model, const acquisition& settings) {
-    return trace_lines(exec::any_policy{policy}, search::rays, body, probe, at, model, settings);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_TRACING_SLICE_HPP
-#define INSONIFY_TRACING_SLICE_HPP
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// `trace` by cutting the scene: all lines of a slice lie in one plane, so each object is cut by it once, and the
-/// segments are handed out to the lines.
-///
-/// Needs no tree: objects whose trees wait (`scene::update`) are cut by a linear pass. Several planes cost about what
-/// one does. Watertight: faces that share an edge are cut in the very same point of it, so each line crosses a closed
-/// surface in and out by turns. Lines that are neither parallel nor from one point are traced as `trace_beams` does.
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type> trace_slice(const Policy& policy, const scene& body, const Probe& probe,
-                                                   const pose& at, const Model& model, const acquisition& settings) {
-    return trace_lines(exec::any_policy{policy}, search::slices, body, probe, at, model, settings);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
+/// What `trace` keeps from frame to frame: handed back each time with the former lines, nothing is allocated.
+template <transducer Probe, acoustic_model Model, class Tracer = straight_lines>
+using trace_workspace = trace_workspace_of<Probe, Model, Tracer>;
 
 /// What the probe receives along its lines.
 ///
 ///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm});
 ///     scan_lines paper = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
+///     iq_lines bent = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm}, paths{});
 ///
 /// @param at     probe to world: x lateral, y elevation, z depth
 /// @param model  what happens at interfaces and between them: `physical`, `law2011`, or your own (`acoustic_model`)
+/// @param how    how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
 /// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, acoustic_model Model>
+template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer = straight_lines>
 line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
-                                             const pose& at, const Model& model, const acquisition& settings) {
-    return trace_lines(exec::any_policy{policy}, search::best, body, probe, at, model, settings);
+                                             const pose& at, const Model& model, const acquisition& settings,
+                                             const Tracer& how = {}) {
+    trace_workspace<Probe, Model, Tracer> own;
+    return detail::trace_frame(detail::any_policy{policy}, body, probe, at, model, settings, how, own, {});
 }
 
 /// The same frame after frame: allocates nothing after the first.
@@ -9682,14 +11038,35 @@ line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& 
 ///     for (;;) echoes = trace(exec::par_unseq, body, probe, at, model, scan, own, std::move(echoes));
 ///
 /// @param own       kept from frame to frame
-/// @param recycled  lines whose memory is used again
-template <exec::policy Policy, transducer Probe, acoustic_model Model>
+/// @param recycled  lines whose memory is reused
+template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer = straight_lines>
 line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
                                              const pose& at, const Model& model, const acquisition& settings,
-                                             trace_workspace<Probe, Model>& own,
-                                             line_grid<typename Model::sample_type> recycled) {
-    return trace_lines(exec::any_policy{policy}, search::best, body, probe, at, model, settings, own,
-                       std::move(recycled));
+                                             trace_workspace_of<Probe, Model, Tracer>& own,
+                                             line_grid<typename Model::sample_type> recycled, const Tracer& how = {}) {
+    return detail::trace_frame(detail::any_policy{policy}, body, probe, at, model, settings, how, own,
+                               std::move(recycled));
+}
+
+/// `trace` by one ray for each line and plane, through the trees of the objects.
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
+line_grid<typename Model::sample_type> trace_beams(const Policy& policy, const scene& body, const Probe& probe,
+                                                   const pose& at, const Model& model, const acquisition& settings) {
+    return trace(policy, body, probe, at, model, settings, straight_lines{straight_lines::search::rays});
+}
+
+/// `trace` by slices alone: all lines of a plane lie in one slice of the scene, so each object is cut by it once, and the
+/// segments are shared out over the lines.
+///
+/// Needs no tree: objects that have moved are cut by a linear pass. Several planes cost about as much as one. Watertight:
+/// faces that share an edge are cut in the very same point of it, so each line enters and leaves a closed surface by turns.
+/// Lines that are neither parallel nor from one point are traced as `trace_beams` does.
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
+line_grid<typename Model::sample_type> trace_slice(const Policy& policy, const scene& body, const Probe& probe,
+                                                   const pose& at, const Model& model, const acquisition& settings) {
+    return trace(policy, body, probe, at, model, settings, straight_lines{straight_lines::search::slices});
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -9697,59 +11074,62 @@ line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& 
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What a B-mode looks like.
+/// Settings of a B-mode image, as on a scanner.
 struct b_mode_settings {
     float depth = 0.08F;         ///< metres
-    std::uint32_t samples = 0;   ///< along each line; 0: two for each deviation of the pulse
+    std::uint32_t samples = 0;   ///< depth samples of each line; 0: two per standard deviation of the pulse envelope
     uvec2 size{0, 0};            ///< columns, rows; see `scan_convert_settings`
-    float dynamic_range_db = 60; ///< from black to white
-    float reference_db = -25;    ///< the level that is white; 0 dB is the echo of a perfect mirror
+    float dynamic_range_db = 60; ///< range of levels from black to white
+    float reference_db = -25;    ///< level of white; 0 dB is the echo of a perfect mirror
     float gain_db = 0;           ///< added to every level
-    float tgc = 0;               ///< dB/m at 1 MHz to make up for; 0: the background's, between 50 and 100
-    std::uint32_t planes = 5;    ///< 1, 3, 5 or 7 slices that stand for the thickness of the beam
-    float background = 0;        ///< grey beside the field of view
+    float tgc = 0; ///< attenuation to compensate for, dB/m at 1 MHz; 0: that of the background, clamped to 50 to 100
+    std::uint32_t planes = 5; ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    float background = 0;     ///< brightness of the pixels outside the field of view
 };
 
-/// Rays for each line of a picture, so that they lie within half the beam's width at its focus; 4 at most.
+/// Number of traced rays per line, so that their distance at the focus is at most half the beam width; at most 4.
 template <transducer Probe>
 std::uint32_t rays_per_line(const Probe& probe, float depth) {
     const beam_model beam = beam_of(probe, depth);
     const float rays = std::ceil(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus));
-    return static_cast<std::uint32_t>(clamped(rays, 1, 4));
+    return static_cast<std::uint32_t>(clamp(rays, 1, 4));
 }
 
-/// What `b_mode` keeps from frame to frame: tables, and the memory of every stage.
-template <transducer Probe, acoustic_model Model = physical<>>
+/// Tables and memory of `b_mode`, kept from frame to frame.
+template <transducer Probe, acoustic_model Model = physical<>, class Tracer = straight_lines>
 struct b_mode_workspace {
-    trace_workspace<refined<Probe>, Model> tracing{}; ///< of `trace`
-    convolve_workspace convolution{};                 ///< of `convolve`
-    kept_scan_map<refined<Probe>> map{};              ///< of `scan_convert`
-    iq_lines echoes{};                                ///< as received
-    scan_lines lines{};                               ///< greys
-    image picture{};                                  ///< the last one
+    trace_workspace<refined<Probe>, Model, Tracer> tracing{}; ///< of `trace`
+    convolve_workspace convolution{};                         ///< of `convolve`
+    kept_scan_map<refined<Probe>> map{};                      ///< of `scan_convert`
+    iq_lines echoes{};                                        ///< received echoes
+    scan_lines lines{};                                       ///< brightness
+    image picture{};                                          ///< the last image
 };
 
-/// The whole chain in one call: a B-mode picture.
+/// Simulates a B-mode image: the whole chain in one call.
 ///
 ///     trace (physical) -> convolve (the probe's pulse and beam) -> envelope -> tgc -> log_compress -> scan_convert
 ///
-/// The levels are fixed: a clip does not flicker. For a clip:
+/// The levels are fixed, so clips do not flicker. For a clip:
 ///
 ///     b_mode_workspace<linear_array> own;
 ///     for (;;) show(b_mode(exec::par_unseq, body, probe, at, settings, physical{}, own));
 ///
-/// @param model  what happens at interfaces and between them
-/// @param own    kept from frame to frame: then nothing is allocated after the first, and tables are made once
-/// @return the picture, which is good until `own` is used again
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @param model  acoustics of interfaces and media
+/// @param own    tables and memory; pass it again with the next frame to avoid allocations
+/// @param how    how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
+/// @return the image, valid until `own` is used again
+/// @throws usage_error     for a scene that is not built, or a setting out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, acoustic_model Model>
+template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
 const image& b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                    const b_mode_settings& settings, const Model& model, b_mode_workspace<Probe, Model>& own) {
+                    const b_mode_settings& settings, const Model& model, b_mode_workspace<Probe, Model, Tracer>& own,
+                    const Tracer& how = {}) {
     static_assert(
         std::same_as<typename Model::sample_type, vec2>,
         "b_mode needs a model that makes complex echoes, such as physical; trace and scan_convert draw others");
     probe.check();
+    check_depth(settings.depth, "b_mode");
     if (!is_finite(settings.tgc) || !(settings.tgc >= 0))
         throw usage_error{"b_mode: `tgc` must be a finite number of dB/m at 1 MHz, or 0 for the background's"};
     const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
@@ -9758,11 +11138,11 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
         settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
     own.echoes =
         trace(policy, body, fine, at, model, {.depth = settings.depth, .samples = samples, .planes = settings.planes},
-              own.tracing, std::move(own.echoes));
+              own.tracing, std::move(own.echoes), how);
     own.echoes = convolve(policy, std::move(own.echoes), sent, fine, {}, own.convolution);
     own.lines = envelope(policy, own.echoes, std::move(own.lines));
     own.lines = tgc(policy, std::move(own.lines), probe.frequency,
-                    {.attenuation = settings.tgc > 0 ? settings.tgc : clamped(body.background().attenuation, 50, 100)});
+                    {.attenuation = settings.tgc > 0 ? settings.tgc : clamp(body.background().attenuation, 50, 100)});
     own.lines = log_compress(policy, std::move(own.lines),
                              {.dynamic_range_db = settings.dynamic_range_db,
                               .reference_db = settings.reference_db,
@@ -9772,13 +11152,17 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
     own.picture = scan_convert(policy, own.lines, map, std::move(own.picture));
     return own.picture;
 }
-/// The same for a single picture.
+/// The same for a single image.
+///
+///     b_mode(exec::par_unseq, body, probe, at, {.depth = 40_mm}, physical{}, paths{});
+///
 /// @throws usage_error, geometry_error  as above
-template <exec::policy Policy, transducer Probe, acoustic_model Model = physical<>>
+template <exec::policy Policy, transducer Probe, acoustic_model Model = physical<>,
+          tracer<Model> Tracer = straight_lines>
 image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-             const b_mode_settings& settings = {}, const Model& model = {}) {
-    b_mode_workspace<Probe, Model> own;
-    b_mode(policy, body, probe, at, settings, model, own);
+             const b_mode_settings& settings = {}, const Model& model = {}, const Tracer& how = {}) {
+    b_mode_workspace<Probe, Model, Tracer> own;
+    b_mode(policy, body, probe, at, settings, model, own, how);
     return std::move(own.picture);
 }
 
@@ -9797,61 +11181,59 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
 #define INSONIFY_PROBE_SECTOR_HPP
 
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Lines that fan out from one point, the apex, which lies `radius` behind the face.
+/// Lines that diverge from an apex, which lies `radius` behind the face.
 struct sector {
     std::uint32_t lines = 1;
-    float radius = 0;        ///< of the face, metres
-    float field_of_view = 1; ///< between the two ends of the fan, radians
+    float radius = 0;        ///< radius of the face, metres
+    float field_of_view = 1; ///< angle between the ends of the sector, radians
 
     /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
     INSONIFY_FN ray beam(float line) const {
-        const float angle = share_of_line(line, lines) * field_of_view;
+        const float angle = aperture_fraction(line, lines) * field_of_view;
         const vec3 direction{std::sin(angle), 0, std::cos(angle)};
         return {.origin = radius * (direction - vec3{0, 0, 1}), .direction = direction};
     }
     INSONIFY_FN vec2 locate(vec2 point) const {
         const float along = point.y + radius;
         const float from_apex = std::sqrt(point.x * point.x + along * along);
-        return {line_of_share(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
+        return {line_at_fraction(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Lines that leave a curved face at right angles: the abdomen.
+/// Curved array, its lines normal to the face: for the abdomen.
 ///
-/// The elevation defaults are those of a C5-2v. Source: the probe table of PyMUST.
+/// Defaults in elevation: C5-2v. Source: the probe table of PyMUST.
 struct convex_array {
-    std::uint32_t lines = 192;        ///< of a frame
-    float radius = 60_mm;             ///< of the face, metres
-    float field_of_view = 60_deg;     ///< between the two ends of the face, radians; up to 360_deg
-    float frequency = 3.5_MHz;        ///< of the carrier, hertz
-    float fnumber = 2;                ///< depth over the aperture in use, across the lines
-    float focus = 0;                  ///< depth in metres; 0: half the depth of the picture
-    float elevation_height = 13.5_mm; ///< of the aperture out of the slice plane, metres
-    float elevation_focus = 60_mm;    ///< depth at which the slice is thinnest, metres
-    float bandwidth = 0.644F;         ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
+    std::uint32_t lines = 192;        ///< scan lines of a frame
+    float radius = 60_mm;             ///< radius of the face, metres
+    float field_of_view = 60_deg;     ///< angle between the ends of the face, radians; up to 360_deg
+    float frequency = 3.5_MHz;        ///< carrier frequency, hertz
+    float fnumber = 2;                ///< depth over active aperture, in the lateral direction
+    float focus = 0;                  ///< transmit focus, metres; 0: half the depth of the image
+    float elevation_height = 13.5_mm; ///< height of the aperture, metres
+    float elevation_focus = 60_mm;    ///< depth of the elevation focus, where the slice is thinnest, metres
+    float bandwidth = 0.644F;         ///< fractional bandwidth of echoes at -6 dB
 
-    /// Line `line` in the frame of the probe: see `transducer`.
-    INSONIFY_FN ray beam(float line) const { return sector{lines, radius, field_of_view}.beam(line); }
-    /// From {x, z} to {line, metres along it}: see `transducer`.
-    INSONIFY_FN vec2 locate(vec2 point) const { return sector{lines, radius, field_of_view}.locate(point); }
+    /// The line as a ray in the probe frame; see `transducer`.
+    INSONIFY_FN ray beam(float line) const { return detail::sector{lines, radius, field_of_view}.beam(line); }
+    /// From {x, z} to {line, depth along it}; see `transducer`.
+    INSONIFY_FN vec2 locate(vec2 point) const { return detail::sector{lines, radius, field_of_view}.locate(point); }
 
-    /// The widest aperture that a line can use, metres.
+    /// The largest active aperture, metres.
     INSONIFY_FN float aperture() const { return radius * field_of_view; }
 
-    /// @throws usage_error  naming the setting that makes no sense
-    INSONIFY_LAZY void check() const {
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
         check_array(*this);
-        check_positive(radius, "radius");
-        check_positive(field_of_view, "field_of_view");
-        if (field_of_view > 2 * pi)
-            throw usage_error{"convex_array: `field_of_view` is in radians and at most 360_deg; write it as 60_deg"};
+        check_length(radius, "radius");
+        check_angle(field_of_view, "field_of_view", 2 * pi, "convex_array");
     }
 
     friend bool operator==(const convex_array&, const convex_array&) = default;
@@ -9865,31 +11247,31 @@ struct convex_array {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Parallel lines from a flat face: vessels, nerves, muscles.
+/// Flat array of parallel lines: for vessels, nerves and muscles.
 ///
-/// The defaults are those of an L12-3v. Source: the probe table of PyMUST.
+/// Defaults: L12-3v. Source: the probe table of PyMUST.
 struct linear_array {
-    std::uint32_t lines = 192;     ///< of a frame
-    float width = 38_mm;           ///< of the face, metres; the lines stand in the middle of `lines` equal parts of it
-    float frequency = 7.5_MHz;     ///< of the carrier, hertz
-    float fnumber = 2;             ///< depth over the aperture in use, across the lines
-    float focus = 0;               ///< depth in metres; 0: half the depth of the picture
-    float elevation_height = 5_mm; ///< of the aperture out of the slice plane, metres
-    float elevation_focus = 20_mm; ///< depth at which the slice is thinnest, metres
-    float bandwidth = 0.644F;      ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
+    std::uint32_t lines = 192;     ///< scan lines of a frame
+    float width = 38_mm;           ///< width of the face, metres
+    float frequency = 7.5_MHz;     ///< carrier frequency, hertz
+    float fnumber = 2;             ///< depth over active aperture, in the lateral direction
+    float focus = 0;               ///< transmit focus, metres; 0: half the depth of the image
+    float elevation_height = 5_mm; ///< height of the aperture, metres
+    float elevation_focus = 20_mm; ///< depth of the elevation focus, where the slice is thinnest, metres
+    float bandwidth = 0.644F;      ///< fractional bandwidth of echoes at -6 dB
 
-    /// Line `line` in the frame of the probe: see `transducer`.
-    INSONIFY_FN ray beam(float line) const { return {.origin = {share_of_line(line, lines) * width, 0, 0}}; }
-    /// From {x, z} to {line, metres along it}: see `transducer`.
-    INSONIFY_FN vec2 locate(vec2 point) const { return {line_of_share(point.x / width, lines), point.y}; }
+    /// The line as a ray in the probe frame; see `transducer`.
+    INSONIFY_FN ray beam(float line) const { return {.origin = {aperture_fraction(line, lines) * width, 0, 0}}; }
+    /// From {x, z} to {line, depth along it}; see `transducer`.
+    INSONIFY_FN vec2 locate(vec2 point) const { return {line_at_fraction(point.x / width, lines), point.y}; }
 
-    /// The widest aperture that a line can use, metres.
+    /// The largest active aperture, metres.
     INSONIFY_FN float aperture() const { return width; }
 
-    /// @throws usage_error  naming the setting that makes no sense
-    INSONIFY_LAZY void check() const {
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
         check_array(*this);
-        check_positive(width, "width");
+        check_length(width, "width");
     }
 
     friend bool operator==(const linear_array&, const linear_array&) = default;
@@ -9903,35 +11285,33 @@ struct linear_array {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Lines steered from the middle of a small flat face: the heart between the ribs.
+/// Small flat array that steers its lines from its centre: for the heart, between the ribs.
 ///
-/// The elevation defaults are those of a P4-2v. Source: the probe table of PyMUST.
+/// Defaults in elevation: P4-2v. Source: the probe table of PyMUST.
 struct phased_array {
-    std::uint32_t lines = 128;      ///< of a frame
-    float width = 20_mm;            ///< of the face, metres: the whole aperture; every line starts in its middle
-    float field_of_view = 90_deg;   ///< between the two ends of the fan, radians; up to 180_deg
-    float frequency = 2.5_MHz;      ///< of the carrier, hertz
-    float fnumber = 2;              ///< depth over the aperture in use, across the lines
-    float focus = 0;                ///< depth in metres; 0: half the depth of the picture
-    float elevation_height = 14_mm; ///< of the aperture out of the slice plane, metres
-    float elevation_focus = 60_mm;  ///< depth at which the slice is thinnest, metres
-    float bandwidth = 0.644F;       ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
+    std::uint32_t lines = 128;      ///< scan lines of a frame
+    float width = 20_mm;            ///< width of the face, metres; all lines start at its centre
+    float field_of_view = 90_deg;   ///< angle between the ends of the sector, radians; up to 180_deg
+    float frequency = 2.5_MHz;      ///< carrier frequency, hertz
+    float fnumber = 2;              ///< depth over active aperture, in the lateral direction
+    float focus = 0;                ///< transmit focus, metres; 0: half the depth of the image
+    float elevation_height = 14_mm; ///< height of the aperture, metres
+    float elevation_focus = 60_mm;  ///< depth of the elevation focus, where the slice is thinnest, metres
+    float bandwidth = 0.644F;       ///< fractional bandwidth of echoes at -6 dB
 
-    /// Line `line` in the frame of the probe: see `transducer`.
-    INSONIFY_FN ray beam(float line) const { return sector{lines, 0, field_of_view}.beam(line); }
-    /// From {x, z} to {line, metres along it}: see `transducer`.
-    INSONIFY_FN vec2 locate(vec2 point) const { return sector{lines, 0, field_of_view}.locate(point); }
+    /// The line as a ray in the probe frame; see `transducer`.
+    INSONIFY_FN ray beam(float line) const { return detail::sector{lines, 0, field_of_view}.beam(line); }
+    /// From {x, z} to {line, depth along it}; see `transducer`.
+    INSONIFY_FN vec2 locate(vec2 point) const { return detail::sector{lines, 0, field_of_view}.locate(point); }
 
-    /// The widest aperture that a line can use, metres.
+    /// The largest active aperture, metres.
     INSONIFY_FN float aperture() const { return width; }
 
-    /// @throws usage_error  naming the setting that makes no sense
-    INSONIFY_LAZY void check() const {
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
         check_array(*this);
-        check_positive(width, "width");
-        check_positive(field_of_view, "field_of_view");
-        if (field_of_view > pi)
-            throw usage_error{"phased_array: `field_of_view` is in radians and at most 180_deg; write it as 90_deg"};
+        check_length(width, "width");
+        check_angle(field_of_view, "field_of_view", pi, "phased_array");
     }
 
     friend bool operator==(const phased_array&, const phased_array&) = default;
@@ -9940,12 +11320,12 @@ struct phased_array {
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 
-/// Real probes: one line for each element, and 128 over 90 degrees for the phased array.
+/// Real probes, with one line for each element (the phased array: 128 lines over 90 degrees).
 ///
-/// Source: `getparam` of PyMUST (Garcia 2021), from Verasonics' data: pitch, elements, frequency, bandwidth, elevation.
+/// Source: `getparam` of PyMUST (Garcia 2021), after Verasonics: pitch, elements, frequency, bandwidth, elevation.
 namespace insonify::inline INSONIFY_ABI::presets {
 
-/// Vessels, nerves, muscles: 128 elements, 0.30 mm apart.
+/// Vessels, nerves, muscles: 128 elements with a pitch of 0.30 mm.
 inline constexpr linear_array l11_5v{.lines = 128,
                                      .width = 128 * 0.30_mm,
                                      .frequency = 7.6_MHz,
@@ -9953,7 +11333,7 @@ inline constexpr linear_array l11_5v{.lines = 128,
                                      .elevation_focus = 18_mm,
                                      .bandwidth = 0.77F};
 
-/// Small parts near the surface: 192 elements, 0.20 mm apart.
+/// Superficial structures: 192 elements with a pitch of 0.20 mm.
 inline constexpr linear_array l12_3v{.lines = 192,
                                      .width = 192 * 0.20_mm,
                                      .frequency = 7.54_MHz,
@@ -9961,7 +11341,7 @@ inline constexpr linear_array l12_3v{.lines = 192,
                                      .elevation_focus = 20_mm,
                                      .bandwidth = 0.93F};
 
-/// Abdomen: 128 elements, 0.508 mm apart on an arc of 49.57 mm radius.
+/// Abdomen: 128 elements with a pitch of 0.508 mm on an arc with a radius of 49.57 mm.
 inline constexpr convex_array c5_2v{.lines = 128,
                                     .radius = 49.57_mm,
                                     .field_of_view = 128 * 0.508F / 49.57F,
@@ -9970,7 +11350,7 @@ inline constexpr convex_array c5_2v{.lines = 128,
                                     .elevation_focus = 60_mm,
                                     .bandwidth = 0.79F};
 
-/// Heart: 64 elements, 0.30 mm apart.
+/// Heart: 64 elements with a pitch of 0.30 mm.
 inline constexpr phased_array p4_2v{.lines = 128,
                                     .width = 64 * 0.30_mm,
                                     .field_of_view = 90_deg,
@@ -9987,38 +11367,38 @@ inline constexpr phased_array p4_2v{.lines = 128,
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Lines all around the axis of a catheter: vessels from inside.
+/// Catheter that scans a full circle: for vessels, from inside.
 ///
-/// Here the frame's origin lies on the axis, which is y: line i of N leaves the face at the angle ((i + 1/2) / N - 1/2)
-/// of a full turn, from z towards x. Depth counts from the face, and the last line is the neighbour of the first.
+/// The origin of the probe frame lies on the axis of the catheter, which is y. Line i of N leaves the face at the angle
+/// ((i + 1/2) / N - 1/2) * 2 pi, from z towards x. Depth starts at the face; the last line is next to the first.
 struct radial_array {
-    std::uint32_t lines = 256;     ///< of a frame
-    float radius = 0.5_mm;         ///< of the face, metres
-    float frequency = 20_MHz;      ///< of the carrier, hertz
-    float fnumber = 2;             ///< depth over the aperture in use, across the lines
-    float focus = 0;               ///< depth in metres; 0: half the depth of the picture
-    float elevation_height = 1_mm; ///< of the aperture along the axis, metres
-    float elevation_focus = 3_mm;  ///< depth at which the slice is thinnest, metres
-    float bandwidth = 0.644F;      ///< -6 dB width of the spectrum of its echoes, as a share of the frequency
+    std::uint32_t lines = 256;     ///< scan lines of a frame
+    float radius = 0.5_mm;         ///< radius of the face, metres
+    float frequency = 20_MHz;      ///< carrier frequency, hertz
+    float fnumber = 2;             ///< depth over active aperture, in the lateral direction
+    float focus = 0;               ///< transmit focus, metres; 0: half the depth of the image
+    float elevation_height = 1_mm; ///< height of the aperture along the axis, metres
+    float elevation_focus = 3_mm;  ///< depth of the elevation focus, where the slice is thinnest, metres
+    float bandwidth = 0.644F;      ///< fractional bandwidth of echoes at -6 dB
 
-    /// Line `line` in the frame of the probe: see `transducer`.
+    /// The line as a ray in the probe frame; see `transducer`.
     INSONIFY_FN ray beam(float line) const {
-        const float angle = share_of_line(line, lines) * 2 * pi;
+        const float angle = aperture_fraction(line, lines) * 2 * pi;
         const vec3 direction{std::sin(angle), 0, std::cos(angle)};
         return {.origin = radius * direction, .direction = direction};
     }
-    /// From {x, z} to {line, metres along it}: see `transducer`.
+    /// From {x, z} to {line, depth along it}; see `transducer`.
     INSONIFY_FN vec2 locate(vec2 point) const {
-        return {line_of_share(std::atan2(point.x, point.y) / (2 * pi), lines), length(point) - radius};
+        return {line_at_fraction(std::atan2(point.x, point.y) / (2 * pi), lines), length(point) - radius};
     }
 
-    /// The widest aperture that a line can use, metres: what of the face looks its way.
+    /// The largest active aperture, metres: the diameter of the face.
     INSONIFY_FN float aperture() const { return 2 * radius; }
 
-    /// @throws usage_error  naming the setting that makes no sense
-    INSONIFY_LAZY void check() const {
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
         check_array(*this);
-        check_positive(radius, "radius");
+        check_length(radius, "radius");
     }
 
     friend bool operator==(const radial_array&, const radial_array&) = default;
@@ -10029,12 +11409,12 @@ struct radial_array {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What is set on a scanner before a patient is looked at:
+/// A probe and scanner settings for an examination:
 ///
 ///     b_mode(exec::par_unseq, body, presets::abdomen.probe, at, presets::abdomen.settings)
 template <transducer Probe>
 struct examination {
-    Probe probe{};              ///< what is held
+    Probe probe{};              ///< the transducer
     b_mode_settings settings{}; ///< for `b_mode`
 };
 
@@ -10042,7 +11422,7 @@ struct examination {
 
 namespace insonify::inline INSONIFY_ABI::presets {
 
-/// A nerve block: a needle towards a nerve a few centimetres under the skin.
+/// Nerve block: a needle near a nerve a few centimetres below the skin.
 inline constexpr examination<linear_array> nerve_block{
     .probe = {.lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm},
     .settings = {.depth = 40_mm, .tgc = 0.85_dB_per_cm, .planes = 7}};
@@ -10057,7 +11437,7 @@ inline constexpr examination<phased_array> heart{
     .probe = {.lines = 128, .width = 20_mm, .field_of_view = 90_deg, .frequency = 2.5_MHz},
     .settings = {.depth = 160_mm}};
 
-/// A vessel from inside.
+/// Vessel, from inside.
 inline constexpr examination<radial_array> intravascular{.probe = {.lines = 256, .radius = 0.5_mm, .frequency = 20_MHz},
                                                          .settings = {.depth = 6_mm}};
 
@@ -10067,7 +11447,7 @@ inline constexpr examination<radial_array> intravascular{.probe = {.lines = 256,
 #define INSONIFY_FWD_HPP
 
 
-/// Declarations, to be included from anywhere.
+/// Forward declarations; may be included from any folder.
 namespace insonify::inline INSONIFY_ABI {
 
 struct acquisition;
@@ -10089,6 +11469,43 @@ class scene;
 #ifndef INSONIFY_GEOMETRY_SHAPES_HPP
 #define INSONIFY_GEOMETRY_SHAPES_HPP
 
+#ifndef INSONIFY_GEOMETRY_HALF_EDGE_HPP
+#define INSONIFY_GEOMETRY_HALF_EDGE_HPP
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// One side of a face, as half of an edge: the half edges of one edge have equal `ends`, whatever their direction.
+struct half_edge {
+    std::uint64_t ends = 0; ///< both vertices, the lower index in the upper 32 bits
+    std::uint32_t slot = 0; ///< 3 * face + corner at which the half edge starts
+
+    half_edge() = default;
+    half_edge(std::uint32_t from, std::uint32_t to, std::uint32_t start)
+        : ends{static_cast<std::uint64_t>(std::min(from, to)) << 32U | std::max(from, to)}, slot{start} {}
+
+    std::uint32_t lower() const { return static_cast<std::uint32_t>(ends >> 32U); }
+    std::uint32_t upper() const { return static_cast<std::uint32_t>(ends); }
+};
+
+/// The vertices from which and to which the half edge that starts at a corner of a face leads.
+inline std::pair<std::uint32_t, std::uint32_t> vertices_of_side(const uvec3& face, std::uint32_t corner) {
+    const std::uint32_t vertex[] = {face.x, face.y, face.z};
+    return {vertex[corner], vertex[(corner + 1) % 3]};
+}
+
+/// Makes the half edges of each edge neighbours.
+inline void sort_by_ends(std::vector<half_edge>& edges) {
+    std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -10096,95 +11513,90 @@ class scene;
 #include <utility>
 #include <vector>
 
-/// Shapes to scan without a file: closed, outward, watertight, each vertex stored once.
+/// Procedural meshes: closed, oriented outwards, with shared vertices.
 ///
-/// All lengths are metres. Every shape throws geometry_error for an argument that is not finite, a size that is not
-/// above 0 or reaches further than 1000 km, and a shape so small for its distance from the origin, or so finely
-/// divided, that neighbouring vertices round to one point.
+/// All lengths are metres. Every function throws geometry_error for an argument that is not finite, for a length
+/// outside 0 to 1000 km, and for a shape so small for its distance from the origin, or so finely subdivided, that
+/// neighbouring vertices round to the same point.
 namespace insonify::inline INSONIFY_ABI {
 
-/// Splits every face into four at the middles of its edges; a middle that two faces share is one vertex.
+/// Splits every face into four at the midpoints of its edges; midpoints are shared between faces.
 ///
-/// The old vertices come first and keep their indices; face i becomes faces 4 i to 4 i + 3.
-/// @throws geometry_error  where a face names a vertex that is not there
-INSONIFY_LAZY mesh subdivide(const mesh& coarse) {
-    struct half_edge {
-        std::uint64_t ends; // both vertices, the lower one first: equal for the two faces that share the edge
-        std::uint32_t slot; // 3 * face + corner
-    };
+/// Vertices keep their indices, the midpoints follow; face i becomes faces 4 i to 4 i + 3.
+/// @throws geometry_error  for a vertex index out of range, or more than 2^28 faces
+inline mesh subdivide(const mesh& coarse) {
     const std::size_t faces = coarse.faces.size();
-    if (faces > 0x0FFFFFFFU) throw geometry_error{"subdivide: this mesh has too many faces to be divided once more"};
+    if (faces > 0x0FFFFFFFU)
+        throw geometry_error{"subdivide: the mesh has " + std::to_string(faces) +
+                             " faces; at most 268435455 can be subdivided"};
 
-    later_t<Later, std::vector<half_edge>> edges(3 * faces);
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-        const uvec3 f = coarse.faces[i / 3];
-        const std::uint32_t ends[3] = {f.x, f.y, f.z};
-        const std::uint32_t a = ends[i % 3], b = ends[(i + 1) % 3];
-        if (std::max(a, b) >= coarse.positions.size())
-            throw geometry_error{"subdivide: face " + std::to_string(i / 3) + " names a vertex that is not there; " +
+    std::vector<detail::half_edge> edges(3 * faces);
+    for (std::uint32_t slot = 0; slot < edges.size(); ++slot) {
+        const auto [from, to] = detail::vertices_of_side(coarse.faces[slot / 3], slot % 3);
+        if (std::max(from, to) >= coarse.positions.size())
+            throw geometry_error{"subdivide: face " + std::to_string(slot / 3) + " names a vertex out of range; " +
                                  "check the mesh with `validate`"};
-        edges[i] = {static_cast<std::uint64_t>(std::min(a, b)) << 32U | std::max(a, b), static_cast<std::uint32_t>(i)};
+        edges[slot] = {from, to, slot};
     }
-    std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
+    detail::sort_by_ends(edges);
 
-    later_t<Later, mesh> fine;
+    mesh fine;
     fine.positions.reserve(coarse.positions.size() + edges.size() / 2);
     fine.positions = coarse.positions;
-    later_t<Later, std::vector<std::uint32_t>> middle(edges.size());
+    std::vector<std::uint32_t> midpoint(edges.size());
     for (std::size_t i = 0; i < edges.size(); ++i) {
         if (i == 0 || edges[i].ends != edges[i - 1].ends)
-            fine.positions.push_back(0.5F * coarse.positions[edges[i].ends >> 32U] +
-                                     0.5F * coarse.positions[edges[i].ends & 0xFFFFFFFFU]);
-        middle[edges[i].slot] = static_cast<std::uint32_t>(fine.positions.size() - 1);
+            fine.positions.push_back(0.5F * coarse.positions[edges[i].lower()] +
+                                     0.5F * coarse.positions[edges[i].upper()]);
+        midpoint[edges[i].slot] = static_cast<std::uint32_t>(fine.positions.size() - 1);
     }
     fine.faces.reserve(4 * faces);
     for (std::size_t i = 0; i < faces; ++i) {
         const uvec3 f = coarse.faces[i];
-        const uvec3 m{middle[3 * i], middle[3 * i + 1], middle[3 * i + 2]};
+        const uvec3 m{midpoint[3 * i], midpoint[3 * i + 1], midpoint[3 * i + 2]};
         fine.faces.insert(fine.faces.end(), {{f.x, m.x, m.z}, {f.y, m.y, m.x}, {f.z, m.z, m.y}, m});
     }
     return fine;
 }
 
-/// The same direction with length 1, however long or short it was.
-INSONIFY_LAZY vec3 unit_along(vec3 direction) {
-    const vec3 size = absolute(direction);
-    return normalize(direction / greater(greater(size.x, size.y), size.z));
+namespace detail {
+
+/// Normalizes a vector of any length, without overflow or underflow.
+inline vec3 unit_along(vec3 direction) {
+    const vec3 size = abs(direction);
+    return normalize(direction / max(max(size.x, size.y), size.z));
 }
 
-/// Some direction of length 1 across a direction of length 1: as far from parallel as an axis can be, made orthogonal.
-INSONIFY_LAZY vec3 unit_across(vec3 direction) {
-    const vec3 size = absolute(direction);
+/// A unit vector orthogonal to a unit vector: the least parallel coordinate axis, orthogonalized.
+inline vec3 unit_across(vec3 direction) {
+    const vec3 size = abs(direction);
     const vec3 axis = size.x <= size.y && size.x <= size.z ? vec3{1, 0, 0}
                       : size.y <= size.z                   ? vec3{0, 1, 0}
                                                            : vec3{0, 0, 1};
     return normalize(axis - dot(axis, direction) * direction);
 }
 
-/// What every shape asks of its arguments and of its result.
-namespace shape_check {
-
-inline constexpr float furthest = 1e6F; ///< metres from the origin
-
-/// @throws geometry_error  where a point is not finite or too far away
-INSONIFY_LAZY void point(const std::string& shape, vec3 p) {
-    if (!is_finite(p) || absolute(p).x > furthest || absolute(p).y > furthest || absolute(p).z > furthest)
-        throw geometry_error{shape + ": every coordinate must be a number of metres within 1000 km of the origin"};
+/// @throws geometry_error  for a point that is not finite or too far away
+inline void check_shape_point(const std::string& shape, vec3 p) {
+    if (!is_finite(p) || abs(p) != min(abs(p), vec3{max_translation}))
+        throw geometry_error{shape + ": coordinates must be finite and within 1000 km of the origin"};
 }
 
-/// @throws geometry_error  where a length is not above 0, or too large; `what` names it
-INSONIFY_LAZY void length(const std::string& shape, const std::string& what, float value) {
-    if (!is_finite(value) || !(value > 0) || value > furthest)
+/// @throws geometry_error  for a length that is not above 0, or too large; `what` names it
+inline void check_shape_length(const std::string& shape, const std::string& what, float value) {
+    if (!is_finite(value) || !(value > 0) || value > max_translation)
         throw geometry_error{shape + ": the " + what + " must be above 0 and at most 1000 km"};
 }
 
 /// @throws geometry_error  for more than ten
-INSONIFY_LAZY void subdivisions(const std::string& shape, std::uint32_t count) {
-    if (count > 10) throw geometry_error{shape + ": at most 10 subdivisions, each makes four times as many triangles"};
+inline void check_subdivisions(const std::string& shape, std::uint32_t count) {
+    if (count > 10)
+        throw geometry_error{shape + ": " + std::to_string(count) +
+                             " subdivisions are more than 10; each makes four times as many triangles"};
 }
 
-/// Rounding must not have pulled the corners of a face together: that would open the surface.
-INSONIFY_LAZY mesh result(const std::string& shape, mesh m) {
+/// @throws geometry_error  where two corners of a face have rounded to the same point, which would open the surface
+inline mesh checked_shape(const std::string& shape, mesh m) {
     for (const uvec3 f : m.faces)
         if (const vec3 a = m.positions[f.x], b = m.positions[f.y], c = m.positions[f.z]; a == b || b == c || c == a)
             throw geometry_error{shape + ": vertices round to the same point; make the shape larger or coarser, " +
@@ -10192,37 +11604,37 @@ INSONIFY_LAZY mesh result(const std::string& shape, mesh m) {
     return m;
 }
 
-} // namespace shape_check
+} // namespace detail
 
 /// An axis-aligned box of 12 * 4^subdivisions triangles.
-INSONIFY_LAZY mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
-    shape_check::point("make_box", lower);
-    shape_check::point("make_box", upper);
-    shape_check::length("make_box", "extent from `lower` to `upper` along x", upper.x - lower.x);
-    shape_check::length("make_box", "extent from `lower` to `upper` along y", upper.y - lower.y);
-    shape_check::length("make_box", "extent from `lower` to `upper` along z", upper.z - lower.z);
-    shape_check::subdivisions("make_box", subdivisions);
+inline mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
+    detail::check_shape_point("make_box", lower);
+    detail::check_shape_point("make_box", upper);
+    detail::check_shape_length("make_box", "extent from `lower` to `upper` along x", upper.x - lower.x);
+    detail::check_shape_length("make_box", "extent from `lower` to `upper` along y", upper.y - lower.y);
+    detail::check_shape_length("make_box", "extent from `lower` to `upper` along z", upper.z - lower.z);
+    detail::check_subdivisions("make_box", subdivisions);
 
-    later_t<Later, mesh> box;
-    for (unsigned i = 0; i < 8; ++i) // bits of i: upper in x, y, z
+    mesh box;
+    for (unsigned i = 0; i < 8; ++i) // the bits of i select `upper` in x, y, z
         box.positions.push_back(
             {(i & 1U) ? upper.x : lower.x, (i & 2U) ? upper.y : lower.y, (i & 4U) ? upper.z : lower.z});
     box.faces = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                  {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
     for (std::uint32_t i = 0; i < subdivisions; ++i) box = subdivide(box);
-    return shape_check::result("make_box", std::move(box));
+    return detail::checked_shape("make_box", std::move(box));
 }
 
-/// An icosphere of 20 * 4^subdivisions triangles, every vertex on the sphere.
+/// An icosphere of 20 * 4^subdivisions triangles; all vertices lie on the sphere.
 ///
-/// From the first subdivision on, vertices lie exactly on the axes through the centre.
-INSONIFY_LAZY mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
-    shape_check::point("make_sphere", centre);
-    shape_check::length("make_sphere", "radius", radius);
-    shape_check::subdivisions("make_sphere", subdivisions);
+/// From the first subdivision on, six of them lie exactly on the axes through the centre.
+inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
+    detail::check_shape_point("make_sphere", centre);
+    detail::check_shape_length("make_sphere", "radius", radius);
+    detail::check_subdivisions("make_sphere", subdivisions);
 
-    const float p = (1 + std::sqrt(5.0F)) / 2; // the icosahedron's corners are (0, +-1, +-p) and its cyclic shifts
-    later_t<Later, mesh> sphere;
+    const float p = (1 + std::sqrt(5.0F)) / 2; // corners of the icosahedron: (0, +-1, +-p) and cyclic permutations
+    mesh sphere;
     sphere.positions = {{-1, p, 0},  {1, p, 0},  {-1, -p, 0}, {1, -p, 0}, {0, -1, p},  {0, 1, p},
                         {0, -1, -p}, {0, 1, -p}, {p, 0, -1},  {p, 0, 1},  {-p, 0, -1}, {-p, 0, 1}};
     sphere.faces = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
@@ -10233,54 +11645,68 @@ INSONIFY_LAZY mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivis
         const std::size_t kept = sphere.positions.size();
         sphere = subdivide(sphere);
         for (std::size_t j = kept; j < sphere.positions.size(); ++j)
-            sphere.positions[j] /= length(sphere.positions[j]); // exact on the axes, as GLM's normalize is not
+            sphere.positions[j] /= length(sphere.positions[j]); // exact on the axes, unlike GLM's normalize
     }
     for (vec3& v : sphere.positions) v = centre + radius * v;
-    return shape_check::result("make_sphere", std::move(sphere));
+    return detail::checked_shape("make_sphere", std::move(sphere));
 }
 
-/// A cylinder between the middles of its two end caps: 4 * segments triangles, `segments` around (3 to 1,000,000).
+/// A cylinder between the centres of its two end caps: 2 * segments * (segments_along + 1) triangles.
 ///
-/// The vertices lie on the circle, so the flat sides lie within it.
-INSONIFY_LAZY mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segments) {
-    shape_check::point("make_cylinder", from);
-    shape_check::point("make_cylinder", to);
-    shape_check::length("make_cylinder", "radius", radius);
-    shape_check::length("make_cylinder", "distance between `from` and `to`", length(to - from));
-    if (segments < 3 || segments > 1000000)
-        throw geometry_error{"make_cylinder: it takes 3 to 1,000,000 segments to go around"};
+/// The vertices lie on the circle, so the flat sides lie inside it. A cylinder that is to be bent needs rings of
+/// vertices along its axis: `segments_along` - 1 of them, evenly spaced between the caps.
+/// @param segments        around the axis, 3 to 1,000,000
+/// @param segments_along  along the axis, 1 to 1,000,000; at most 2^27 segments in all
+inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segments, std::uint32_t segments_along = 1) {
+    detail::check_shape_point("make_cylinder", from);
+    detail::check_shape_point("make_cylinder", to);
+    detail::check_shape_length("make_cylinder", "radius", radius);
+    detail::check_shape_length("make_cylinder", "distance between `from` and `to`", length(to - from));
+    if (segments < 3 || segments > 1'000'000)
+        throw geometry_error{"make_cylinder: `segments` is " + std::to_string(segments) +
+                             "; it must be from 3 to 1,000,000"};
+    if (segments_along < 1 || segments_along > 1'000'000 || segments > (1U << 27U) / segments_along)
+        throw geometry_error{"make_cylinder: `segments_along` is " + std::to_string(segments_along) +
+                             "; it must be from 1 to 1,000,000, with at most 2^27 segments in all"};
 
-    const vec3 axis = unit_along(to - from);
-    const vec3 u = unit_across(axis);
+    const vec3 axis = detail::unit_along(to - from);
+    const vec3 u = detail::unit_across(axis);
     const vec3 v = cross(axis, u);
 
-    later_t<Later, mesh> cylinder;
-    cylinder.positions = {from, to}; // then, for each segment, a vertex of the first ring and one of the second
+    mesh cylinder;
+    cylinder.positions = {from, to}; // then, for each segment, a vertex of every ring
+    const std::uint32_t rings = segments_along + 1;
     for (std::uint32_t i = 0; i < segments; ++i) {
         const double angle = 2 * 3.14159265358979323846 * i / segments;
         const vec3 out = radius * (static_cast<float>(std::cos(angle)) * u + static_cast<float>(std::sin(angle)) * v);
-        cylinder.positions.insert(cylinder.positions.end(), {from + out, to + out});
-        const std::uint32_t a = 2 + 2 * i, b = 2 + 2 * ((i + 1) % segments);
-        cylinder.faces.insert(cylinder.faces.end(), {{0, b, a}, {1, a + 1, b + 1}, {a, b, b + 1}, {a, b + 1, a + 1}});
+        for (std::uint32_t ring = 0; ring < segments_along; ++ring)
+            cylinder.positions.push_back(
+                from + static_cast<float>(ring) / static_cast<float>(segments_along) * (to - from) + out);
+        cylinder.positions.push_back(to + out);
+        const std::uint32_t a = 2 + rings * i, b = 2 + rings * ((i + 1) % segments);
+        cylinder.faces.insert(cylinder.faces.end(), {{0, b, a}, {1, a + segments_along, b + segments_along}});
+        for (std::uint32_t ring = 0; ring < segments_along; ++ring)
+            cylinder.faces.insert(cylinder.faces.end(),
+                                  {{a + ring, b + ring, b + ring + 1}, {a + ring, b + ring + 1, a + ring + 1}});
     }
-    return shape_check::result("make_cylinder", std::move(cylinder));
+    return detail::checked_shape("make_cylinder", std::move(cylinder));
 }
 
-/// A square slab, 12 triangles: the middle of its front is at `centre`, the front faces along `normal` (of any length),
-/// and the thickness lies behind it.
-INSONIFY_LAZY mesh make_plane(vec3 centre, vec3 normal, float width, float thickness) {
-    shape_check::point("make_plane", centre);
-    shape_check::length("make_plane", "width", width);
-    shape_check::length("make_plane", "thickness", thickness);
+/// A square slab of 12 triangles. The centre of its front is `centre`; the front faces along `normal` (of any length),
+/// and the slab extends behind it by `thickness`.
+inline mesh make_plane(vec3 centre, vec3 normal, float width, float thickness) {
+    detail::check_shape_point("make_plane", centre);
+    detail::check_shape_length("make_plane", "width", width);
+    detail::check_shape_length("make_plane", "thickness", thickness);
     if (!is_finite(normal) || normal == vec3{0, 0, 0})
-        throw geometry_error{"make_plane: `normal` must be a direction: finite, and not zero"};
+        throw geometry_error{"make_plane: `normal` must be finite and not zero"};
 
-    const vec3 z = unit_along(normal);
-    const vec3 x = unit_across(z);
+    const vec3 z = detail::unit_along(normal);
+    const vec3 x = detail::unit_across(z);
     const vec3 y = cross(z, x);
     mesh slab = make_box({-width / 2, -width / 2, -thickness}, {width / 2, width / 2, 0});
     for (vec3& p : slab.positions) p = centre + p.x * x + p.y * y + p.z * z;
-    return shape_check::result("make_plane", std::move(slab));
+    return detail::checked_shape("make_plane", std::move(slab));
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -10288,6 +11714,7 @@ INSONIFY_LAZY mesh make_plane(vec3 centre, vec3 normal, float width, float thick
 #ifndef INSONIFY_GEOMETRY_VALIDATE_HPP
 #define INSONIFY_GEOMETRY_VALIDATE_HPP
 
+#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -10297,25 +11724,25 @@ INSONIFY_LAZY mesh make_plane(vec3 centre, vec3 normal, float width, float thick
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What `validate` found.
+/// Defects and properties of a mesh, as found by `validate`.
 ///
-/// An edge is where faces share two vertices. Edges of one face only are then compared by position, so that a mesh that
-/// repeats its vertices for every face (as STL files do) is not taken for open.
+/// Faces that share two vertices share an edge. Edges with one face are matched by position as well, so that a mesh
+/// that repeats its vertices for every face (as STL files do) does not count as open.
 struct mesh_report {
-    std::uint32_t vertices = 0;              ///< as stored, repeated ones included
+    std::uint32_t vertices = 0;              ///< as stored, duplicates included
     std::uint32_t faces = 0;                 ///< as stored
-    std::uint32_t boundary_edges = 0;        ///< with one face only: the surface has a hole there
-    std::uint32_t non_manifold_edges = 0;    ///< with three faces or more
-    std::uint32_t misoriented_edges = 0;     ///< with two faces, of which one looks out and the other in
-    std::uint32_t degenerate_faces = 0;      ///< without area: two corners at one point, or all three on a line
-    std::uint32_t duplicate_faces = 0;       ///< with the same three corners as an earlier face, in any order
-    std::uint32_t non_finite_vertices = 0;   ///< NaN or infinite
-    std::uint32_t faces_out_of_range = 0;    ///< that name a vertex that is not there
-    std::uint32_t components = 0;            ///< parts that hang together by edges
-    std::uint32_t inside_out_components = 0; ///< closed parts whose faces look inwards, as the wall of a cavity does
-    double volume = 0;                       ///< m^3, less the cavities; it means something for a closed mesh only
+    std::uint32_t boundary_edges = 0;        ///< edges of one face: the surface has a hole
+    std::uint32_t non_manifold_edges = 0;    ///< edges of three faces or more
+    std::uint32_t misoriented_edges = 0;     ///< edges of two faces with opposite orientation
+    std::uint32_t degenerate_faces = 0;      ///< faces without area: coincident or collinear corners
+    std::uint32_t duplicate_faces = 0;       ///< faces with the corners of an earlier face, in any order
+    std::uint32_t non_finite_vertices = 0;   ///< vertices with a NaN or infinite coordinate
+    std::uint32_t faces_out_of_range = 0;    ///< faces with a vertex index out of range
+    std::uint32_t components = 0;            ///< parts connected by edges
+    std::uint32_t inside_out_components = 0; ///< closed parts oriented inwards, such as the wall of a cavity
+    double volume = 0;                       ///< m^3, less the cavities; meaningful for a closed mesh only
 
-    /// True where every edge has two faces that agree about the outside, and all faces and vertices can be used.
+    /// True where every edge has two faces of equal orientation, and all faces and vertices are valid.
     bool closed() const {
         return boundary_edges == 0 && non_manifold_edges == 0 && misoriented_edges == 0 && non_finite_vertices == 0 &&
                faces_out_of_range == 0;
@@ -10324,10 +11751,12 @@ struct mesh_report {
     friend bool operator==(const mesh_report&, const mesh_report&) = default;
 };
 
-/// For each vertex the number of its place: vertices at exactly the same position (-0 is 0) share one.
-INSONIFY_LAZY std::vector<std::uint32_t> weld(view<const vec3> positions) {
+namespace detail {
+
+/// For each vertex the number of its position: vertices at exactly equal positions (-0 equals 0) share one.
+inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
     struct place {
-        std::uint32_t x, y, z, vertex; // the bits of the coordinates: they order NaN as well
+        std::uint32_t x, y, z, vertex; // coordinates as bits, which order NaN as well
         bool operator==(const place& o) const { return x == o.x && y == o.y && z == o.z; }
         bool operator<(const place& o) const { return x != o.x ? x < o.x : y != o.y ? y < o.y : z < o.z; }
     };
@@ -10350,30 +11779,20 @@ INSONIFY_LAZY std::vector<std::uint32_t> weld(view<const vec3> positions) {
     return number;
 }
 
-/// Looks for all that keeps a mesh from being the surface of a body. Any input is legal, and nothing is changed.
-///
-/// Faces out of range and faces with two corners at one point take no part in edges and components.
-/// Cost: sorting the vertices, edges and faces; below a second for a million faces.
-INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
-    struct half_edge {
-        std::uint64_t ends; // both vertices, the lower one first: equal for all faces at an edge
-        std::uint32_t slot; // 3 * face + corner from which the face walks it
+} // namespace detail
 
-        static half_edge between(std::uint32_t from, std::uint32_t to, std::uint32_t slot) {
-            return {static_cast<std::uint64_t>(std::min(from, to)) << 32U | std::max(from, to), slot};
-        }
-    };
+/// Finds the defects that keep a mesh from being the surface of a body. Accepts any input.
+///
+/// Faces with an index out of range or with two coincident corners are left out of edges and components.
+/// Cost: sorts the vertices, edges and faces; below a second for a million faces.
+inline mesh_report validate(const mesh_view& m) {
     struct corners {
         std::uint32_t a, b, c; // ascending
         auto operator<=>(const corners&) const = default;
     };
     const auto face_count = static_cast<std::uint32_t>(m.faces.size());
-    const std::vector<std::uint32_t> place = weld(m.positions);
-    const auto from_to = [&](std::uint32_t slot) {
-        const uvec3 f = m.faces[slot / 3];
-        const std::uint32_t corner[3] = {f.x, f.y, f.z};
-        return std::pair{corner[slot % 3], corner[(slot + 1) % 3]};
-    };
+    const std::vector<std::uint32_t> place = detail::weld(m.positions);
+    const auto from_to = [&](std::uint32_t slot) { return detail::vertices_of_side(m.faces[slot / 3], slot % 3); };
 
     mesh_report report;
     report.vertices = static_cast<std::uint32_t>(m.positions.size());
@@ -10381,7 +11800,7 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
     for (const vec3& p : m.positions) report.non_finite_vertices += is_finite(p) ? 0 : 1;
 
     std::vector<std::uint32_t> usable;
-    std::vector<half_edge> edges;
+    std::vector<detail::half_edge> edges;
     std::vector<corners> surfaces;
     usable.reserve(face_count);
     edges.reserve(3 * m.faces.size());
@@ -10400,15 +11819,15 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
         usable.push_back(face);
         for (std::uint32_t slot = 3 * face; slot < 3 * face + 3; ++slot) {
             const auto [from, to] = from_to(slot);
-            edges.push_back(half_edge::between(from, to, slot));
+            edges.emplace_back(from, to, slot);
         }
-        std::sort(later<Later>(corner), later<Later>(corner) + 3);
+        std::sort(corner, corner + 3);
         surfaces.push_back({corner[0], corner[1], corner[2]});
     }
     std::sort(surfaces.begin(), surfaces.end());
     for (std::size_t i = 1; i < surfaces.size(); ++i) report.duplicate_faces += surfaces[i] == surfaces[i - 1] ? 1 : 0;
 
-    // Faces that share an edge belong to one component, which its lowest face stands for.
+    // Union-find: faces that share an edge are of one component, represented by its lowest face.
     std::vector<std::uint32_t> parent(face_count);
     for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
     const auto component = [&](std::uint32_t face) {
@@ -10416,8 +11835,8 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
         return face;
     };
     std::vector<std::uint32_t> faces_of_faulty_edges;
-    const auto go_through_edges = [&](const auto& treat_single) {
-        std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
+    const auto for_each_edge = [&](const auto& visit_single) {
+        detail::sort_by_ends(edges);
         for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
             const std::uint32_t face = edges[begin].slot / 3;
             std::uint32_t forwards = 0;
@@ -10429,25 +11848,25 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
             }
             const std::size_t sharing = end - begin;
             if (sharing == 1) {
-                treat_single(edges[begin].slot);
+                visit_single(edges[begin].slot);
             } else if (sharing > 2 || forwards != 1) {
                 ++(sharing > 2 ? report.non_manifold_edges : report.misoriented_edges);
                 faces_of_faulty_edges.push_back(face);
             }
         }
     };
-    std::vector<half_edge> single;
-    go_through_edges([&](std::uint32_t slot) {
+    std::vector<detail::half_edge> single;
+    for_each_edge([&](std::uint32_t slot) {
         const auto [from, to] = from_to(slot);
-        single.push_back(half_edge::between(place[from], place[to], slot));
+        single.emplace_back(place[from], place[to], slot);
     });
     edges.swap(single);
-    go_through_edges([&](std::uint32_t slot) {
+    for_each_edge([&](std::uint32_t slot) {
         ++report.boundary_edges;
         faces_of_faulty_edges.push_back(slot / 3);
     });
 
-    // Volume by the divergence theorem, measured from a corner of the component, so that it does not drown in rounding.
+    // Divergence theorem, relative to a corner of the component to avoid cancellation.
     std::vector<double> volume(face_count);
     for (const std::uint32_t face : usable) {
         const triangle t = m[face];
@@ -10470,8 +11889,8 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
     return report;
 }
 
-/// In plain sentences, what is wrong and what to do about it; empty where nothing is.
-INSONIFY_LAZY std::string explain(const mesh_report& report) {
+/// The defects and their remedies as sentences; empty for a mesh without defects.
+inline std::string explain(const mesh_report& report) {
     std::string text;
     const auto tell = [&](std::uint32_t count, const char* before, const char* one, const char* many,
                           const char* after) {
@@ -10479,23 +11898,22 @@ INSONIFY_LAZY std::string explain(const mesh_report& report) {
         if (!text.empty()) text += ' ';
         text += before + std::to_string(count) + ' ' + (count == 1 ? one : many) + after;
     };
-    if (report.faces == 0)
-        text = "The mesh has no faces, so there is nothing to see: was the right file or object read?";
-    tell(report.faces_out_of_range, "The indices run past the last vertex in ", "face", "faces",
-         ": count vertices from 0, and from the start of this mesh.");
+    if (report.faces == 0) text = "The mesh has no faces: check that the right file or object was read.";
+    tell(report.faces_out_of_range, "Vertex indices are out of range in ", "face", "faces",
+         ": indices start at 0, and at the first vertex of this mesh.");
     tell(report.non_finite_vertices, "A coordinate is NaN or infinite in ", "vertex", "vertices",
-         ": look for the computation that made it.");
+         ": check the computation or file it comes from.");
     tell(report.boundary_edges, "The surface is open along ", "edge", "edges",
          ": fill the hole in a mesh editor, or the medium leaks out.");
     tell(report.non_manifold_edges, "Three faces or more meet at ", "edge", "edges",
-         ": remove inner walls and repeated faces, and make bodies that touch objects of their own.");
-    tell(report.misoriented_edges, "Neighbouring faces disagree about the outside at ", "edge", "edges",
+         ": remove inner walls and duplicate faces, and make touching bodies separate objects.");
+    tell(report.misoriented_edges, "Neighbouring faces have opposite orientations at ", "edge", "edges",
          ": make the normals consistent in a mesh editor.");
     tell(report.degenerate_faces, "The mesh has ", "face", "faces",
-         " without area: they do no harm, but merging close vertices removes them.");
-    tell(report.duplicate_faces, "The mesh repeats ", "face", "faces", ": remove the copies.");
-    tell(report.inside_out_components, "The faces look inwards on ", "closed part", "closed parts",
-         ": swap two corners of each of its faces, unless it is the wall of a cavity.");
+         " without area: they are harmless; merging close vertices removes them.");
+    tell(report.duplicate_faces, "The mesh has ", "duplicate face", "duplicate faces", ": remove the copies.");
+    tell(report.inside_out_components, "The faces point inwards on ", "closed part", "closed parts",
+         ": swap two corners of each face, unless it is the wall of a cavity.");
     return text;
 }
 
@@ -10512,13 +11930,13 @@ INSONIFY_LAZY std::string explain(const mesh_report& report) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The mean of the frames seen since the probe last moved.
+/// Mean of the frames since the probe last moved.
 ///
-/// Eq. 7 of the paper: the f-th frame c and the mean c' of those before it give c / f + (f - 1) / f c'. Carried in
-/// double precision, so that it stays the arithmetic mean however long the probe rests.
+/// Eq. 7 of the paper: the f-th frame c and the mean c' of those before it give c / f + (f - 1) / f c'. In double
+/// precision, so that it remains the arithmetic mean over many frames.
 class progressive {
   public:
-    /// Takes in one more frame. Starts anew where the pose of the probe or the size differs from the frame before.
+    /// Adds a frame. Restarts where the pose of the probe or the size has changed since the previous frame.
     /// @return `picture()`
     template <exec::policy Policy>
     const image& add(const Policy& policy, const image& frame, const pose& at) {
@@ -10539,13 +11957,13 @@ class progressive {
         return picture_;
     }
 
-    /// The mean, as of the last `add`.
+    /// The mean after the last `add`.
     const image& picture() const { return picture_; }
 
-    /// Frames in the mean.
+    /// Number of frames in the mean.
     std::uint32_t frames() const { return frames_; }
 
-    /// Forgets them, so that the next frame stands alone: for changes that the pose does not tell of.
+    /// Restarts with the next frame: for changes that the pose does not show.
     void reset() { frames_ = 0; }
 
   private:
@@ -10561,15 +11979,17 @@ class progressive {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How far frames are displaced for the blur.
+/// Displacements of the radial blur.
 struct radial_blur_settings {
-    float lines = 1.5F;       ///< the frames are displaced by up to this many lines to either side
-    std::uint32_t frames = 9; ///< in the middles of as many equal parts of that range
+    float lines = 1.5F;       ///< largest displacement to either side, in lines
+    std::uint32_t frames = 9; ///< displaced frames, at the centres of equal parts of that range
 };
 
-/// The picture at a point given in pixel coordinates: bilinear between those of its neighbours that lie in the field of
-/// view, so that the background does not creep in; `otherwise` where none does.
-INSONIFY_LAZY float pixel_in_field(const image& picture, const scan_map& map, vec2 at, float otherwise) {
+namespace detail {
+
+/// Bilinear interpolation at pixel coordinates between those neighbours that lie in the field of view, so that the
+/// background does not bleed in; `otherwise` where there are none.
+inline float pixel_in_field(const image& picture, const scan_map& map, vec2 at, float otherwise) {
     const float left = std::floor(at.x - 0.5F);
     const float top = std::floor(at.y - 0.5F);
     float sum = 0;
@@ -10587,20 +12007,22 @@ INSONIFY_LAZY float pixel_in_field(const image& picture, const scan_map& map, ve
     return weights > 0 ? sum / weights : otherwise;
 }
 
-/// The radial blur of the paper, section 3.4: frames rotated about the probe's apex, averaged progressively.
+} // namespace detail
+
+/// Radial blur of the paper, section 3.4: the progressive mean of frames rotated about the apex of the probe.
 ///
-/// Displaced by lines instead of by an angle, which is the rotation for a fan and a translation for a linear array.
-/// Depth is kept; pixels outside the field of view stay as they are, and nothing enters the field from there.
-/// @param map  the one that the picture was made with
-/// @throws usage_error  where picture, probe and map do not belong together, or a setting makes no sense
+/// Frames are displaced by lines instead of angles: a rotation for a sector, a translation for a linear array. Pixels
+/// outside the field of view are unchanged and do not bleed into it.
+/// @param map  the map that the image was made with
+/// @throws usage_error  where image, probe and map do not match, or a setting is out of range
 template <exec::policy Policy, transducer Probe>
 image radial_blur(const Policy& policy, const image& picture, const Probe& probe, const scan_map& map,
                   const radial_blur_settings& settings = {}) {
     probe.check();
     if (picture.size != map.size || picture.pixels.size() != map.first.size() || probe.lines != map.count)
-        throw usage_error{"radial_blur: the picture must have been made with this map, and the map for this probe"};
+        throw usage_error{"radial_blur: the image must have been made with this map, and the map for this probe"};
     if (!is_finite(settings.lines) || !(settings.lines >= 0) || settings.frames == 0)
-        throw usage_error{"radial_blur: `lines` must be a finite number, 0 or more, and `frames` at least 1"};
+        throw usage_error{"radial_blur: `lines` must be finite and not negative, and `frames` at least 1"};
 
     std::vector<vec2> place(picture.pixels.size()); // line and depth of each pixel
     exec::for_each_block(policy, map.size.y, 1, 15 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
@@ -10612,12 +12034,14 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
     image displaced = picture;
     progressive mean;
     for (std::uint32_t frame = 0; frame < settings.frames; ++frame) {
-        const float shift = 2 * settings.lines * share_of_line(static_cast<float>(frame), settings.frames);
+        const float shift =
+            2 * settings.lines * ((static_cast<float>(frame) + 0.5F) / static_cast<float>(settings.frames) - 0.5F);
         exec::for_each_block(policy, place.size(), 1024, 30, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
                 if (map.first[i] == scan_map::outside) continue;
-                const vec3 from = probe.beam(clamped(place[i].x + shift, -0.5F, end)).at(place[i].y);
-                displaced.pixels[i] = pixel_in_field(picture, map, map.pixel({from.x, from.z}), picture.pixels[i]);
+                const vec3 from = probe.beam(clamp(place[i].x + shift, -0.5F, end)).at(place[i].y);
+                displaced.pixels[i] =
+                    detail::pixel_in_field(picture, map, map.pixel({from.x, from.z}), picture.pixels[i]);
             }
         });
         mean.add(policy, displaced, pose{});
@@ -10634,28 +12058,28 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The last curve before the screen. As it stands it changes nothing; black and white stay what they are.
+/// Tone curve for display; the identity by default. Black and white are fixed points.
 struct grey_map {
-    float gamma = 1;    ///< exponent: below 1 lifts the dark greys, above 1 presses them down
-    float contrast = 0; ///< share of an S-curve, 0 to 1: dark greys darker, bright ones brighter
+    float gamma = 1;    ///< exponent: below 1 brightens, above 1 darkens the midtones
+    float contrast = 0; ///< strength of an S-curve, 0 to 1
 
-    /// s(g)^gamma, where s(g) = g + contrast (3 g^2 - 2 g^3 - g); g is cut off at 0 and 1.
+    /// s(g)^gamma, where s(g) = g + contrast (3 g^2 - 2 g^3 - g); g is clamped to 0 to 1.
     INSONIFY_FN float operator()(float grey) const {
-        const float g = clamped(grey, 0, 1);
+        const float g = clamp(grey, 0, 1);
         const float curved = g + contrast * (g * g * (3 - 2 * g) - g);
         return gamma == 1 ? curved : std::pow(curved, gamma);
     }
 
-    /// @throws usage_error  naming the setting that makes no sense
+    /// @throws usage_error  naming a setting that is out of range
     void check() const {
         if (!is_finite(gamma) || !(gamma > 0))
-            throw usage_error{"grey_map: `gamma` must be a finite number above 0; 1 changes nothing"};
+            throw usage_error{"grey_map: `gamma` must be finite and above 0; 1 changes nothing"};
         if (!(contrast >= 0 && contrast <= 1)) throw usage_error{"grey_map: `contrast` must be from 0 to 1"};
     }
 };
 
-/// Applies a curve to every pixel, in place: pass std::move(picture).
-/// @throws usage_error  where a setting makes no sense
+/// Applies a tone curve to every pixel. In place: pass std::move(picture).
+/// @throws usage_error  for a setting out of range
 template <exec::policy Policy>
 image map_grey(const Policy& policy, image picture, const grey_map& map) {
     map.check();
@@ -10673,22 +12097,22 @@ image map_grey(const Policy& policy, image picture, const grey_map& map) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A picture of labels: row by row from the top.
+/// An image of labels: rows from the top.
 struct label_image {
     uvec2 size{0, 0};             ///< columns, rows
     std::vector<label_id> pixels; ///< row by row
 
     label_image() = default;
-    /// All pixels of one label.
-    INSONIFY_LAZY explicit label_image(uvec2 columns_rows, label_id label = background_label)
+    /// All pixels have one label.
+    explicit label_image(uvec2 columns_rows, label_id label = background_label)
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, label) {}
 
-    /// One pixel; neither index is checked.
+    /// One pixel; indices are not checked.
     /// @{
-    INSONIFY_LAZY label_id& operator()(std::uint32_t column, std::uint32_t row) {
+    label_id& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    INSONIFY_LAZY const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
+    const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     /// @}
@@ -10696,15 +12120,14 @@ struct label_image {
     friend bool operator==(const label_image&, const label_image&) = default;
 };
 
-/// Gives each pixel in the field of view the value of the sample nearest to it, and leaves the others as they are.
-/// @throws usage_error  where the lines are not those that the map was made for
+namespace detail {
+
+/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
+/// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy, class Value>
 void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
                   std::vector<Value>& pixels) {
-    if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
-        lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
-        throw usage_error{"scan_convert: lines, samples or depth differ from those that the map was made for; make one "
-                          "anew with make_scan_map"};
+    check_lines_of_map(lines, map);
     exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) continue;
@@ -10715,36 +12138,39 @@ void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const sca
     });
 }
 
-/// The labels of one frame as a picture: of the nearest sample, `background_label` outside the field of view.
+} // namespace detail
+
+/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field of
+/// view.
 ///
 ///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
 ///     label_image mask = scan_convert(exec::par, truth, map);
 ///
-/// Pixel by pixel the same place as in the picture that `scan_convert` makes of lines with such a map. A thing thinner
-/// than a pixel may fall between two: trace surfaces with about as many samples as the picture has rows.
-/// @throws usage_error  where the labels are not those that the map was made for
+/// Pixels correspond to those of the image that `scan_convert` makes of lines with the same map. Structures thinner
+/// than a pixel may be missed: trace with about as many samples as the image has rows.
+/// @throws usage_error  for labels that do not match the map
 template <exec::policy Policy>
 label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map) {
     label_image picture{map.size};
-    copy_nearest(policy, labels, map, picture.pixels);
+    detail::copy_nearest(policy, labels, map, picture.pixels);
     return picture;
 }
 
-/// The labels of one frame as a picture, for those who need only one: makes the map and forgets it.
-/// @throws usage_error  where the labels are empty or not the probe's, or a setting makes no sense
+/// The same for a single frame, with a temporary map.
+/// @throws usage_error  for labels that are empty or not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe>
 label_image scan_convert(const Policy& policy, const label_lines& labels, const Probe& probe,
                          const scan_convert_settings& settings = {}) {
-    return scan_convert(policy, labels,
-                        make_scan_map(policy, probe, {.depth = labels.depth, .samples = labels.samples}, settings));
+    return scan_convert(policy, labels, make_scan_map(policy, probe, detail::acquisition_of(labels), settings));
 }
 
-/// Numbers that must not be mixed, such as angles of incidence, as a picture: those of the nearest sample.
-/// @throws usage_error  where the lines are not those that the map was made for
+/// Scan-converts values that must not be interpolated, such as angles of incidence: each pixel has that of the nearest
+/// sample.
+/// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy>
 image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {
     image picture{map.size, map.background};
-    copy_nearest(policy, lines, map, picture.pixels);
+    detail::copy_nearest(policy, lines, map, picture.pixels);
     return picture;
 }
 
@@ -10758,23 +12184,23 @@ image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const 
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How the noise of a picture is drawn.
+/// Seed and strength of the image noise.
 struct noise_settings {
-    std::uint64_t seed = 1; ///< another one, another noise of the same kind
-    float strength = 1;     ///< 0: no noise, all pixels 1; 1: the full scatter of an ultrasound envelope
+    std::uint64_t seed = 1; ///< selects a realization
+    float strength = 1;     ///< 0: all pixels are 1; 1: the statistics of fully developed speckle
 };
 
-/// The noise picture of the paper, section 3.4: made once, multiplied onto every frame.
+/// Noise image of the paper, section 3.4: made once, multiplied with every frame.
 ///
-/// Each pixel is a factor of mean 1, Rayleigh distributed as is the envelope of fully developed speckle (mean over
-/// standard deviation 1.913), independent of its neighbours. A pixel depends on the seed, its column and its row alone:
-/// a larger picture continues a smaller one.
-/// @throws usage_error  where the size or the strength makes no sense
+/// Pixels are independent factors with mean 1 and the Rayleigh distribution of the envelope of fully developed speckle
+/// (mean over standard deviation 1.913). A pixel depends only on the seed, its column and its row, so a larger image
+/// extends a smaller one.
+/// @throws usage_error  for a size or strength out of range
 template <exec::policy Policy>
 image make_noise(const Policy& policy, uvec2 size, const noise_settings& settings = {}) {
-    check_size(size);
+    detail::check_size(size, "make_noise");
     if (!is_finite(settings.strength) || settings.strength < 0 || settings.strength > 1)
-        throw usage_error{"make_noise: `strength` must lie between 0 and 1"};
+        throw usage_error{"make_noise: `strength` must be from 0 to 1"};
     image noise{size};
     exec::for_each_block(policy, size.y, 1, 15 * static_cast<float>(size.x), [&](std::size_t row, std::size_t) {
         for (std::uint32_t column = 0; column < size.x; ++column) {
@@ -10787,12 +12213,12 @@ image make_noise(const Policy& policy, uvec2 size, const noise_settings& setting
     return noise;
 }
 
-/// Multiplies a picture by the noise, in place: pass std::move(picture) to keep the buffer.
-/// @throws usage_error  where the two differ in size
+/// Multiplies an image by noise. In place: pass std::move(picture) to reuse the buffer.
+/// @throws usage_error  for noise of another size
 template <exec::policy Policy>
 image add_noise(const Policy& policy, image picture, const image& noise) {
     if (picture.size != noise.size || picture.pixels.size() != noise.pixels.size())
-        throw usage_error{"add_noise: the noise must have the size of the picture; make it with make_noise(policy, "
+        throw usage_error{"add_noise: the noise must have the size of the image; make it with make_noise(policy, "
                           "picture.size)"};
     exec::for_each_block(policy, picture.pixels.size(), 4096, 0.3F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) picture.pixels[i] *= noise.pixels[i];
@@ -10812,40 +12238,41 @@ image add_noise(const Policy& policy, image picture, const image& noise) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// One named object of a drawing in space, in metres.
+/// A named object of a drawing, in metres.
 struct drawn_object {
-    std::string name{};                     ///< after `o`; empty: object_ and its number
-    std::vector<vec3> positions{};          ///< of the vertices
-    std::vector<uvec3> faces{};             ///< three vertices each, from 0; may be none
-    std::vector<std::uint32_t> polylines{}; ///< how many vertices each takes, in turn, from the first on; may be none
+    std::string name{};            ///< name after `o`; by default object_ and its number
+    std::vector<vec3> positions{}; ///< vertices
+    std::vector<uvec3> faces{};    ///< three vertex indices each, from 0; may be empty
+    std::vector<std::uint32_t>
+        polylines{}; ///< number of vertices of each polyline, consecutive from the first; may be empty
 };
 
 /// Writes objects as Wavefront OBJ, in metres: faces as `f`, polylines as `l`.
 ///
-/// Compiled where INSONIFY_IMPLEMENTATION is defined.
-/// @throws usage_error  for a face or polyline with a vertex that is not there, and nothing is written
-/// @throws io_error     where the file cannot be written
+/// Defined where INSONIFY_IMPLEMENTATION is defined.
+/// @throws usage_error  for a vertex index out of range, before anything is written
+/// @throws io_error     for a file that cannot be written
 void write_drawing(const std::string& path, const std::vector<drawn_object>& objects);
 
-/// Writes what a probe looks at as one OBJ file in metres, to be opened in a mesh viewer: why is the picture empty?
+/// Writes a probe and a scene as an OBJ file in metres, for a mesh viewer: it shows why an image is empty.
 ///
-/// The objects of the file: `probe`, the outline of the field from the face down to `depth`; `lines`, one polyline for
-/// each line of the probe; then every object of the scene under its name, where it is placed. The scene need not be
-/// built.
-/// @throws usage_error     for a depth that is none, more than 65536 lines, or a probe that makes no sense
-/// @throws geometry_error  for a pose that is no rigid motion
-/// @throws io_error        where the file cannot be written
+/// The objects of the file are `probe`, the outline of the field of view; `lines`, one polyline for each line of the
+/// probe; and every object of the scene at its pose. The scene need not be built.
+/// @throws usage_error     for a depth out of range, more than 65536 lines, or a setting of the probe out of range
+/// @throws geometry_error  for a pose that is not a rigid transform
+/// @throws io_error        for a file that cannot be written
 template <transducer Probe>
 void write_debug_obj(const std::string& path, const scene& body, const Probe& probe, const pose& at, float depth) {
     probe.check();
-    if (!is_rigid(at)) throw geometry_error{"write_debug_obj: the pose of the probe is no rigid motion"};
-    if (probe.lines > 65536) throw usage_error{"write_debug_obj: at most 65536 lines are drawn; ask for fewer"};
-    if (!is_depth(depth))
-        throw usage_error{"write_debug_obj: the depth must be a number of metres, from 1 nm to 1000 km"};
+    if (!is_rigid(at))
+        throw geometry_error{"write_debug_obj: the pose of the probe is not a rigid transform; make it with look_at"};
+    if (probe.lines > 65536)
+        throw usage_error{"write_debug_obj: " + std::to_string(probe.lines) + " lines are more than 65536; draw fewer"};
+    check_depth(depth, "write_debug_obj");
 
     const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };
-    later_t<Probe, drawn_object> outline{.name = "probe"}, lines{.name = "lines"};
-    later_t<Probe, std::vector<vec3>> end;
+    drawn_object outline{.name = "probe"}, lines{.name = "lines"};
+    std::vector<vec3> end;
     for (std::uint32_t i = 0; i <= probe.lines; ++i) {
         const float middle = static_cast<float>(i), border = middle - 0.5F;
         outline.positions.push_back(point(border, 0));
@@ -10857,7 +12284,7 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
     outline.polylines.push_back(static_cast<std::uint32_t>(outline.positions.size()));
     lines.polylines.assign(probe.lines, 2);
 
-    later_t<Probe, std::vector<drawn_object>> drawing{std::move(outline), std::move(lines)};
+    std::vector<drawn_object> drawing{std::move(outline), std::move(lines)};
     for (const object& one : body.objects()) {
         drawing.push_back({.name = one.name, .positions = one.surface.positions, .faces = one.surface.faces});
         for (vec3& p : drawing.back().positions) p = one.at.point(p);
@@ -10874,45 +12301,45 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Which material libraries a mesh from elsewhere may make a program open.
-enum class library_access {
-    own_folder, ///< those in the folder of the OBJ file or below it, links followed
-    anywhere,   ///< whatever it names
-};
-
 /// How to read a Wavefront OBJ file.
 struct obj_settings {
-    float unit = 0;                    ///< metres that 1 in the file stands for, as in {.unit = 1_mm}; must be given
-    medium background = tissue::water; ///< of a scene: what fills the space around the objects
-    library_access libraries = library_access::own_folder; ///< of a scene: which of those it names are opened
+    /// Material libraries that a file may open: restricted for meshes from untrusted sources.
+    enum class library_access {
+        own_folder, ///< those in the folder of the OBJ file or below, after resolving symbolic links
+        anywhere,   ///< all
+    };
+
+    float unit = 0;                    ///< length of 1 in the file, metres, as in {.unit = 1_mm}; required
+    medium background = tissue::water; ///< of a scene: the medium outside all objects
+    library_access libraries = library_access::own_folder; ///< of a scene: the material libraries that may be opened
 };
 
-/// All faces of an OBJ file as one mesh. Groups and media are not looked at, and no other file is opened.
+/// Loads all faces of an OBJ file as one mesh. Groups and materials are ignored, and no other file is opened.
 ///
-/// Polygons are cut into triangles, vertices that no face uses are dropped, the others keep their order.
-/// Compiled where INSONIFY_IMPLEMENTATION is defined.
-/// @throws usage_error  where the unit is missing
-/// @throws io_error     naming the line, where the file is missing, empty or without faces, a number cannot be read, a
-///                      vertex is not finite, or an index names a vertex that does not exist
+/// Polygons are triangulated and unused vertices removed; the others keep their order.
+/// Defined where INSONIFY_IMPLEMENTATION is defined.
+/// @throws usage_error  for a missing unit
+/// @throws io_error     naming the line, for a file that is missing, empty or without faces, a malformed number, a
+///                      vertex that is not finite, or an index out of range
 mesh load_obj(const std::string& path, const obj_settings& settings);
 
-/// An OBJ file as a scene, yet to be built: load_obj_scene(path, {.unit = 1_mm}).build(exec::par).
+/// Loads an OBJ file as a scene, which has yet to be built: load_obj_scene(path, {.unit = 1_mm}).build(exec::par).
 ///
-/// The faces of one object or group (`o`, `g`) with one medium (`usemtl`) make one object of the scene, named after the
-/// object or group. The medium is looked up by its name in the material libraries (`mtllib`), which may hold these keys
-/// under `newmtl`:
+/// The faces of one object or group (`o`, `g`) with one material (`usemtl`) become one object of the scene, named after
+/// the object or group. The material is looked up by name in the material libraries (`mtllib`), which may have these
+/// keys after `newmtl`:
 ///
 ///     density          kg/m^3                        sound_speed         m/s
 ///     attenuation      dB/cm at 1 MHz                attenuation_power   exponent of the frequency
 ///     backscatter_db   relative to liver             roughness_um        rms height
-///     scatterers_per_mm3   for sparse texture       priority            a whole number: of objects that overlap the
-///                                                                       highest counts
+///     scatterers_per_mm3   for sparse speckle       priority            a whole number: of overlapping objects, that
+///                                                                       with the highest priority gives the medium
 ///
-/// With density and sound_speed they describe the medium completely; with fewer they change the tissue of that name.
-/// A name without any key, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.
-/// Compiled where INSONIFY_IMPLEMENTATION is defined.
-/// @throws as load_obj, and io_error for a face without a medium, an unknown medium, a library with values that make no
-///         sense, or one outside of the file's own folder, unless `libraries` allows it
+/// With density and sound_speed they define a medium; without, they modify the tissue of that name. A name without
+/// keys, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.
+/// Defined where INSONIFY_IMPLEMENTATION is defined.
+/// @throws as load_obj, and io_error for a face without a material, an unknown material, a library with values out of
+///         range, or one outside the folder of the file, unless `libraries` allows it
 scene load_obj_scene(const std::string& path, const obj_settings& settings);
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -10924,11 +12351,12 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings);
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Writes a picture as PNG, 8 bits of grey: 0 and below is black, 1 and above white, NaN black, between them rounded.
+/// Writes an 8-bit greyscale PNG file. Values are clamped to 0 (black) to 1 (white) and rounded; NaN is black.
 ///
-/// Compiled where INSONIFY_IMPLEMENTATION is defined.
-/// @throws usage_error  for a picture without pixels, with more than `most_pixels`, or with a number its size belies
-/// @throws io_error     where the file cannot be written
+/// Defined where INSONIFY_IMPLEMENTATION is defined.
+/// @throws usage_error  for an image without pixels, with a side above `max_picture_side`, or with a number of pixels
+///                      other than its size
+/// @throws io_error     for a file that cannot be written
 void write_png(const std::string& path, const image& picture);
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -10939,8 +12367,11 @@ void write_png(const std::string& path, const image& picture);
 #ifndef INSONIFY_SCENE_FIELD_DISTANCE_HPP
 #define INSONIFY_SCENE_FIELD_DISTANCE_HPP
 
+#ifndef INSONIFY_SCENE_NEAREST_POINT_HPP
+#define INSONIFY_SCENE_NEAREST_POINT_HPP
 
-namespace insonify::inline INSONIFY_ABI {
+
+namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The point of a triangle that is nearest to p. Source: Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
 INSONIFY_FN inline vec3 nearest_on(const triangle& t, vec3 p) {
@@ -10951,8 +12382,8 @@ INSONIFY_FN inline vec3 nearest_on(const triangle& t, vec3 p) {
     if (d3 >= 0 && d4 <= d3) return t.b;
     const float d5 = dot(ab, p - t.c), d6 = dot(ac, p - t.c);
     if (d6 >= 0 && d5 <= d6) return t.c;
-    const auto along = [](vec3 from, vec3 edge, float here, float all) {
-        return all > 0 ? from + (here / all) * edge : from;
+    const auto along = [](vec3 from, vec3 edge, float part, float whole) {
+        return whole > 0 ? from + (part / whole) * edge : from;
     };
     const float by_c = d1 * d4 - d3 * d2, by_b = d5 * d2 - d1 * d6, by_a = d3 * d6 - d5 * d4;
     if (by_c <= 0 && d1 >= 0 && d3 <= 0) return along(t.a, ab, d1, d1 - d3);
@@ -10962,16 +12393,73 @@ INSONIFY_FN inline vec3 nearest_on(const triangle& t, vec3 p) {
     return sum > 0 ? t.a + (by_b / sum) * ab + (by_c / sum) * ac : t.a;
 }
 
+/// The point of a mesh that is nearest to another point.
+struct nearest_point {
+    float distance_squared = FLT_MAX; ///< m^2
+    std::uint32_t primitive = ~0U;    ///< face; ~0 where there is none
+    vec3 point{0, 0, 0};              ///< on the face
+};
+
+/// Squared distance from a point to a box; 0 inside.
+INSONIFY_FN inline float distance_squared(const aabb& box, vec3 p) {
+    const vec3 outside = p - min(max(p, box.lower), box.upper);
+    return dot(outside, outside);
+}
+
+/// Searches a tree of triangles by branch and bound; of equally near faces the lowest. @param p  in the tree's coordinates
+template <int Width>
+INSONIFY_FN nearest_point find_nearest(const bvh_view<mesh_view, Width>& tree, vec3 p) {
+    nearest_point best;
+    if (tree.nodes.empty()) return best;
+    std::uint32_t stack[max_stack<Width>], count = 0;
+    float bound[max_stack<Width>];
+    stack[count] = 0;
+    bound[count++] = 0;
+    while (count > 0) {
+        const std::uint32_t code = stack[--count];
+        if (bound[count] > best.distance_squared) continue;
+        if ((code & leaf_bit) != 0) {
+            for (const std::uint32_t face : tree.leaves[code ^ leaf_bit].primitive) {
+                if (face == no_primitive) continue;
+                const vec3 on = nearest_on(tree.range[face], p);
+                const float squared = dot(p - on, p - on);
+                if (squared < best.distance_squared || (squared == best.distance_squared && face < best.primitive))
+                    best = {squared, face, on};
+            }
+            continue;
+        }
+        const std::uint32_t first = count;
+        for (int i = 0; i < Width; ++i) {
+            const std::uint32_t child = tree.nodes[code].child[i];
+            const float squared = child == no_child ? FLT_MAX : distance_squared(tree.nodes[code].box(i), p);
+            if (child == no_child || squared > best.distance_squared) continue;
+            std::uint32_t place = count++; // sorted, so that the nearest child is visited next
+            for (; place > first && bound[place - 1] < squared; --place) {
+                bound[place] = bound[place - 1];
+                stack[place] = stack[place - 1];
+            }
+            bound[place] = squared;
+            stack[place] = child;
+        }
+    }
+    return best;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
 /// The point of the field of view, its lines down to `depth` metres, that is nearest to p; in the probe's frame.
 template <transducer Probe>
 vec3 nearest_in_field(const Probe& probe, float depth, vec3 p) {
     const float end = static_cast<float>(probe.lines) - 0.5F;
-    const ray line = probe.beam(clamped(probe.locate({p.x, p.z}).x, -0.5F, end));
-    return line.at(clamped(dot(p - line.origin, line.direction), 0, depth));
+    const ray line = probe.beam(clamp(probe.locate({p.x, p.z}).x, -0.5F, end));
+    return line.at(clamp(dot(p - line.origin, line.direction), 0, depth));
 }
 
-/// Metres between a triangle and the field of view, in the probe's frame; no less than it is, and where the field spans
-/// less than half a circle right to a hundredth, as both are convex.
+/// Distance in metres between a triangle and the field of view, in the probe's frame. Never an underestimate; within one
+/// percent where the field spans less than half a circle, since both are then convex.
 template <transducer Probe>
 float distance_to_field(const Probe& probe, float depth, const triangle& face) {
     vec3 point = (face.a + face.b + face.c) / 3.0F;
@@ -10980,13 +12468,13 @@ float distance_to_field(const Probe& probe, float depth, const triangle& face) {
         const vec3 in_field = nearest_in_field(probe, depth, point);
         point = nearest_on(face, in_field);
         const float distance = length(point - in_field);
-        if (!(distance < 0.9999F * nearest)) return lesser(distance, nearest);
+        if (!(distance < 0.9999F * nearest)) return min(distance, nearest);
         nearest = distance;
     }
     return nearest;
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <cstdio>
 #include <string>
@@ -10994,29 +12482,28 @@ float distance_to_field(const Probe& probe, float depth, const triangle& face) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Why a picture may be empty, or not what was meant.
-enum class problem {
-    pose,         ///< of the probe: no rigid motion
-    setting,      ///< of the probe or the acquisition
-    no_objects,   ///< nothing was added, or nothing with faces
-    not_built,    ///< `build` is due
-    not_updated,  ///< `update` is due
-    one_medium,   ///< all objects are filled with the background's
-    unit,         ///< of the meshes or the depth: one is far too large or small for the other
-    inside,       ///< the probe stands in something that lets no sound out, or in an object whose surface is too deep
-    behind,       ///< the objects are behind the probe
-    too_shallow,  ///< the lines end before the first surface
-    beside,       ///< the objects are beside the field of view
-    open_surface, ///< a mesh does not enclose anything for certain
-};
-
-/// What `diagnose` found; nothing where both are empty.
+/// What `diagnose` found; nothing where both members are empty.
 struct diagnosis {
+    /// Why a picture may be empty, or not what was meant.
+    enum class problem {
+        pose,         ///< of the probe: not a rigid transform
+        setting,      ///< of the probe or the acquisition is out of range
+        no_objects,   ///< nothing was added, or nothing with faces
+        not_built,    ///< `build` must be called
+        not_updated,  ///< `update` must be called
+        one_medium,   ///< all objects are filled with the background's
+        unit,         ///< of the meshes or the depth: one is far too large or small for the other
+        inside,       ///< the probe is in a medium that lets no sound out, or in an object whose surface is too deep
+        behind,       ///< the objects are behind the probe
+        too_shallow,  ///< the lines end before the first surface
+        beside,       ///< the objects are beside the field of view
+        open_surface, ///< a mesh does not enclose a volume
+    };
     std::vector<problem> problems{}; ///< the most likely cause first
     std::string sentence{};          ///< for each problem what is wrong and what to do about it
 };
 
-/// Looks for what makes a picture empty, and says it in plain sentences; `explain` does so for a single mesh.
+/// Finds out why a picture is empty, and says so in plain sentences; `explain` does so for a single mesh.
 ///
 ///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
 ///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
@@ -11026,11 +12513,10 @@ struct diagnosis {
 template <transducer Probe>
 diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan);
 
-/// The steps of `diagnose`.
-namespace diagnosing {
+namespace detail {
 
 /// A length as three digits and a unit: "43 mm".
-INSONIFY_LAZY std::string shown(float metres) {
+inline std::string shown(float metres) {
     const char* unit = metres < 0.9995e-3F ? " um" : metres < 0.9995F ? " mm" : " m";
     const double value = static_cast<double>(metres) * (metres < 0.9995e-3F ? 1e6 : metres < 0.9995F ? 1e3 : 1);
     char text[48];
@@ -11039,160 +12525,276 @@ INSONIFY_LAZY std::string shown(float metres) {
 }
 
 /// An object by its name, or by its id where it has none.
-INSONIFY_LAZY std::string named(const object& one) {
-    return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id))
-                            : "object '" + one.name + "'";
+inline std::string named(const std::string& name, std::uint32_t id) {
+    return name.empty() ? "object " + std::to_string(id) : "object '" + name + "'";
 }
 
-/// Calls visit(distance) for every crossing of a ray with an object, through its tree where that is up to date.
-template <class Visit>
-void for_each_crossing(const object& one, const ray& r, const Visit& visit) {
-    const ray local = one.local(r);
-    if (one.tree_follows) return one.tree_view().for_each_hit(local, [&](const hit& found) { visit(found.distance); });
-    const sheared_ray sheared{local};
-    const mesh_view surface{one.surface};
-    for (std::size_t i = 0; i < surface.size(); ++i)
-        if (const hit found = intersect(sheared, surface[i]); found && found.distance >= 0) visit(found.distance);
-}
-
-/// What the lines of a probe meet, were they endless.
+/// What the lines of a probe would meet without a limit of depth.
 struct line_survey {
-    float ahead = FLT_MAX;          ///< metres to the first surface on any line
-    float behind = FLT_MAX;         ///< the same, backwards
-    const object* around = nullptr; ///< that gives the medium where the middle line begins
+    float ahead = FLT_MAX;                  ///< metres to the first surface on any line
+    float behind = FLT_MAX;                 ///< the same, backwards
+    const object_view* starts_in = nullptr; ///< gives the medium where the middle line begins; null: the background
 };
-/// Follows every line of a probe, which stands in the world as `at` says, both ways and without end.
 template <transducer Probe>
-line_survey survey(const scene& body, const Probe& probe, const pose& at) {
+line_survey survey(const scene_view& flat, const Probe& probe, const pose& at) {
     line_survey found;
     for (std::uint32_t i = 0; i < probe.lines; ++i) {
         const ray beam = probe.beam(static_cast<float>(i));
         const ray line{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
-        const ray back{.origin = line.origin, .direction = -line.direction};
-        for (const object& one : body.objects()) {
+        for (const object_view& one : flat.objects) { // by rank
             std::uint32_t crossed = 0;
-            for_each_crossing(one, line, [&](float distance) {
-                found.ahead = lesser(found.ahead, distance);
+            one.tree.for_each_hit(one.local(line), [&](const hit& surface) {
+                if (surface.distance <= touching_distance) return; // belongs to the face of the probe
+                found.ahead = min(found.ahead, surface.distance);
                 ++crossed;
             });
-            for_each_crossing(one, back, [&](float distance) { found.behind = lesser(found.behind, distance); });
-            const bool gives_medium = found.around == nullptr || one.rank < found.around->rank;
-            if (i == probe.lines / 2 && crossed % 2 == 1 && gives_medium) found.around = &one;
+            one.tree.for_each_hit(one.local({.origin = line.origin, .direction = -line.direction}),
+                                  [&](const hit& surface) { found.behind = min(found.behind, surface.distance); });
+            if (i == probe.lines / 2 && crossed % 2 == 1 && found.starts_in == nullptr) found.starts_in = &one;
         }
     }
     return found;
 }
 
-/// Metres from the field of view to the nearest surface.
+/// Distance from the field of view to the nearest surface, metres.
 template <transducer Probe>
-float distance_beside(const scene& body, const Probe& probe, const pose& at, float depth) {
+float distance_beside(const scene_view& flat, const Probe& probe, const pose& at, float depth) {
     float nearest = FLT_MAX;
-    for (const object& one : body.objects()) {
+    for (const object_view& one : flat.objects) {
         const pose to_probe = inverse(at) * one.at;
-        const mesh_view surface{one.surface};
-        for (std::size_t i = 0; i < surface.size(); ++i) {
-            const triangle t = surface[i];
+        for (std::size_t i = 0; i < one.surface.size(); ++i) {
+            const triangle t = one.surface[i];
             const triangle face{to_probe.point(t.a), to_probe.point(t.b), to_probe.point(t.c)};
             if (!is_finite(bounds(face))) continue;
-            const float reach = greater(length(face.b - face.a), length(face.c - face.a));
-            if (length(face.a - nearest_in_field(probe, depth, face.a)) - reach > nearest) continue;
-            nearest = lesser(nearest, distance_to_field(probe, depth, face));
+            const float extent = max(length(face.b - face.a), length(face.c - face.a));
+            if (length(face.a - nearest_in_field(probe, depth, face.a)) - extent > nearest) continue;
+            nearest = min(nearest, distance_to_field(probe, depth, face));
         }
     }
     return nearest;
 }
 
-/// Impedances that tissue is not near: from them to it next to no sound passes.
-INSONIFY_LAZY bool keeps_sound(const medium& m) { return m.impedance() > 3e6F || m.impedance() < 3e5F; }
+/// Whether the impedance is so far from tissue's that almost no sound passes from one to the other.
+inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || m.impedance() < 3e5F; }
 
-/// What is wrong with the unit, if anything: the scene is 30 times larger than the lines are deep, or 300 times smaller.
-INSONIFY_LAZY std::string unit_fault(const aabb& box, float depth) {
-    const vec3 sides = box.size();
-    const float size = greater(sides.x, greater(sides.y, sides.z));
-    const auto sentence = [&](const char* used, const char* meant) {
-        return "The objects are " + shown(size) + " across, but the lines " + shown(depth) +
-               " deep: the unit is probably " + used + " where " + meant + " was meant.";
+/// The sentence about a scene that is 30 times larger than the lines are deep, or 300 times smaller; empty for others. The
+/// unit that was given is not known, so every mistake is named that leaves objects of 2 cm to 2.5 m.
+inline std::string unit_fault(float size, float depth) {
+    const bool too_large = size > 30 * depth && size > 1, too_small = size > 0 && size < depth / 300;
+    if (!too_large && !too_small) return {};
+    struct mistake {
+        float factor;
+        const char* given;
+        const char* meant;
     };
-    if (size > 30 * depth && size > 1) return size > 5 ? sentence("1_m", "1_mm") : sentence("1_m", "1_cm");
-    if (size > 0 && size < depth / 300) return sentence("1_mm", "1_m");
-    return {};
-}
-
-/// What is wrong with the depth, if anything: it is more than a metre, and 30 times the size of the scene.
-INSONIFY_LAZY std::string depth_fault(const aabb& box, float depth) {
-    const vec3 sides = box.size();
-    const float size = greater(sides.x, greater(sides.y, sides.z));
-    if (!(size > 0 && depth > 30 * size && depth > 1)) return {};
+    constexpr mistake large[] = {{10, "1_cm", "1_mm"}, {100, "1_m", "1_cm"}, {1000, "1_m", "1_mm"}};
+    constexpr mistake small[] = {{0.1F, "1_mm", "1_cm"}, {0.01F, "1_cm", "1_m"}, {0.001F, "1_mm", "1_m"}};
+    std::string likely;
+    for (const mistake& one : too_large ? large : small)
+        if (const float meant = size / one.factor; 0.02F <= meant && meant <= 2.5F)
+            likely += (likely.empty() ? "" : ", or ") + std::string{one.given} + " where " + one.meant +
+                      " was meant (" + shown(meant) + ")";
     return "The objects are " + shown(size) + " across, but the lines " + shown(depth) +
-           " deep: `depth` is in metres; write it as in 80_mm.";
+           " deep: check the unit of the mesh" + (likely.empty() ? "" : "; it is probably " + likely) + ".";
 }
 
-} // namespace diagnosing
+} // namespace detail
 
 template <transducer Probe>
 diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
-    using namespace diagnosing;
-    later_t<Probe, diagnosis> found;
-    const auto tell = [&](problem what, const std::string& sentence) -> diagnosis& {
+    using namespace detail;
+    using problem = diagnosis::problem;
+    diagnosis found;
+    const auto report = [&](problem what, const std::string& sentence) -> diagnosis& {
         found.problems.push_back(what);
         found.sentence += (found.sentence.empty() ? "" : " ") + sentence;
         return found;
     };
     if (!is_rigid(at))
-        return tell(problem::pose, "The pose of the probe is no rigid motion, or not finite; make it with look_at.");
+        return report(problem::pose,
+                      "The pose of the probe is not a rigid transform, or not finite; make it with look_at.");
     try {
         probe.check();
+        check_depth(scan.depth, "acquisition");
     } catch (const usage_error& refused) {
-        return tell(problem::setting, std::string{refused.what()} + ".");
+        const std::string sentence = refused.what();
+        return report(problem::setting, sentence + (sentence.ends_with('?') ? "" : "."));
     }
-    if (!is_depth(scan.depth))
-        return tell(problem::setting, "The depth is no number of metres above 0; write it as in 80_mm.");
     bool has_faces = false;
     for (const object& one : body.objects()) has_faces = has_faces || !one.surface.faces.empty();
     if (!has_faces)
-        return tell(problem::no_objects,
-                    "The scene holds no object with faces; add one, or check the file it came from.");
+        return report(problem::no_objects,
+                      "The scene has no object with faces; add one, or check the file it came from.");
     if (!body.is_built())
-        return tell(problem::not_built, "The scene is not built; call build(policy) after the last add or remove.");
+        return report(problem::not_built, "The scene is not built; call build(policy) after the last add or remove.");
     for (const object& one : body.objects())
-        if (one.moved)
-            return tell(problem::not_updated, "The positions of " + named(one) +
-                                                  " were handed out since the last update; call update(policy).");
+        if (body.awaits_update(one.id))
+            return report(problem::not_updated, "The positions of " +
+                                                    named(one.name, static_cast<std::uint32_t>(one.id)) +
+                                                    " were handed out since the last update; call update(policy).");
     if (body.media().size() == 1)
-        tell(problem::one_medium,
-             "Every object has the medium of the background, so no surface echoes; give the objects, "
-             "or the background, another one.");
+        report(problem::one_medium, "Every object has the medium of the background, so no surface echoes; give the "
+                                    "objects, or the background, another one.");
 
-    const line_survey lines = survey(body, probe, at);
-    if (lines.around != nullptr && keeps_sound(lines.around->inside))
-        tell(problem::inside, "The probe stands inside " + named(*lines.around) +
-                                  ", whose medium lets next to no sound out; move the probe out of it.");
-    const std::string too_deep = depth_fault(body.box(), scan.depth);
-    if (!too_deep.empty()) tell(problem::unit, too_deep);
+    const scene_view flat = body.view_for_rays(exec::par);
+    const line_survey lines = survey(flat, probe, at);
+    const std::string start = lines.starts_in == nullptr
+                                  ? "the background"
+                                  : named(body[object_id{lines.starts_in->id}].name, lines.starts_in->id);
+    if (blocks_sound(flat.media[lines.starts_in == nullptr ? 0 : lines.starts_in->medium]))
+        report(problem::inside,
+               "The probe is in " + start +
+                   ", whose medium lets almost no sound out; put the face of the probe on tissue, gel or "
+                   "water.");
+    const vec3 sides = body.box().size();
+    const float size = max(sides.x, max(sides.y, sides.z));
+    const bool too_deep = size > 0 && scan.depth > 30 * size && scan.depth > 1;
+    if (too_deep)
+        report(problem::unit, "The objects are " + shown(size) + " across, but the lines " + shown(scan.depth) +
+                                  " deep: `depth` is in metres; write it as in 80_mm.");
     if (lines.ahead > scan.depth) {
-        if (const std::string wrong = unit_fault(body.box(), scan.depth); too_deep.empty() && !wrong.empty())
-            tell(problem::unit, wrong);
-        else if (lines.around != nullptr && lines.ahead < FLT_MAX)
-            tell(problem::inside, "The probe stands inside " + named(*lines.around) + ", whose surface is " +
-                                      shown(lines.ahead) + " away along the lines, deeper than the " +
-                                      shown(scan.depth) + " shown; raise `depth`.");
+        const std::string wrong_unit = too_deep ? std::string{} : unit_fault(size, scan.depth);
+        if (!wrong_unit.empty())
+            report(problem::unit, wrong_unit);
+        else if (lines.starts_in != nullptr && lines.ahead < FLT_MAX)
+            report(problem::inside, "The probe is inside " + start + ", whose surface is " + shown(lines.ahead) +
+                                        " away along the lines, deeper than the " + shown(scan.depth) +
+                                        " shown; raise `depth`.");
         else if (lines.ahead < FLT_MAX)
-            tell(problem::too_shallow, "No line meets any object: the nearest surface on a line is " +
-                                           shown(lines.ahead) + " deep, the lines end at " + shown(scan.depth) +
-                                           "; raise `depth`.");
+            report(problem::too_shallow, "No line meets any object: the nearest surface on a line is " +
+                                             shown(lines.ahead) + " deep, the lines end at " + shown(scan.depth) +
+                                             "; raise `depth`.");
         else if (lines.behind < FLT_MAX)
-            tell(problem::behind,
-                 "No line meets any object: they are behind the probe, which looks away from them; turn "
-                 "it round (look_at(from, towards, lateral)).");
+            report(problem::behind, "No line meets any object: they are behind the probe, which looks away from them; "
+                                    "turn it round (look_at(from, towards, lateral)).");
         else
-            tell(problem::beside, "No line meets any object: the nearest surface is " +
-                                      shown(distance_beside(body, probe, at, scan.depth)) +
-                                      " outside the field of view; move the probe or the objects.");
+            report(problem::beside, "No line meets any object: the nearest surface is " +
+                                        shown(distance_beside(flat, probe, at, scan.depth)) +
+                                        " outside the field of view; move the probe or the objects.");
     }
     for (const object& one : body.objects())
-        if (const mesh_report report = validate(one.surface); !report.closed())
-            tell(problem::open_surface, "The surface of " + named(one) + " is not closed: " + explain(report));
+        if (const mesh_report mesh = validate(one.surface); !mesh.closed())
+            report(problem::open_surface, "The surface of " + named(one.name, static_cast<std::uint32_t>(one.id)) +
+                                              " is not closed: " + explain(mesh));
     return found;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SCENE_QUERIES_HPP
+#define INSONIFY_SCENE_QUERIES_HPP
+
+#include <concepts>
+#include <cstdint>
+#include <optional>
+
+/// Queries for contact, collision and placement. Distances are metres, points and directions in the world.
+///
+/// All may be called from many threads at once. The first query after objects have moved refits their trees.
+namespace insonify::inline INSONIFY_ABI {
+
+/// A point on the surface of an object.
+struct surface_point {
+    object_id object{};     ///< whose surface it is
+    std::uint32_t face = 0; ///< index into `object::surface.faces`
+    float distance = 0;     ///< from the origin of the ray, in units of its direction, or from the point of the query
+    vec3 point{0, 0, 0};    ///< in the world
+    vec3 normal{0, 0, 1};   ///< of the face, outwards, length 1
+};
+
+/// Accepts every object.
+struct any_object {
+    /// Always true.
+    constexpr bool operator()(object_id) const { return true; }
+};
+
+namespace detail {
+
+inline surface_point surface_point_at(const object_view& one, std::uint32_t face, float distance, vec3 point) {
+    const vec3 normal = unit_normal(one.surface[face], {0, 0, 1});
+    return {object_id{one.id}, face, distance, point, one.at.direction(normal)};
+}
+
+/// Whether an object contains a point: a half line from there crosses its surface an odd number of times.
+inline bool contains(const object_view& one, vec3 point) {
+    bool inside = false;
+    one.tree.for_each_hit(one.local({.origin = point}), [&](const hit&) { inside = !inside; });
+    return inside;
+}
+
+/// The object whose medium applies at a point; null in the background.
+inline const object_view* top_at(const scene_view& flat, vec3 point) {
+    std::uint32_t top = media_stack::none;
+    flat.boxes.for_each_overlap(aabb{point, point}, [&](std::uint32_t rank) {
+        if (rank < top && contains(flat.objects[rank], point)) top = rank;
+    });
+    return top == media_stack::none ? nullptr : &flat.objects[top];
+}
+
+inline void check_point(vec3 point, const char* caller) {
+    if (!is_finite(point))
+        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
+}
+
+} // namespace detail
+
+/// The object that gives the medium at a point; none in the background.
+/// @throws usage_error  for a point that is not finite, or a scene that was not built
+inline std::optional<object_id> object_at(const scene& body, vec3 point) {
+    detail::check_point(point, "object_at");
+    const object_view* one = detail::top_at(body.view_for_rays(exec::par), point);
+    return one == nullptr ? std::nullopt : std::optional{object_id{one->id}};
+}
+
+/// The medium at a point: that of `object_at`, or the background's.
+/// @throws usage_error  for a point that is not finite, or a scene that was not built
+inline medium medium_at(const scene& body, vec3 point) {
+    detail::check_point(point, "medium_at");
+    const scene_view flat = body.view_for_rays(exec::par);
+    const object_view* one = detail::top_at(flat, point);
+    return flat.media[one == nullptr ? 0 : one->medium];
+}
+
+/// The first surface along a ray, within its limits, from either side; none where there is none.
+///
+///     const auto skin = first_surface(body, {.origin = tip, .direction = {0, 0, 1}}, [&](object_id id) { return id != needle; });
+///
+/// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
+/// @param accepts  bool(object_id): objects for which it returns false are passed through
+/// @throws usage_error  for a scene that was not built
+template <std::predicate<object_id> Filter = any_object>
+std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
+    const scene_view flat = body.view_for_rays(exec::par);
+    hit first;
+    std::uint32_t rank = 0;
+    flat.boxes.for_each_hit(r, [&](const hit& box) {
+        const object_view& one = flat.objects[box.primitive];
+        if (box.distance > first.distance || !accepts(object_id{one.id})) return;
+        ray local = one.local(r);
+        local.max_distance = min(local.max_distance, first.distance);
+        const hit found = one.tree.closest(local);
+        if (!found || (first && !(found.distance < first.distance || box.primitive < rank))) return;
+        first = found;
+        rank = box.primitive;
+    });
+    if (!first) return std::nullopt;
+    return detail::surface_point_at(flat.objects[rank], first.primitive, first.distance, r.at(first.distance));
+}
+
+/// The point of an object's surface that is nearest to a point; none for an object without faces.
+/// @throws usage_error  for an unknown id, a point that is not finite, or a scene that was not built
+inline std::optional<surface_point> nearest_surface(const scene& body, object_id id, vec3 point) {
+    detail::check_point(point, "nearest_surface");
+    static_cast<void>(body[id]); // throws for an unknown id
+    const scene_view flat = body.view_for_rays(exec::par);
+    for (const object_view& one : flat.objects) {
+        if (one.id != static_cast<std::uint32_t>(id)) continue;
+        const detail::nearest_point found = detail::find_nearest(one.tree, one.at.local_point(point));
+        if (found.primitive == detail::nearest_point{}.primitive) return std::nullopt;
+        return detail::surface_point_at(one, found.primitive, std::sqrt(found.distance_squared),
+                                        one.at.point(found.point));
+    }
+    return std::nullopt;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -11203,20 +12805,20 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How loud the amplifier is.
+/// Level and seed of the electronic noise.
 struct electronic_noise_settings {
-    float level_db = -130;   ///< rms of its envelope against the echo of a perfect mirror
-    std::uint64_t seed = 1;  ///< another one, another noise of the same kind
-    std::uint32_t frame = 0; ///< each frame of a clip has its own
+    float level_db = -130;   ///< rms of its envelope, relative to the echo of a perfect mirror
+    std::uint64_t seed = 1;  ///< selects a realization
+    std::uint32_t frame = 0; ///< number of the frame: noise differs from frame to frame
 };
 
-/// Adds what an amplifier adds: complex white Gaussian noise, the same at all depths. Comes before `tgc`, which then
-/// raises it deep down.
-/// @throws usage_error  where the level is not finite
+/// Adds the noise of the receiver: complex white Gaussian noise, uniform in depth. Call it before `tgc`, which
+/// amplifies it with depth.
+/// @throws usage_error  for a level that is not finite
 template <exec::policy Policy>
 iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electronic_noise_settings& settings = {}) {
-    if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be a finite number"};
-    const float scale = std::pow(10.0F, settings.level_db / 20) * std::sqrt(0.5F);
+    if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be finite"};
+    const float scale = amplitude_of_decibels(settings.level_db) * std::sqrt(0.5F);
     const std::uint64_t stream = hash_bits(settings.seed, settings.frame);
     exec::for_each_block(policy, lines.values.size(), 1024, 30, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) lines.values[i] += scale * hash_normal(stream, i);
@@ -11234,38 +12836,38 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Lets the frames of a clip fade into each other: grey = p old + (1 - p) new, on the grey of `log_compress`.
+/// Temporal smoothing of a clip: brightness = p old + (1 - p) new, applied after `log_compress`.
 class persistence {
   public:
-    /// @param share  p of what was shown before: 0 shows every frame as it is, and below 1
-    /// @throws usage_error  where the share makes no sense
-    INSONIFY_LAZY explicit persistence(float share = 0) : share_{share} {
-        if (!(share >= 0 && share < 1))
-            throw usage_error{"persistence: the share of the past must be from 0 to below 1"};
+    /// @param weight  p, the weight of the previous output, from 0 (no smoothing) to below 1
+    /// @throws usage_error  for a weight out of range
+    explicit persistence(float weight = 0) : weight_{weight} {
+        if (!(weight >= 0 && weight < 1))
+            throw usage_error{"persistence: the weight of the past must be at least 0 and below 1"};
     }
 
-    /// Takes in one more frame. The past is forgotten where the pose of the probe, the number of lines or of samples, or
-    /// the depth differs from the frame before. Call `reset` first where another probe or other settings made the frame.
-    /// @return what is to be shown; good until the next call
+    /// Adds a frame. Restarts where the pose of the probe, the number of lines or samples, or the depth has changed
+    /// since the previous frame. Call `reset` first where the probe or other settings have changed.
+    /// @return the frame to show; valid until the next call
     template <exec::policy Policy>
     const scan_lines& add(const Policy& policy, scan_lines frame, const pose& at) {
         const bool fades = at == at_ && frame.count == shown_.count && frame.samples == shown_.samples &&
                            frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
-        if (fades && share_ > 0)
+        if (fades && weight_ > 0)
             exec::for_each_block(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t i = begin; i < end; ++i)
-                    frame.values[i] = share_ * shown_.values[i] + (1 - share_) * frame.values[i];
+                    frame.values[i] = weight_ * shown_.values[i] + (1 - weight_) * frame.values[i];
             });
         at_ = at;
-        std::swap(later<Policy>(shown_), later<Policy>(frame));
+        std::swap(shown_, frame);
         return shown_;
     }
 
-    /// Forgets the past, so that the next frame stands alone: for changes that neither the pose nor the grid tells of.
-    INSONIFY_LAZY void reset() { shown_ = {}; }
+    /// Restarts with the next frame: for changes that neither the pose nor the grid shows.
+    void reset() { shown_ = {}; }
 
   private:
-    float share_ = 0;
+    float weight_ = 0;
     pose at_;
     scan_lines shown_;
 };
@@ -11282,28 +12884,28 @@ class persistence {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The oscillating signal that a probe really receives: RF(z) = Re(IQ(z) exp(+j 4 pi f0 z / c0)).
+/// Modulates baseband signals to the RF signal that a probe receives: RF(z) = Re(IQ(z) exp(+j 4 pi f0 z / c0)).
 ///
-/// In displayed depth the carrier has 2 f0 / c0 cycles a metre. `envelope` of it is that of the IQ lines.
+/// Along displayed depth the carrier has 2 f0 / c0 cycles per metre. The envelope is unchanged.
 /// @param frequency  f0 of the carrier, hertz
-/// @throws usage_error  where there are less than four samples a cycle, or the lines or the frequency make no sense
+/// @throws usage_error  for fewer than four samples per cycle, lines without samples, or a frequency out of range
 template <exec::policy Policy>
 scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
     if (iq.samples == 0 || iq.values.size() != static_cast<std::size_t>(iq.count) * iq.samples ||
         !is_finite(iq.depth) || !(iq.depth > 0))
-        throw usage_error{"to_rf: the lines must have samples, and a depth above 0"};
+        throw usage_error{"to_rf: the lines must have a depth above 0 and a value for every sample"};
     if (!is_finite(frequency) || !(frequency > 0))
-        throw usage_error{"to_rf: the frequency must be a finite number of hertz above 0"};
-    const double cycles_a_sample = 2.0 * frequency / display_speed * iq.depth / iq.samples;
-    if (cycles_a_sample > 0.25001) {
-        const float needed = lesser(std::ceil(static_cast<float>(4 * cycles_a_sample * iq.samples)), 1e9F);
-        throw usage_error{"to_rf: an oscillating signal needs four samples a cycle; trace and convolve with at least " +
-                          std::to_string(static_cast<std::uint32_t>(needed)) + " samples a line"};
+        throw usage_error{"to_rf: the frequency must be finite and above 0, such as 5_MHz"};
+    const double cycles_per_sample = 2.0 * frequency / display_speed * iq.depth / iq.samples;
+    if (cycles_per_sample > 0.25001) {
+        const float needed = min(std::ceil(static_cast<float>(4 * cycles_per_sample * iq.samples)), 1e9F);
+        throw usage_error{"to_rf: RF needs four samples per cycle; trace and convolve with at least " +
+                          std::to_string(static_cast<std::uint32_t>(needed)) + " samples per line"};
     }
 
     std::vector<vec2> carrier(iq.samples); // cosine and sine
     for (std::uint32_t k = 0; k < iq.samples; ++k) {
-        const double cycles = (k + 0.5) * cycles_a_sample;
+        const double cycles = (k + 0.5) * cycles_per_sample;
         const auto phase = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
         carrier[k] = {std::cos(phase), std::sin(phase)};
     }
@@ -11326,45 +12928,26 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
 #ifndef INSONIFY_TRACING_LABEL_HPP
 #define INSONIFY_TRACING_LABEL_HPP
 
+#include <algorithm>
 #include <cstddef>
-#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What the depth of a sample means.
-enum class grid {
-    geometric, ///< metres along the line: where things are
-    displayed, ///< c0 t / 2, t being the travel time there and back: where a picture by `physical` shows them
-};
-
 /// How deep to look, how finely, and along which depths.
 struct label_settings {
-    float depth = 0.08F;                             ///< metres, of the grid
-    std::uint32_t samples = 0;                       ///< along each line; 0: as many as a picture by `physical` has
-    insonify::grid grid = insonify::grid::geometric; ///< what a depth means
+    /// What the depth of a sample means.
+    enum class grid {
+        geometric, ///< metres along the line: where things are
+        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
+    };
+    float depth = 0.08F;              ///< metres, of the grid
+    std::uint32_t samples = 0;        ///< along each line; 0: as many as a picture by `physical` has
+    enum grid grid = grid::geometric; ///< what a depth means
 };
 
-/// The depths of a label grid, for the tracer: it makes no samples itself.
-struct label_axis {
-    insonify::grid grid = insonify::grid::geometric; ///< what a depth means
+namespace detail {
 
-    /// Where the caller leaves it open: two for each deviation of the pulse, a multiple of 64.
-    INSONIFY_LAZY std::uint32_t samples(float depth, float frequency) const {
-        return samples_for(depth, pulse{}.sigma_z(frequency));
-    }
-
-    /// How far lines are to be followed, metres: where sound is fast, things below `depth` are displayed above it.
-    INSONIFY_LAZY float reach(float depth, view<const medium> media) const {
-        float fastest = display_speed;
-        for (const medium& m : media) fastest = greater(fastest, m.sound_speed);
-        return grid == grid::displayed ? depth * (fastest / display_speed) : depth;
-    }
-
-    /// Metres of the grid a metre of the medium: c0 / c where displayed.
-    float scale(const medium& m) const { return grid == grid::displayed ? displayed_stretch(m) : 1.0F; }
-};
-
-/// Which samples of a line stand in one of its layers: `first` up to, but without, `last`.
+/// The samples of a line that lie in one of its layers: `first` up to, but without, `last`.
 struct label_stretch {
     float begin = 0;       ///< of the layer, in metres of the grid
     float scale = 1;       ///< metres of the grid a metre of the layer
@@ -11372,148 +12955,191 @@ struct label_stretch {
     std::size_t last = 0;  ///< sample after the last one
 };
 
-/// Lays the layers of one line on a grid: visit(i, stretch) for layer i, from the face down.
-///
-/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
-template <class Visit>
-void for_each_stretch(view<const layer> layers, view<const medium> media, const label_axis& axis, std::uint32_t samples,
-                      float spacing, const Visit& visit) {
-    std::size_t next = 0;
-    float begin = 0;
-    for (std::size_t i = 0; i < layers.size(); ++i) {
-        const float scale = axis.scale(media[layers[i].medium]);
-        const float end = begin + scale * (layers[i].end - layers[i].begin);
-        const float before_end = clamped(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
-        const std::size_t last = i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
-        visit(i, label_stretch{begin, scale, next, last});
-        next = last;
-        begin = end;
+/// The depths of a label grid: what models of labels share.
+struct label_axis {
+    enum label_settings::grid grid = label_settings::grid::geometric;
+
+    /// Default: two samples for each standard deviation of the pulse, a multiple of 64.
+    std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
+
+    /// How far lines are followed, metres: fast media below `depth` are displayed above it.
+    float max_depth(float depth, view<const medium> media) const {
+        float fastest = display_speed;
+        for (const medium& m : media) fastest = max(fastest, m.sound_speed);
+        return grid == label_settings::grid::displayed ? depth * (fastest / display_speed) : depth;
     }
-}
 
-/// `label`, compiled once for all policies.
-template <transducer Probe>
-label_lines find_labels(const exec::any_policy<false>& policy, const scene& body, const Probe& probe, const pose& at,
-                        const label_settings& settings) {
-    const label_axis axis{settings.grid};
-    const std::uint32_t samples =
-        check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
-    const float spacing = settings.depth / static_cast<float>(samples);
-    label_lines labels{probe.lines, samples, settings.depth};
-    const auto fill_line = [&](std::uint32_t line, std::uint32_t, const line_frame&, view<const layer> layers) {
-        label_id* const values = labels.values.data() + std::size_t{line} * samples;
-        for_each_stretch(layers, body.media(), axis, samples, spacing, [&](std::size_t i, const label_stretch& part) {
-            std::fill(values + part.first, values + part.last, layers[i].object);
+    /// Lays the layers of a line on the grid: visit(i, stretch) for layer i, from the face on.
+    ///
+    /// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
+    template <class Visit>
+    INSONIFY_FN void for_each_stretch(const traced_line& line, std::size_t samples, float spacing,
+                                      const Visit& visit) const {
+        std::size_t next = 0;
+        float begin = 0;
+        for (std::size_t i = 0; i < line.layers.size(); ++i) {
+            const layer& here = line.layers[i];
+            const bool displayed = grid == label_settings::grid::displayed;
+            const float scale = displayed ? displayed_stretch(line.media[here.medium]) : 1.0F;
+            const float end = begin + scale * (here.end - here.begin);
+            const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
+            const std::size_t last = i + 1 == line.layers.size() ? samples : static_cast<std::size_t>(before_end);
+            visit(i, label_stretch{begin, scale, next, last});
+            next = last;
+            begin = end;
+        }
+    }
+    friend bool operator==(const label_axis&, const label_axis&) = default;
+};
+
+/// A model whose samples are labels.
+struct label_model : label_axis {
+    using sample_type = label_id;
+    static constexpr bool normal_incidence = true;
+    static constexpr float nanoseconds = 0.1F;
+
+    template <class Policy>
+    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<label_id> out) const {
+        for_each_stretch(line, out.size(), spacing, [&](std::size_t i, const label_stretch& part) {
+            for (std::size_t k = part.first; k < part.last; ++k) out[k] = line.layers[i].object;
         });
-    };
-    const elevation_planes middle{beam_of(probe, settings.depth), 1};
-    line_workspace found;
-    for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::skip,
-                  found, 0.1F * static_cast<float>(samples), fill_line);
-    return labels;
-}
+    }
+    friend bool operator==(const label_model&, const label_model&) = default;
+};
 
-/// Which object each sample lies in: its id, and `background_label` outside all.
+} // namespace detail
+
+/// The object that each sample lies in: its id, and `background_label` outside all.
 ///
 ///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
 ///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
 ///
-/// Of nested and overlapping objects the one that gives the medium, as `scene` says. What the middle slice meets: beams
-/// are straight lines here, without thickness.
+/// Of nested and overlapping objects the one that gives the medium, as `scene` says. Lines are straight and without
+/// thickness: those of the middle plane.
 /// @param at  probe to world: x lateral, y elevation, z depth
 /// @return `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
 label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                   const label_settings& settings) {
-    return find_labels(exec::any_policy<false>{policy}, body, probe, at, settings);
+    return trace(detail::any_policy<false>{policy}, body, probe, at, detail::label_model{{settings.grid}},
+                 {.depth = settings.depth, .samples = settings.samples});
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What is true of every sample: maps of one grid.
+/// Maps of what is true of every sample, all on one grid.
 struct ground_truth_lines {
     label_lines label{};      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
     label_lines medium{};     ///< index into `scene::media()`
     label_lines surface{};    ///< id of the object whose surface lies in it; `background_label` where none does
     scan_lines incidence{};   ///< radians between the beam and the normal of that surface; 0 where there is none
-    scan_lines transmitted{}; ///< amplitude that arrives there and comes back, 0 to 1: the map of shadows
+    scan_lines transmitted{}; ///< amplitude that arrives there and returns, 0 to 1: the map of shadows
     scan_lines depth{};       ///< metres along the line, whatever the grid
 
     friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };
 
-/// `ground_truth`, compiled once for all policies.
-template <transducer Probe>
-ground_truth_lines find_truth(const exec::any_policy<false>& policy, const scene& body, const Probe& probe,
-                              const pose& at, const label_settings& settings) {
-    const label_axis axis{settings.grid};
-    const std::uint32_t samples =
-        check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
-    const float spacing = settings.depth / static_cast<float>(samples);
-    const later_t<Probe, label_lines> ids{probe.lines, samples, settings.depth};
-    const later_t<Probe, scan_lines> numbers{probe.lines, samples, settings.depth};
-    later_t<Probe, ground_truth_lines> truth{ids, ids, ids, numbers, numbers, numbers};
-    std::fill(truth.surface.values.begin(), truth.surface.values.end(), background_label);
+/// A model that states its interface law and its attenuation: `physical` with any laws, and `law2011`.
+template <class Model>
+concept ground_truth_model = requires(const Model& model, const incidence& at, const medium& m, float frequency) {
+    { model.at_interface(at) } -> std::same_as<response>;
+    { model.loss(m, frequency) } -> std::convertible_to<float>;
+};
 
-    const auto rank_of = [&](const layer& one) {
-        return one.place == 0 ? media_stack::none : body.objects()[one.place - 1].rank;
-    };
-    const auto trace_line = [&](std::uint32_t line, std::uint32_t, const line_frame&, view<const layer> layers) {
+namespace detail {
+
+struct truth_sample {
+    label_id label = background_label;
+    label_id medium = 0;
+    label_id surface = background_label;
+    float incidence = 0;
+    float transmitted = 0;
+    float depth = 0;
+};
+
+/// A model whose samples are ground truth, under the interface law and the attenuation of another.
+template <ground_truth_model Model>
+struct truth_model : label_axis {
+    using sample_type = truth_sample;
+    static constexpr float nanoseconds = 20;
+
+    Model model{};
+
+    template <class Policy>
+    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<truth_sample> out) const {
         float lost = 0;   // dB, to attenuation
         float passed = 1; // through interfaces
-        for_each_stretch(layers, body.media(), axis, samples, spacing, [&](std::size_t i, const label_stretch& part) {
-            const layer& here = layers[i];
-            const medium& m = body.media()[here.medium];
-            if (i > 0 && layers[i - 1].medium != here.medium) {
-                const layer& above = layers[i - 1];
-                passed *= fresnel{}.energy_transmission(body.media()[above.medium], m, here.cosine);
-                const auto k = static_cast<std::uint32_t>(lesser(part.begin / spacing, static_cast<float>(samples)));
-                if (k < samples && truth.surface(line, k) == background_label) {
-                    truth.surface(line, k) = rank_of(above) < rank_of(here) ? above.object : here.object;
-                    // The tilts, because near normal incidence a cosine has no digits left.
-                    truth.incidence(line, k) = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
+        this->for_each_stretch(line, out.size(), spacing, [&](std::size_t i, const label_stretch& part) {
+            const layer& here = line.layers[i];
+            const medium& m = line.media[here.medium];
+            if (i > 0 && line.layers[i - 1].medium != here.medium) {
+                const layer& above = line.layers[i - 1];
+                passed *= model.at_interface({line.media[above.medium], m, here.cosine, line.frequency}).transmitted;
+                const auto k = static_cast<std::size_t>(min(part.begin / spacing, static_cast<float>(out.size())));
+                if (k < out.size() && out[k].surface == background_label) {
+                    // Ranks, in which the background comes last: place 0 wraps around.
+                    out[k].surface = above.place - 1 < here.place - 1 ? above.object : here.object;
+                    // From the tilts, because near normal incidence a cosine has no digits left.
+                    out[k].incidence = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
                 }
             }
-            const float loss = echo_loss(m, probe.frequency);
-            for (auto k = static_cast<std::uint32_t>(part.first); k < part.last; ++k) {
+            const float loss = model.loss(m, line.frequency);
+            for (std::size_t k = part.first; k < part.last; ++k) {
                 const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
-                truth.label(line, k) = here.object;
-                truth.medium(line, k) = here.medium;
-                truth.transmitted(line, k) = passed * std::pow(10.0F, -(lost + loss * into) / 20);
-                truth.depth(line, k) = here.begin + into;
+                out[k].label = here.object;
+                out[k].medium = here.medium;
+                out[k].transmitted = passed * amplitude_of_decibels(-(lost + loss * into));
+                out[k].depth = here.begin + into;
             }
             lost += loss * (here.end - here.begin);
         });
-    };
-    const elevation_planes middle{beam_of(probe, settings.depth), 1};
-    line_workspace found;
-    for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::find,
-                  found, 20 * static_cast<float>(samples), trace_line);
-    return truth;
-}
+    }
+    friend bool operator==(const truth_model&, const truth_model&) = default;
+};
+
+} // namespace detail
 
 /// All that a learning pipeline may want to know of a frame, from one trace.
 ///
-///     transmitted = product of T over the interfaces above * 10^(-sum of 2 alpha0 f^b d over the media above / 20)
+///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///
-/// T = 1 - r^2 of `fresnel`, what an echo keeps when it crosses twice; alpha0 in dB/m at 1 MHz, f the probe's frequency
-/// in MHz, d in metres. It is the amplitude with which `physical` weighs every echo; 1 is what the probe sends.
+/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m there and back, d in
+/// metres. It is the amplitude with which the model weights every echo; 1 is what the probe sends.
 ///
-/// A surface counts where the medium changes: water in water has none. Where two objects meet it is that of the object
-/// that gives the medium where both are. Of several in one sample the one nearest to the probe is reported.
-/// @param at  probe to world: x lateral, y elevation, z depth
+/// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
+/// has precedence. Of several in one sample the one nearest to the probe is reported.
+/// @param at     probe to world: x lateral, y elevation, z depth
+/// @param model  the one that the picture is drawn with
 /// @return maps of `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe>
+template <exec::policy Policy, transducer Probe, ground_truth_model Model = physical<>>
 ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                const label_settings& settings) {
-    return find_truth(exec::any_policy<false>{policy}, body, probe, at, settings);
+                                const label_settings& settings, const Model& model = {}) {
+    const detail::any_policy<false> any{policy};
+    const auto found = trace(any, body, probe, at, detail::truth_model<Model>{{settings.grid}, model},
+                             {.depth = settings.depth, .samples = settings.samples});
+    const label_lines labels{found.count, found.samples, found.depth};
+    const scan_lines numbers{found.count, found.samples, found.depth};
+    ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};
+    exec::for_each_block(any, found.values.size(), 16384, 3, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const detail::truth_sample& one = found.values[i];
+            truth.label.values[i] = one.label;
+            truth.medium.values[i] = one.medium;
+            truth.surface.values[i] = one.surface;
+            truth.incidence.values[i] = one.incidence;
+            truth.transmitted.values[i] = one.transmitted;
+            truth.depth.values[i] = one.depth;
+        }
+    });
+    return truth;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -11524,16 +13150,16 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The mean of independent random estimates of the same lines, and how far off it may be.
+/// The mean of independent random estimates of the same lines, with its standard error.
 ///
 ///     path_estimate echoes;
 ///     for (std::uint64_t frame = 0; frame < 50; ++frame)
-///         echoes.add(policy, trace_paths(..., {.samples = 40, .seed = frame}));
+///         echoes.add(policy, trace_paths(..., {.paths_per_line = 40, .seed = frame}));
 ///
 /// Source of the update: Welford 1962.
 class path_estimate {
   public:
-    /// @throws usage_error  where the lines have another shape than those before
+    /// @throws usage_error  where the shape of the lines differs from the former ones
     template <exec::policy Policy>
     void add(const Policy& policy, const iq_lines& lines) {
         if (frames_ == 0) {
@@ -11551,13 +13177,14 @@ class path_estimate {
         });
     }
 
-    /// Estimates taken in.
+    /// Number of estimates.
     std::uint32_t frames() const { return frames_; }
     /// Their mean, sample by sample.
     const iq_lines& mean() const { return mean_; }
 
-    /// Of each sample's mean: standard deviation of the complex value over the root of the frames; 0 before two.
-    INSONIFY_LAZY scan_lines standard_error() const {
+    /// Standard error of the mean of each sample: the standard deviation of the complex value over the square root of the
+    /// number of frames; 0 before two frames.
+    scan_lines standard_error() const {
         scan_lines error{mean_.count, mean_.samples, mean_.depth};
         if (frames_ > 1)
             for (std::size_t i = 0; i < squares_.size(); ++i)
@@ -11577,275 +13204,251 @@ class path_estimate {
 #ifndef INSONIFY_TRACING_PATHS_HPP
 #define INSONIFY_TRACING_PATHS_HPP
 
+#ifndef INSONIFY_TRACING_PATH_WALK_HPP
+#define INSONIFY_TRACING_PATH_WALK_HPP
+
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How far sound is followed as it bends and bounces.
+/// How far sound is followed through refraction and reflection.
 struct path_settings {
-    std::uint32_t bounces = 4;     ///< reflections that a path may undergo before its last echo
-    float least_amplitude = 1e-5F; ///< a path that would bring back less of the sound is given up
-    float face_reflection = 0;     ///< of the probe's face, as pressure amplitude, for echoes that come back to it
-    std::uint32_t samples = 0;     ///< random paths a line (Monte-Carlo); 0: every path, split at each surface
-    float rough_power = 40;        ///< random paths: normals of rough surfaces scatter as cos^rough_power
-    std::uint64_t seed = 1;        ///< of random paths; another seed is another frame of the same picture
+    std::uint32_t bounces = 4;        ///< reflections of a path before its last echo, at most
+    float min_amplitude = 1e-5F;      ///< paths that would return less are dropped
+    float face_reflection = 0;        ///< of the probe's face, as pressure amplitude, for echoes that return to it
+    std::uint32_t paths_per_line = 0; ///< random paths (Monte Carlo); 0: every path, split at each surface
+    float rough_power = 40;           ///< random paths: normals of rough surfaces are distributed as cos^rough_power
+    std::uint64_t seed = 1;           ///< of random paths; another seed is another frame of the same picture
+
+    friend bool operator==(const path_settings&, const path_settings&) = default;
 };
 
-/// Follows one line through refraction and reflection.
-///
-/// Sound goes out along a path and comes back along the same one (the only paths that all return to where they began),
-/// so each surface met on the way adds its echo, weakened by all that the path has met twice. A slab thus gives the
-/// ladder of its reverberations, a mirror the image behind it, and a tilted layer shifts what lies below. The face of the
-/// probe, where it reflects, is a plane without end; curved surfaces do not spread or gather the sound.
+/// Models whose echoes can be computed layer by layer and surface by surface: `physical`, with any laws.
 template <class Model>
-class path_tracer {
-  public:
-    using model_type = Model; ///< a `physical`
+concept path_model = acoustic_model<Model> && requires(const Model& m, const traced_line& line, const layer& one,
+                                                       echo_path& path, const echo_line& echoes, const incidence& at) {
+    m.add_layer(line, one, path, echoes);
+    { m.add_interface(line, one, one, path, echoes) } -> std::same_as<response>;
+    { m.roughness.coherent(at) } -> std::convertible_to<float>;
+    { m.timing } -> std::convertible_to<timing>;
+};
 
-    /// Refers to scene, model and settings: keep them.
-    /// @param frequency    hertz
-    /// @param pulse_sigma  metres of displayed depth
-    path_tracer(const scene& body, const model_type& model, const path_settings& settings, float frequency,
-                float pulse_sigma)
-        : body_{body}, model_{model}, settings_{settings} {
-        line_.media = body.media();
-        line_.places = body.places();
-        line_.frequency = frequency;
-        line_.pulse_sigma = pulse_sigma;
-        for (const medium& m : body.media()) fastest_ = greater(fastest_, m.sound_speed);
+namespace detail {
+
+/// The direction in which sound continues behind an interface: by the law's own `refracted(direction, normal, before,
+/// after)` where it has one, else by Snell's; {0, 0, 0} where it is totally reflected.
+template <class Law>
+INSONIFY_FN vec3 refracted_by(const Law& law, vec3 direction, vec3 normal, const medium& before, const medium& after) {
+    if constexpr (requires { law.refracted(direction, normal, before, after); })
+        return law.refracted(direction, normal, before, after);
+    else
+        return refracted(direction, normal, before, after);
+}
+
+/// Follows all paths of one line: a stack of branches, each of which ends at the next change of medium, where its
+/// reflected and transmitted parts begin.
+template <path_model Model>
+class path_walk {
+  public:
+    /// @param random  numbers the random paths: a different stream for each
+    INSONIFY_FN path_walk(const line_task& task, const Model& model, const path_settings& settings,
+                          line_scratch& scratch, view<vec2> out, std::uint64_t random)
+        : scene_{task.scene}, model_{model}, settings_{settings}, line_{task.line}, face_{task.line.frame},
+          echoes_{task.echoes(out)}, found_{scratch.found}, branches_{scratch.branches},
+          branch_objects_{scratch.branch_objects}, random_{random} {
+        for (const medium& m : scene_.media) fastest_ = max(fastest_, m.sound_speed);
     }
 
-    /// Adds the echoes of one line.
-    /// @param height  metres out of the slice plane that the line stands for
-    /// @param random  numbers the line's random paths: a different stream for each
-    void operator()(const line_frame& frame, const line_beam& beam, float height, std::uint64_t random, float spacing,
-                    view<vec2> out) {
-        line_.beam = beam;
-        line_.height = height;
-        random_ = random;
-        face_ = frame;
-        const echo_line echoes{out, spacing, line_.frequency};
-        find_crossings(body_, {.origin = frame.origin, .direction = frame.along}, reach(echoes, 0), found_);
-        for (const crossing& at : found_.crossings) // those at the face belong to the face
-            if (at.distance <= touching_distance) found_.inside.toggle(at.rank);
-        waiting_.clear();
-        waiting_.push_back({.frame = frame, .inside = found_.inside});
-        while (!waiting_.empty()) {
-            branch next = std::move(waiting_.back());
-            waiting_.pop_back();
-            follow(std::move(next), echoes);
-        }
+    /// @return false where the scratch is too small
+    INSONIFY_FN bool run() {
+        if (!find_crossings(scene_, {.origin = face_.origin, .direction = face_.along}, range(0), found_)) return false;
+        layer_walk{scene_, face_, found_, range(0), false}.enter_at_face();
+        push({.frame = face_}, found_.inside);
+        while (count_ > 0 && !overflow_)
+            if (!follow(branches_[--count_])) return false;
+        return !overflow_;
     }
 
   private:
-    // A path on its way: where its last piece began, along what, inside which objects.
-    struct branch {
-        line_frame frame{};
-        media_stack inside{};
-        echo_path path{};
-        std::uint32_t bounces = 0;
-    };
+    // How far a path can go on from a displayed depth, metres.
+    INSONIFY_FN float range(float shown) const { return (echoes_.depth() - shown) * fastest_ / display_speed; }
 
-    float reach(const echo_line& echoes, float shown) const {
-        return (echoes.depth() - shown) * fastest_ / display_speed;
-    }
-
-    layer layer_of(std::uint32_t rank, float begin, float end) const {
-        layer here{.begin = begin, .end = end};
-        if (rank == media_stack::none) return here;
-        const object& one = body_.ranked(rank);
-        here.medium = one.medium_index;
-        here.object = static_cast<std::uint32_t>(one.id);
-        here.place = 1 + static_cast<std::uint32_t>(&one - body_.objects().data());
-        return here;
-    }
-
-    // Distance to the face of the probe for a path that comes back to it; FLT_MAX where it does not.
-    float to_face(const line_frame& at) const {
+    // Distance to the face of the probe for a path that returns to it; FLT_MAX where it does not.
+    INSONIFY_FN float to_face(const line_frame& at) const {
         const float towards = -dot(at.along, face_.along);
         if (settings_.face_reflection == 0 || !(towards > 0.5F)) return FLT_MAX;
         return dot(at.origin - face_.origin, face_.along) / towards;
     }
 
-    // Goes on to the next change of medium; there the path ends, and its reflected and transmitted parts begin.
-    void follow(branch now, const echo_line& echoes) {
-        const ray piece{.origin = now.frame.origin, .direction = now.frame.along};
+    INSONIFY_FN bool follow(path_branch now) {
         const float face = to_face(now.frame);
-        const float limit = lesser(reach(echoes, now.path.shown), face);
-        find_crossings(body_, piece, limit, found_);
+        const float limit = min(range(now.path.shown), face);
+        const bool complete =
+            find_crossings(scene_, {.origin = now.frame.origin, .direction = now.frame.along}, limit, found_);
+        objects_ -= now.inside;
+        const view<std::uint32_t> containing{branch_objects_.data() + objects_, now.inside};
+        found_.inside.assign({.ranks = containing, .count = now.inside});
+        if (!complete || found_.inside.overflow) return false;
         line_.frame = now.frame;
-        const std::vector<crossing>& crossings = found_.crossings;
-        std::size_t next = 0;
-        while (next < crossings.size() && crossings[next].distance <= touching_distance) ++next; // where it began
-        std::uint32_t current = now.inside.top();
-        float begin = 0;
-        while (next < crossings.size()) {
-            const float place = crossings[next].distance;
-            const std::size_t first = next;
-            media_stack beyond = now.inside;
-            for (; next < crossings.size() && crossings[next].distance <= place + touching_distance; ++next)
-                beyond.toggle(crossings[next].rank);
-            const std::uint32_t after = beyond.top();
-            layer above = layer_of(current, begin, place), below = layer_of(after, place, place);
-            if (after == current) {
-                now.inside = beyond;
-                continue;
-            }
-            model_.add_layer(line_, above, now.path, echoes);
+        layer_walk walk{scene_, now.frame, found_, limit, true};
+        walk.skip_departure();
+        for (layer above; walk.next(above);) {
+            model_.add_layer(line_, above, now.path, echoes_);
+            if (walk.at_end()) break;
+            layer below = walk.beyond();
             if (above.medium != below.medium) {
-                const crossing& surface = surface_of_change(crossings, first, next, current, after);
-                return meet(now, beyond, above, below, surface, echoes);
+                split(now, walk, above, below);
+                return !found_.inside.overflow;
             }
-            now.inside = beyond;
-            current = after;
-            begin = place;
         }
-        model_.add_layer(line_, layer_of(current, begin, limit), now.path, echoes);
-        if (face < FLT_MAX && limit == face) return_to_face(now, face, echoes);
+        if (face < FLT_MAX && limit == face) return_from_face(now, face);
+        return !found_.inside.overflow;
     }
 
-    const crossing& surface_of_change(const std::vector<crossing>& crossings, std::size_t first, std::size_t end,
-                                      std::uint32_t before, std::uint32_t after) const {
-        std::size_t i = first;
-        while (i + 1 < end && crossings[i].rank != after && crossings[i].rank != before) ++i;
-        return crossings[i];
-    }
-
-    void meet(const branch& now, const media_stack& beyond, const layer& above, layer& below, const crossing& at,
-              const echo_line& echoes) {
-        const object& one = body_.ranked(at.rank);
-        const surface_incidence smooth = incidence_on(one, at.primitive, now.frame);
-        const vec3 smooth_normal = one.at.direction(
-            unit_normal(mesh_view{one.surface}[at.primitive], -one.at.local_direction(now.frame.along)));
-        vec3 normal = smooth_normal;
+    // A path meets a surface: its transmitted and its reflected part go on.
+    INSONIFY_FN void split(const path_branch& now, const layer_walk& walk, const layer& above, const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
-        if (settings_.samples > 0 && rms_height(before, after) > 0)
-            normal = perturbed_normal(dot(normal, now.frame.along) > 0 ? -normal : normal, settings_.rough_power,
-                                      uniform_pair());
-        below.cosine = smooth.cosine;
-        below.tilt = smooth.tilt;
-        const response met = model_.add_interface(line_, above, below, now.path, echoes);
-        const vec3 point = now.frame.origin + below.begin * now.frame.along;
+        const vec3 smooth = walk.met().normal, along = now.frame.along;
+        const bool random = settings_.paths_per_line > 0;
+        vec3 facet = smooth;
+        if (random && rms_height(before, after) > 0) {
+            const float first = uniform();
+            facet =
+                perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power, {first, uniform()});
+        }
+        const response met = model_.add_interface(line_, above, below, now.path, echoes_);
         // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
-        const bool random = settings_.samples > 0;
         const float mirrored =
-            random ? 1.0F : model_.roughness.coherent({before, after, smooth.cosine, line_.frequency});
+            random ? 1.0F : model_.roughness.coherent({before, after, walk.met().cosine, line_.frequency});
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
         // A facet that would send the path to the wrong side of the surface gives way to the surface as a whole.
-        const auto crosses = [&](vec3 direction) {
-            return dot(direction, smooth_normal) * dot(now.frame.along, smooth_normal) > 0;
+        const auto crosses = [&](vec3 direction) { return dot(direction, smooth) * dot(along, smooth) > 0; };
+        const auto transmitted_by = [&](vec3 normal) {
+            if (model_.timing != timing::sound_speed) return along;
+            return refracted_by(model_.boundary, along, normal, before, after);
         };
-        const auto onwards = [&](vec3 facet) {
-            if (model_.timing != timing::sound_speed) return now.frame.along;
-            return refracted(now.frame.along, facet, before, after);
-        };
-        const auto mirrored_by = [&](vec3 facet) { return now.frame.along - 2 * dot(now.frame.along, facet) * facet; };
-        const vec3 through = onwards(normal), thrown = mirrored_by(normal);
-        branch on = now, off = now;
-        on.inside = beyond;
-        on.frame = turned(now.frame, point, crosses(through) ? through : onwards(smooth_normal));
-        off.frame = turned(now.frame, point, crosses(thrown) ? mirrored_by(smooth_normal) : thrown);
+        const auto mirrored_by = [&](vec3 normal) { return along - 2 * dot(along, normal) * normal; };
+        vec3 onwards = transmitted_by(facet), reflected = mirrored_by(facet);
+        if (!crosses(onwards)) onwards = transmitted_by(smooth);
+        if (onwards == vec3{0, 0, 0} && met.transmitted > 0)
+            onwards = along; // the law transmits where Snell's does not
+        if (crosses(reflected)) reflected = mirrored_by(smooth);
+
+        const vec3 point = now.frame.origin + below.begin * along;
+        path_branch on = now, off = now;
+        on.frame = turned(now.frame, point, onwards);
+        off.frame = turned(now.frame, point, reflected);
         on.path.passed *= met.transmitted;
         off.path.passed *= back;
         ++off.bounces;
-        if (random) { // one of the two, with the probability of its share: its weight stays
-            const float share = back + met.transmitted;
-            if (!(share > 0)) return;
-            const bool reflects = uniform() * share < back;
-            (reflects ? off : on).path.passed = now.path.passed * share;
-            return push(std::move(reflects ? off : on));
+        if (random) { // one of the two, with the probability of its part: its weight stays
+            const float both = back + met.transmitted;
+            if (!(both > 0)) return;
+            const bool reflects = uniform() * both < back;
+            (reflects ? off : on).path.passed = now.path.passed * both;
+            if (reflects) walk.step_back(found_.inside);
+            return push(reflects ? off : on, found_.inside);
         }
-        push(std::move(on));
-        push(std::move(off));
+        push(on, found_.inside);
+        walk.step_back(found_.inside);
+        push(off, found_.inside);
     }
 
-    void return_to_face(branch now, float distance, const echo_line& echoes) {
-        echoes.add(now.path.shown,
-                   {now.path.passed * settings_.face_reflection * std::pow(10.0F, -now.path.lost_db / 20), 0});
+    INSONIFY_FN void return_from_face(path_branch now, float distance) {
+        echoes_.add(now.path.shown,
+                    {now.path.passed * settings_.face_reflection * amplitude_of_decibels(-now.path.lost_db), 0});
         const vec3 point = now.frame.origin + distance * now.frame.along;
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
         now.path.passed *= settings_.face_reflection * settings_.face_reflection;
         ++now.bounces;
-        push(std::move(now));
+        push(now, found_.inside);
     }
 
-    void push(branch&& next) {
-        const float amplitude = next.path.passed * std::pow(10.0F, -next.path.lost_db / 20);
-        if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.least_amplitude)) return;
-        if (next.bounces <= settings_.bounces) waiting_.push_back(std::move(next));
+    INSONIFY_FN void push(path_branch next, const media_stack& inside) {
+        const float amplitude = next.path.passed * amplitude_of_decibels(-next.path.lost_db);
+        if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
+        if (next.bounces > settings_.bounces) return;
+        overflow_ = overflow_ || count_ == branches_.size() || objects_ + inside.count > branch_objects_.size();
+        if (overflow_) return;
+        next.inside = inside.count;
+        for (std::uint32_t i = 0; i < inside.count; ++i) branch_objects_[objects_++] = inside.ranks[i];
+        branches_[count_++] = next;
     }
 
-    static line_frame turned(const line_frame& before, vec3 point, vec3 along) {
+    INSONIFY_FN static line_frame turned(const line_frame& before, vec3 point, vec3 along) {
         const vec3 elevation = before.elevation - dot(before.elevation, along) * along;
         const float size = length(elevation);
         return {point, along, size > 1e-3F ? elevation / size : before.elevation};
     }
 
-    float uniform() { return hash_uniform(settings_.seed, random_++); }
-    vec2 uniform_pair() {
-        const float first = uniform();
-        return {first, uniform()};
-    }
+    INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }
 
-    const scene& body_;
-    const model_type& model_;
+    const scene_view& scene_;
+    const Model& model_;
     const path_settings& settings_;
     traced_line line_;
     line_frame face_;
+    compensated_echoes echoes_;
+    line_crossings& found_;
+    view<path_branch> branches_;
+    view<std::uint32_t> branch_objects_;
+    std::uint64_t random_;
     float fastest_ = display_speed;
-    std::uint64_t random_ = 0;
-    line_crossings found_;
-    std::vector<branch> waiting_;
+    std::uint32_t count_ = 0, objects_ = 0; // branches, and the objects that contain them
+    bool overflow_ = false;
 };
 
-/// `trace_paths`, compiled once for all policies.
-template <transducer Probe, class... Parts>
-iq_lines path_lines(const exec::any_policy<false>& policy, const scene& body, const Probe& probe, const pose& at,
-                    const physical<Parts...>& model, const acquisition& scan, const path_settings& settings) {
-    const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
-    body.require_trees();
-    if (!(settings.least_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
-        throw usage_error{
-            "trace_paths: `least_amplitude` and `rough_power` must be above 0, `face_reflection` within 1"};
-    const elevation_planes planes{beam_of(probe, scan.depth), scan.planes};
-    const beam_table beams = make_beam_table(policy, probe, scan.depth, planes, model);
-    iq_lines lines{probe.lines, samples, scan.depth};
-    const float spacing = scan.depth / static_cast<float>(samples);
-    std::vector<float> weights;
-    planes.weights_of_samples(samples, spacing, weights);
-    const float pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-    const std::uint32_t times = std::max(1U, settings.samples);
-    const vec3 elevation = at.direction({0, 1, 0});
-    exec::for_each_block(policy, probe.lines, 8, 1e6F, [&](std::size_t begin, std::size_t end) {
-        path_tracer<physical<Parts...>> tracer{body, model, settings, probe.frequency, pulse_sigma};
-        std::vector<vec2> slice(samples);
-        for (std::size_t i = begin; i < end; ++i)
-            for (std::uint32_t plane = 0; plane < planes.count(); ++plane) {
-                const ray beam = world_beam(probe, at, static_cast<float>(i));
-                const line_frame frame{beam.origin + planes.offset(plane) * elevation, beam.direction, elevation};
-                std::fill(slice.begin(), slice.end(), vec2{0, 0});
-                for (std::uint64_t sample = 0; sample < times; ++sample)
-                    tracer(frame, beams.of_line(static_cast<std::uint32_t>(i)), planes.height(plane),
-                           hash_bits(i * planes.count() + plane, sample), spacing, slice);
-                const float* weight = weights.data() + std::size_t{plane} * samples;
-                const float share = 1 / static_cast<float>(times);
-                for (std::uint32_t k = 0; k < samples; ++k)
-                    lines.values[i * samples + k] += share * weight[k] * slice[k];
-            }
-    });
-    return lines;
-}
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 
-/// Echoes with refraction, multiple reflections, mirror images and reverberation; else as `trace_beams`, and equal to it
-/// where nothing bends and nothing is reflected twice.
+namespace insonify::inline INSONIFY_ABI {
+
+/// Refraction and multiple reflection: a `tracer` for `trace` and `b_mode`.
 ///
-/// With `settings.samples` the paths are chosen at random and averaged; another seed gives an independent estimate of
-/// the same lines (see `path_estimate`).
-/// @throws usage_error, geometry_error  as `trace_beams`
-template <exec::policy Policy, transducer Probe, class... Parts>
+///     b_mode(exec::par_unseq, body, probe, at, {.depth = 40_mm}, physical{}, paths{});
+///
+/// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened by all
+/// that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image behind it, and a
+/// tilted layer displaces what lies below. Directions follow the model's own interface law where it gives one, else Snell's.
+/// The face of the probe, where it reflects, is an infinite plane; curved surfaces neither spread nor focus the sound.
+struct paths {
+    path_settings settings{}; ///< how far they are followed
+
+    /// @throws usage_error  for settings out of range
+    void check() const {
+        if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
+            throw usage_error{
+                "trace_paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` within 1"};
+    }
+
+    /// Traces one line: see `tracer`.
+    template <class Policy, path_model Model>
+    INSONIFY_FN bool operator()(const Policy&, const line_task& task, const Model& model, line_scratch& scratch,
+                                view<vec2> out) const {
+        const std::uint32_t times = settings.paths_per_line > 0 ? settings.paths_per_line : 1;
+        for (std::uint32_t i = 0; i < times; ++i) {
+            const std::uint64_t stream = hash_bits(std::uint64_t{task.number} * task.planes + task.plane, i);
+            if (!detail::path_walk<Model>{task, model, settings, scratch, out, stream}.run()) return false;
+        }
+        if (times > 1)
+            for (vec2& sample : out) sample *= 1 / static_cast<float>(times);
+        return true;
+    }
+
+    friend bool operator==(const paths&, const paths&) = default;
+};
+
+/// `trace` with `paths`: echoes with refraction, multiple reflections, mirror images and reverberation; equal to
+/// `trace_beams` where nothing bends and nothing is reflected twice.
+///
+/// With `settings.paths_per_line` the paths are chosen at random and averaged; another seed gives an independent estimate
+/// of the same lines (see `path_estimate`).
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, class... Laws>
 iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                     const physical<Parts...>& model, const acquisition& scan, const path_settings& settings = {}) {
-    return path_lines(exec::any_policy<false>{policy}, body, probe, at, model, scan, settings);
+                     const physical<Laws...>& model, const acquisition& scan, const path_settings& settings = {}) {
+    return trace(detail::any_policy<false>{policy}, body, probe, at, model, scan, paths{settings});
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -11861,10 +13464,10 @@ iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What looks at the slice in the paper's algorithm: `size`, `through(pixel) -> ray`, `check()`.
+/// A camera that views the slice, for `trace_pixels`: `size`, `through(pixel) -> ray`, `check()`.
 ///
-/// The frame of a camera: x to the right of the picture, y down it, z into the scene, as `look_at` makes it. A pixel's
-/// centre is half an integer; (0, 0) is the top left corner of the picture.
+/// Camera frame: x to the right of the image, y down, z into the scene, as `look_at` makes it. Pixel centres lie at half
+/// integers; (0, 0) is the top left corner of the image.
 template <class Camera>
 concept camera = requires(const Camera& c, vec2 pixel) {
     { c.size } -> std::convertible_to<uvec2>;
@@ -11872,28 +13475,33 @@ concept camera = requires(const Camera& c, vec2 pixel) {
     c.check();
 };
 
-/// @throws usage_error  for a picture without pixels or of more than 2^28, or a pose that is not rigid
-INSONIFY_LAZY void check_camera(uvec2 size, const pose& at) {
+namespace detail {
+
+/// @throws usage_error  for an image without pixels or of more than 2^28, or a pose that is not rigid
+inline void check_camera(uvec2 size, const pose& at) {
     const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
     if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
         throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};
-    if (!is_rigid(at)) throw usage_error{"camera: its pose is no rigid motion; make it with look_at"};
+    if (!is_rigid(at)) throw usage_error{"camera: its pose is not a rigid transform; make it with look_at"};
 }
+
+} // namespace detail
 
 /// Parallel rays: the slice at scale.
 struct orthographic_camera {
     pose at{};               ///< camera to world
-    vec2 extent{0.1F, 0.1F}; ///< metres that the picture spans across and down
+    vec2 extent{0.1F, 0.1F}; ///< width and height of the image in the world, metres
     uvec2 size{512, 512};    ///< columns, rows
 
-    /// In the world; its direction has length 1.
+    /// The ray through a point of the image, in the world; its direction has length 1.
     INSONIFY_FN ray through(vec2 pixel) const {
-        const vec2 share = pixel / vec2{size} - 0.5F;
-        return {.origin = at.point({share.x * extent.x, share.y * extent.y, 0}), .direction = at.direction({0, 0, 1})};
+        const vec2 fraction = pixel / vec2{size} - 0.5F;
+        return {.origin = at.point({fraction.x * extent.x, fraction.y * extent.y, 0}),
+                .direction = at.direction({0, 0, 1})};
     }
-    /// @throws usage_error  naming the setting that makes no sense
-    INSONIFY_LAZY void check() const {
-        check_camera(size, at);
+    /// @throws usage_error  naming the setting that is out of range
+    void check() const {
+        detail::check_camera(size, at);
         if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
             throw usage_error{"camera: `extent` must be two finite lengths in metres above 0"};
     }
@@ -11902,19 +13510,19 @@ struct orthographic_camera {
 /// Rays from one point.
 struct perspective_camera {
     pose at{};                    ///< camera to world
-    float field_of_view = 60_deg; ///< across the picture, radians
+    float field_of_view = 60_deg; ///< across the image, radians
     uvec2 size{512, 512};         ///< columns, rows
 
-    /// In the world; its direction has length 1.
+    /// The ray through a point of the image, in the world; its direction has length 1.
     INSONIFY_FN ray through(vec2 pixel) const {
         const float scale = 2 * std::tan(0.5F * field_of_view) / static_cast<float>(size.x);
         const vec2 from_centre = pixel - 0.5F * vec2{size};
         return {.origin = at.translation,
                 .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
     }
-    /// @throws usage_error  naming the setting that makes no sense
-    INSONIFY_LAZY void check() const {
-        check_camera(size, at);
+    /// @throws usage_error  naming the setting that is out of range
+    void check() const {
+        detail::check_camera(size, at);
         if (!(field_of_view > 0 && field_of_view < pi))
             throw usage_error{"camera: `field_of_view` must lie between 0 and 180 degrees, such as 60_deg"};
     }
@@ -11925,92 +13533,106 @@ struct perspective_camera {
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
-/// r3 away from it, for an interface within reach.
+/// r3 away from it, for an interface within `reflection_length`. The crossings get their depths along the beam.
 ///
-/// `line` is the beam through the point, which lies `depth` along it. The crossings are given in depths along the beam.
-INSONIFY_LAZY void find_pixel_crossings(const scene& body, const ray& line, float depth, float reflection_length,
-                                        line_crossings& found) {
-    found.clear(body);
-    auto& crossings = later<Later>(found.crossings);
+/// @param line   the beam through the point, in the world
+/// @param depth  of the point along it, metres
+/// @return       false where the crossings do not fit
+INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray& line, float depth,
+                                             float reflection_length, line_crossings& found) {
+    found.clear();
     const vec3 point = line.at(depth);
-    const float beyond = depth + reflection_length;
-    for (const object& one : body.objects()) {
-        const bool around = one.box.contains(line.origin);
-        if (!around && !may_touch(one.box, line, beyond)) continue;
-        const ray r2 =
-            one.local({.origin = point, .direction = -line.direction, .max_distance = around ? FLT_MAX : depth});
-        one.tree_view().for_each_hit(r2, [&](const hit& at) {
+    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth + reflection_length}, [&](const hit& box) {
+        const std::uint32_t rank = box.primitive;
+        const object_view& one = scene.objects[rank];
+        const float to_origin = one.box.contains(line.origin) ? FLT_MAX : depth;
+        const ray r2 = one.local({.origin = point, .direction = -line.direction, .max_distance = to_origin});
+        one.tree.for_each_hit(r2, [&](const hit& at) {
             if (at.distance <= depth)
-                crossings.push_back({depth - at.distance, one.rank, at.primitive});
+                found.add({depth - at.distance, rank, at.primitive});
             else
-                found.inside.toggle(one.rank);
+                found.inside.toggle(rank);
         });
         const ray r3 = one.local({.origin = point, .direction = line.direction, .max_distance = reflection_length});
-        one.tree_view().for_each_hit(r3, [&](const hit& at) {
-            crossings.push_back({depth + at.distance, one.rank, at.primitive});
-        });
-    }
+        one.tree.for_each_hit(r3, [&](const hit& at) { found.add({depth + at.distance, rank, at.primitive}); });
+    });
     found.sort();
+    return found.complete();
 }
 
 /// Traces points of the slice one by one, as the paper does: much work twice, kept as the reference for `trace_beams`.
 class pixel_tracer {
   public:
-    /// Refers to scene and model: keep them. @param frequency  hertz
-    INSONIFY_LAZY pixel_tracer(const scene& body, const law2011& model, float frequency)
-        : body_{body}, model_{model}, frequency_{frequency} {}
+    /// @param frequency  hertz
+    pixel_tracer(const scene_view& scene, const law2011& model, float frequency)
+        : scene_{scene}, model_{model}, frequency_{frequency} {}
 
     /// Intensity at `depth` metres along a beam in the world.
-    INSONIFY_LAZY float operator()(const ray& line, float depth) {
-        find_pixel_crossings(body_, line, depth, model_.reflection_length, found_);
-        stack_layers(body_, {.origin = line.origin, .along = line.direction}, depth + model_.reflection_length, found_,
-                     layers_, angles::skip);
-        return model_.at({layers_, body_.media(), frequency_}, depth);
+    float operator()(const ray& line, float depth) {
+        for (;; memory_.grow()) {
+            line_scratch scratch = memory_.scratch();
+            if (!find_pixel_crossings(scene_, line, depth, model_.reflection_length, scratch.found)) continue;
+            const line_frame frame{.origin = line.origin, .along = line.direction};
+            const view<const layer> layers =
+                stack_layers(scene_, frame, depth + model_.reflection_length, scratch.found, scratch.layers, false);
+            if (!layers.empty())
+                return model_.at({.layers = layers, .media = scene_.media, .frequency = frequency_}, depth);
+        }
     }
 
   private:
-    const scene& body_;
+    const scene_view& scene_;
     const law2011& model_;
     float frequency_;
-    line_crossings found_;
-    std::vector<layer> layers_;
+    scratch_memory memory_{};
 };
+
+/// A (fractional) line of a probe in the world.
+template <transducer Probe>
+ray world_beam(const Probe& probe, const pose& at, float line) {
+    const ray local = probe.beam(line);
+    return {.origin = at.point(local.origin), .direction = at.direction(local.direction)};
+}
+
+} // namespace detail
 
 /// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace_beams`, within rounding.
 /// @throws usage_error, geometry_error  as `trace_beams`
 template <exec::policy Policy, transducer Probe>
 scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                         const law2011& model, const acquisition& settings) {
-    const std::uint32_t samples = check_acquisition(body, probe, at, model, settings);
-    body.require_trees();
+    const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, settings);
+    const scene_view scene = body.view_for_rays(policy);
     scan_lines lines{probe.lines, samples, settings.depth};
     const float spacing = settings.depth / static_cast<float>(samples);
     exec::for_each_block(policy, lines.values.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
-        pixel_tracer tracer{body, model, probe.frequency};
+        detail::pixel_tracer tracer{scene, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {
-            const ray line = world_beam(probe, at, static_cast<float>(i / samples));
+            const ray line = detail::world_beam(probe, at, static_cast<float>(i / samples));
             lines.values[i] = tracer(line, (static_cast<float>(i % samples) + 0.5F) * spacing);
         }
     });
     return lines;
 }
 
-/// The same as a camera sees the slice: r1 from the camera to the slice finds the point of each pixel.
+/// The same for the pixels of a camera: r1 from the camera to the slice finds the point of each pixel.
 ///
 /// @param seen_by  an `orthographic_camera` or a `perspective_camera`
-/// @return a picture of the camera's size; black where r1 meets no point between the face and `settings.depth`
-/// @tparam Image    a picture, complete where this is called: include image/image.hpp
+/// @return an image of the camera's size; black where r1 hits no point between the face and `settings.depth`
+/// @tparam Image    `image`; include image/image.hpp where this is called
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe, camera Camera, class Image = image>
 Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const law2011& model,
                    const acquisition& settings, const Camera& seen_by) {
-    check_acquisition(body, probe, at, model, settings);
-    body.require_trees();
+    detail::check_acquisition(body, probe, at, model, settings);
+    const scene_view scene = body.view_for_rays(policy);
     seen_by.check();
     Image picture{seen_by.size};
     exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
-        pixel_tracer tracer{body, model, probe.frequency};
+        detail::pixel_tracer tracer{scene, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {
             const ray r1 = seen_by.through(
                 {static_cast<float>(i % picture.size.x) + 0.5F, static_cast<float>(i / picture.size.x) + 0.5F});
@@ -12021,7 +13643,7 @@ Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
             const vec2 place = probe.locate({point.x, point.z});
             if (!(place.x >= -0.5F && place.x <= static_cast<float>(probe.lines) - 0.5F)) continue;
             if (!(place.y >= 0 && place.y <= settings.depth)) continue;
-            picture.pixels[i] = tracer(world_beam(probe, at, place.x), place.y);
+            picture.pixels[i] = tracer(detail::world_beam(probe, at, place.x), place.y);
         }
     });
     return picture;
@@ -12033,8 +13655,8 @@ Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
 #endif
 
 // Outside the guard, so that it is reached also after an earlier include or a precompiled header.
-/// What `io/` declares, compiled in the one file of a program that defines INSONIFY_IMPLEMENTATION, however often and
-/// early that file includes this one.
+/// Definitions of the functions that io/ declares, for the one source file of a program that defines
+/// INSONIFY_IMPLEMENTATION. It may have included the library before.
 #if defined(INSONIFY_IMPLEMENTATION) && !defined(INSONIFY_IO_IMPLEMENTATION_HPP)
 #define INSONIFY_IO_IMPLEMENTATION_HPP
 
@@ -12052,44 +13674,45 @@ Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
 #include <system_error>
 #include <utility>
 
-namespace insonify::inline INSONIFY_ABI::io {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// @throws io_error  for a name that the system would cut off
-inline void check_name(const std::string& path) {
-    if (path.empty()) throw io_error{"a file was asked for without a name; give its path"};
+/// @throws io_error  for an empty name, or one with a null character, at which the system would truncate it
+inline void check_file_name(const std::string& path) {
+    if (path.empty()) throw io_error{"the file name is empty; give a path"};
     if (path.find('\0') != std::string::npos)
-        throw io_error{path.substr(0, path.find('\0')) + ": its name goes on after a character 0; take that out"};
+        throw io_error{path.substr(0, path.find('\0')) + ": the file name contains a null character; remove it"};
 }
 
-/// The whole file, byte by byte, less the mark by which some editors begin UTF-8.
+/// The content of a file, without a UTF-8 byte order mark.
 inline std::string read_file(const std::string& path) {
-    check_name(path);
+    check_file_name(path);
     std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored)) throw io_error{path + ": this is a folder; name a file in it"};
+    if (std::filesystem::is_directory(path, ignored))
+        throw io_error{path + ": this is a folder; give the path of a file"};
     std::ifstream file{path, std::ios::binary};
-    if (!file)
-        throw io_error{path + ": the file cannot be opened; check its name, its folder and your rights to read it"};
+    if (!file) throw io_error{path + ": the file cannot be opened; check its name, its folder and its permissions"};
     std::ostringstream content;
     content << file.rdbuf();
-    if (content.bad() || file.bad()) throw io_error{path + ": the file cannot be read to its end; is the disk sound?"};
+    if (content.bad() || file.bad())
+        throw io_error{path + ": reading failed before the end of the file; check the disk"};
     std::string text = std::move(content).str();
     if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
     return text;
 }
 
 inline std::ofstream create_file(const std::string& path) {
-    check_name(path);
+    check_file_name(path);
     std::ofstream file{path, std::ios::binary};
-    if (!file) throw io_error{path + ": the file cannot be written; check that its folder exists and lets you write"};
+    if (!file) throw io_error{path + ": the file cannot be created; check that its folder exists and is writable"};
     return file;
 }
 
 inline void close_file(std::ofstream& file, const std::string& path) {
     file.close();
-    if (!file) throw io_error{path + ": not all of the file could be written; check the space left on the disk"};
+    if (!file) throw io_error{path + ": writing failed before the end of the file; check the free space on the disk"};
 }
 
-} // namespace insonify::inline INSONIFY_ABI::io
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <algorithm>
 #include <cstddef>
@@ -12105,18 +13728,18 @@ namespace insonify::inline INSONIFY_ABI {
 void write_drawing(const std::string& path, const std::vector<drawn_object>& objects) {
     for (const drawn_object& one : objects) {
         const std::size_t vertices = one.positions.size();
-        bool named = std::accumulate(one.polylines.begin(), one.polylines.end(), std::uint64_t{0}) <= vertices;
-        for (const uvec3& f : one.faces) named = named && std::max({f.x, f.y, f.z}) < vertices;
-        if (!named)
+        bool valid = std::accumulate(one.polylines.begin(), one.polylines.end(), std::uint64_t{0}) <= vertices;
+        for (const uvec3& f : one.faces) valid = valid && std::max({f.x, f.y, f.z}) < vertices;
+        if (!valid)
             throw usage_error{"write_drawing: object '" + one.name +
-                              "' has a face or polyline with a vertex that is not there"};
+                              "' has a face or polyline with a vertex index out of range"};
     }
-    std::ofstream file = io::create_file(path);
+    std::ofstream file = detail::create_file(path);
     file.imbue(std::locale::classic());
     file.precision(std::numeric_limits<float>::max_digits10);
     file << "# drawn by insonify, in metres\n";
 
-    std::size_t count = 0, first = 1; // OBJ counts vertices from 1, over the whole file
+    std::size_t count = 0, first = 1; // OBJ indices start at 1 and count the vertices of the whole file
     for (const drawn_object& one : objects) {
         std::string name = one.name.empty() ? "object_" + std::to_string(count) : one.name;
         std::replace_if(
@@ -12134,7 +13757,7 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
         }
         first += one.positions.size();
     }
-    io::close_file(file, path);
+    detail::close_file(file, path);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -12156,9 +13779,9 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
 #include <system_error>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI::io {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Cuts the first word off a line.
+/// Removes the first word from a line and returns it.
 inline std::string_view next_word(std::string_view& line) {
     constexpr std::string_view blank = " \t";
     line.remove_prefix(std::min(line.find_first_not_of(blank), line.size()));
@@ -12167,8 +13790,8 @@ inline std::string_view next_word(std::string_view& line) {
     return word;
 }
 
-/// Calls body(number, keyword, rest) for every line that says something, counted from 1, without comments and without
-/// blanks at the ends. Lines end in LF, CR LF or CR.
+/// Calls body(number, keyword, rest) for every line that is not blank, counted from 1, without comments and trailing
+/// blanks. Lines end in LF, CR LF or CR.
 template <class Body>
 void for_each_line(std::string_view text, const Body& body) {
     for (std::uint32_t number = 1; !text.empty(); ++number) {
@@ -12185,7 +13808,7 @@ void for_each_line(std::string_view text, const Body& body) {
     }
 }
 
-/// True for what tinyobjloader reads as a number: it takes anything else, `nan` and `inf` too, for 0.
+/// True for a word that tinyobjloader parses as a number; it reads other words, including `nan` and `inf`, as 0.
 inline bool is_number(std::string_view word) {
     std::size_t i = 0;
     const auto digits = [&] {
@@ -12209,34 +13832,34 @@ inline bool is_number(std::string_view word) {
     return i == word.size();
 }
 
-/// A word of a file as a sentence may show it: without control characters, and not without end.
-inline std::string shown(std::string_view word) {
+/// A word of a file for use in an error: without control characters, and at most 60 characters long.
+inline std::string printable(std::string_view word) {
     std::string text{word.substr(0, 60)};
     std::replace_if(
         text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, '?');
     return word.size() > 60 ? text + "..." : text;
 }
 
-/// More corners than this are taken for a mistake: the time to cut a polygon into triangles grows as their square.
-inline constexpr std::uint32_t most_corners = 10'000;
+/// Largest number of corners of a face: the time to triangulate a polygon is quadratic in it.
+inline constexpr std::uint32_t max_corners = 10'000;
 
-/// A name that a file gives, and where.
+/// A name in a file, with its line.
 struct named_line {
     std::string name{};
     std::uint32_t line = 0;
 };
 
-/// An OBJ file, checked line by line and written anew for tinyobjloader, which keeps silent about bad numbers, forgets
-/// the names of media that no library defines, and does not tell which line a triangle comes from.
+/// An OBJ file, checked line by line and rewritten for tinyobjloader, which ignores malformed numbers, drops the names
+/// of undefined materials, and does not report the line of a triangle.
 struct obj_text {
-    std::string rewritten{};                     ///< one `s` before each face: its line; `usemtl` by number in `media`
-    std::vector<named_line> media{};             ///< each once, where it is first used
-    std::vector<named_line> libraries{};         ///< what follows `mtllib`
-    std::vector<std::uint32_t> vertex_lines{};   ///< for each vertex
-    std::vector<std::uint32_t> face_triangles{}; ///< for each line, from 0: how many triangles its face makes
+    std::string rewritten{}; ///< an `s` with the line number before each face; `usemtl` with the index into `media`
+    std::vector<named_line> media{};             ///< each once, with the line of its first use
+    std::vector<named_line> libraries{};         ///< arguments of `mtllib`
+    std::vector<std::uint32_t> vertex_lines{};   ///< line of each vertex
+    std::vector<std::uint32_t> face_triangles{}; ///< number of triangles of the face on each line, from line 0
 };
 
-/// @throws io_error  naming the line, for numbers and indices that make no sense
+/// @throws io_error  naming the line, for malformed numbers and indices out of range
 inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     if (text.empty()) throw io_error{path + ": the file is empty"};
     obj_text obj;
@@ -12255,7 +13878,7 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                 const std::string_view word = next_word(rest);
                 if (word.empty()) throw fault("a vertex needs three coordinates");
                 if (!is_number(word))
-                    throw fault("the coordinate '" + shown(word) + "' is not a finite number; write it as in -1.5e-3");
+                    throw fault("the coordinate '" + printable(word) + "' is not a finite number such as -1.5e-3");
                 obj.rewritten.append(" ").append(word);
             }
             obj.rewritten.push_back('\n');
@@ -12270,19 +13893,20 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                 std::int64_t position = 0;
                 const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), position);
                 if (status == std::errc::invalid_argument || end != word.data() + word.size())
-                    throw fault("'" + shown(word) + "' is not the index of a vertex; write whole numbers");
+                    throw fault("'" + printable(word) + "' is not a vertex index; it must be a whole number");
                 if (status == std::errc{} && position == 0)
-                    throw fault("a face names vertex 0, but OBJ counts from 1; add 1 to every index");
+                    throw fault("a face names vertex 0, but indices start at 1 in OBJ; add 1 to every index");
                 if (status != std::errc{} || position > vertices || position < -vertices)
-                    throw fault("a face names vertex " + shown(word) + ", but the file has " +
-                                std::to_string(vertices) + " up to here; the vertices must come before the faces");
+                    throw fault("a face names vertex " + printable(word) + ", but the file has " +
+                                std::to_string(vertices) +
+                                " up to this line; vertices must precede the faces that use them");
                 obj.rewritten.append(" ").append(std::to_string(position > 0 ? position : vertices + 1 + position));
             }
             obj.rewritten.push_back('\n');
-            if (corners < 3) throw fault("a face needs three corners or more; remove it");
-            if (corners > most_corners)
+            if (corners < 3) throw fault("a face needs at least three corners; remove it");
+            if (corners > max_corners)
                 throw fault("this face has " + std::to_string(corners) + " corners, more than " +
-                            std::to_string(most_corners) + "; triangulate the mesh before it is exported");
+                            std::to_string(max_corners) + "; triangulate the mesh before exporting it");
             obj.face_triangles.resize(line + 1);
             obj.face_triangles[line] = corners - 2;
             has_faces = true;
@@ -12297,18 +13921,18 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
             rewrite(keyword == "o" ? "o " : "g ", rest);
         }
     });
-    if (!has_faces) throw io_error{path + ": the file holds no faces (lines that begin with 'f'); export it as a mesh"};
+    if (!has_faces) throw io_error{path + ": the file has no faces (lines starting with 'f'); export it as a mesh"};
     return obj;
 }
 
-} // namespace insonify::inline INSONIFY_ABI::io
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #ifndef INSONIFY_IO_IMPLEMENTATION_TINYOBJ_HPP
 #define INSONIFY_IO_IMPLEMENTATION_TINYOBJ_HPP
 
 
-// A copy of tinyobjloader under another name, and every macro that steers it or that it leaves behind put aside, so
-// that a program may have its own copy in this file, before or after, and in others.
+// A private copy of tinyobjloader in a renamed namespace, with every macro that configures it or that it defines saved
+// and restored, so that a program can include its own copy in this file, before or after, and in others.
 #pragma push_macro("tinyobj")
 #pragma push_macro("TINY_OBJ_LOADER_H_")
 #pragma push_macro("TINYOBJLOADER_IMPLEMENTATION")
@@ -12350,10 +13974,10 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
 #if __has_include(<tiny_obj_loader.h>)
 #include <tiny_obj_loader.h>
 #else
-#error "insonify reads OBJ files with tiny_obj_loader.h, which is not found: install libtinyobjloader-dev"
+#error "insonify needs tiny_obj_loader.h to read OBJ files: install libtinyobjloader-dev"
 #endif
 
-namespace insonify::inline INSONIFY_ABI::io {
+namespace insonify::inline INSONIFY_ABI::detail {
 namespace loader = tinyobj;
 }
 
@@ -12388,9 +14012,9 @@ namespace loader = tinyobj;
 #include <system_error>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI::io {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A medium with what else its entry in a material library says.
+/// A medium and the priority of its objects, as defined in a material library.
 struct obj_medium {
     medium inside{};
     int priority = 0;
@@ -12399,18 +14023,18 @@ struct obj_medium {
 /// The material libraries of one OBJ file.
 struct obj_libraries {
     std::vector<loader::material_t> materials{};
-    std::vector<std::string> paths{};   ///< for each material the file that defines it
-    std::map<std::string, int> index{}; ///< by name, the first of a name counting
-    std::string missing{};              ///< the libraries that are named but not there
+    std::vector<std::string> paths{};   ///< for each material, the file that defines it
+    std::map<std::string, int> index{}; ///< by name; the first definition of a name is used
+    std::string missing{};              ///< text that names the libraries that were not found
 
-    /// The entry of that name; null where there is none.
+    /// The entry with a name; null if there is none.
     const loader::material_t* find(const std::string& name) const {
         const auto found = index.find(name);
         return found == index.end() ? nullptr : &materials[static_cast<std::size_t>(found->second)];
     }
 };
 
-/// A name in a mesh from elsewhere must not make a program open files elsewhere: whether it points out of the folder.
+/// True for a path that leads out of the folder: a mesh from an untrusted source must not open arbitrary files.
 inline bool leaves_folder(std::string_view name) {
     const auto is_separator = [](char c) { return c == '/' || c == '\\'; };
     if (name.empty() || is_separator(name[0]) || name.find(':') != std::string_view::npos) return true;
@@ -12419,7 +14043,7 @@ inline bool leaves_folder(std::string_view name) {
     return false;
 }
 
-/// Whether it does so by a link.
+/// True for a path that leads out of the folder through a symbolic link.
 inline bool links_out_of(const std::filesystem::path& folder, const std::string& name) {
     std::error_code fault;
     const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, fault);
@@ -12427,7 +14051,7 @@ inline bool links_out_of(const std::filesystem::path& folder, const std::string&
     return fault || std::mismatch(home.begin(), home.end(), place.begin(), place.end()).first != home.end();
 }
 
-/// Adds the media of one library, comments and tabs taken out, which tinyobjloader does not expect after a value.
+/// Adds the media of a library, without comments and tabs, which tinyobjloader does not accept after a value.
 inline void read_library(const std::string& path, obj_libraries& libraries) {
     std::string text;
     for_each_line(read_file(path), [&](std::uint32_t, std::string_view keyword, std::string_view rest) {
@@ -12439,14 +14063,15 @@ inline void read_library(const std::string& path, obj_libraries& libraries) {
     libraries.paths.resize(libraries.materials.size(), path);
 }
 
-/// Opens the libraries that an OBJ file names: each `mtllib` line gives one name with blanks in it, or several names.
-/// @throws io_error  where one lies outside of the file's folder, and that is not allowed
+/// Reads the libraries that an OBJ file names: each `mtllib` line has one name with spaces, or several names.
+/// @throws io_error  for a library outside the folder of the file, unless `allowed`
 inline obj_libraries read_libraries(const std::string& path, const std::vector<named_line>& lines,
-                                    library_access allowed) {
+                                    obj_settings::library_access allowed) {
     const std::filesystem::path folder = std::filesystem::path{path}.parent_path();
     obj_libraries libraries;
     const auto forbidden = [&](const std::string& name) {
-        return allowed == library_access::own_folder && (leaves_folder(name) || links_out_of(folder, name));
+        return allowed == obj_settings::library_access::own_folder &&
+               (leaves_folder(name) || links_out_of(folder, name));
     };
     const auto exists = [&](const std::string& name) {
         std::error_code ignored;
@@ -12459,23 +14084,22 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
         if (names.size() > 1 && exists(line.name)) names = {line.name};
         for (const std::string& name : names) {
             if (forbidden(name))
-                throw io_error{
-                    path + ":" + std::to_string(line.line) + ": the material library '" + shown(name) +
-                    "' lies outside of the file's own folder and is not opened; put it beside the file, or allow it: " +
-                    "{.libraries = library_access::anywhere}"};
+                throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + printable(name) +
+                               "' is outside the folder of the file and is not opened; move it there, or allow it: " +
+                               "{.libraries = obj_settings::library_access::anywhere}"};
             if (exists(name))
                 read_library((folder / name).string(), libraries);
             else
-                libraries.missing += " (" + shown(name) + " was not found)";
+                libraries.missing += " (" + printable(name) + " was not found)";
         }
     }
     return libraries;
 }
 
-/// What the name after `usemtl` stands for.
-/// @throws io_error  naming line or library, where it stands for nothing, or for values that make no sense
+/// The medium with a name that `usemtl` refers to.
+/// @throws io_error  naming the line or library, for an unknown medium or values out of range
 inline obj_medium find_medium(const std::string& path, const named_line& wanted, const obj_libraries& libraries) {
-    const std::string name = shown(wanted.name);
+    const std::string name = printable(wanted.name);
     const loader::material_t* entry = libraries.find(wanted.name);
     const std::string source =
         entry == nullptr ? path : libraries.paths[static_cast<std::size_t>(entry - libraries.materials.data())];
@@ -12487,8 +14111,8 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
         text.imbue(std::locale::classic());
         float number = 0;
         if (!(text >> number) || !(text >> std::ws).eof() || !is_finite(number))
-            throw io_error{source + ": newmtl " + name + ": " + key + " is '" + shown(found->second) +
-                           "', which is not a number; write the number alone, without a unit"};
+            throw io_error{source + ": newmtl " + name + ": " + key + " is '" + printable(found->second) +
+                           "', which is not a number; give the number without a unit"};
         return number;
     };
     const std::optional<medium> known = tissue::find(wanted.name);
@@ -12504,20 +14128,20 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     m.sound_speed = sound_speed.value_or(m.sound_speed);
     if (const auto decibels_per_cm = value("attenuation")) m.attenuation = 100 * *decibels_per_cm;
     m.attenuation_power = value("attenuation_power").value_or(m.attenuation_power);
-    if (const auto decibels = value("backscatter_db")) m.backscatter = std::pow(10.0F, *decibels / 20);
+    if (const auto decibels = value("backscatter_db")) m.backscatter = amplitude_of_decibels(*decibels);
     if (const auto micrometres = value("roughness_um")) m.roughness = 1e-6F * *micrometres;
     if (const auto per_cubic_mm = value("scatterers_per_mm3")) m.scatterer_density = 1e9F * *per_cubic_mm;
     if (!is_valid(m))
         throw io_error{source + ": newmtl " + name +
-                       ": density and sound_speed must be above 0, the other values not below, and none out of bounds"};
+                       ": density and sound_speed must be above 0, the other values not negative, and all in range"};
     const float priority = value("priority").value_or(0);
     if (priority != std::round(priority) || std::fabs(priority) > 1e6F)
-        throw io_error{source + ": newmtl " + name + ": priority must be a whole number within a million"};
+        throw io_error{source + ": newmtl " + name + ": priority must be a whole number from -1000000 to 1000000"};
     found.priority = static_cast<int>(priority);
     return found;
 }
 
-} // namespace insonify::inline INSONIFY_ABI::io
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <algorithm>
 #include <cstddef>
@@ -12529,17 +14153,17 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
-namespace io {
+namespace detail {
 
 /// One triangle of an OBJ file.
 struct obj_face {
     uvec3 corners{0, 0, 0};
-    std::uint32_t part = 0; ///< which object or group
-    int medium = -1;        ///< which of the names after `usemtl`; -1: none
+    std::uint32_t part = 0; ///< index of the object or group
+    int medium = -1;        ///< index of the name after `usemtl`; -1: none
     std::uint32_t line = 0;
 };
 
-/// What an OBJ file holds, in its order.
+/// The content of an OBJ file, in its order.
 struct obj_content {
     obj_text text{};
     std::vector<vec3> positions{}; ///< metres
@@ -12547,7 +14171,7 @@ struct obj_content {
     std::vector<obj_face> faces{};
 };
 
-/// Tells tinyobjloader the names after `usemtl`, which `read_obj_text` has made numbers.
+/// Gives tinyobjloader the names after `usemtl`, which `read_obj_text` has replaced by numbers.
 class medium_numbers : public loader::MaterialReader {
   public:
     explicit medium_numbers(std::size_t count) : count_{count} {}
@@ -12562,10 +14186,9 @@ class medium_numbers : public loader::MaterialReader {
 };
 
 inline obj_content read_obj(const std::string& path, float unit) {
-    if (unit == 0)
-        throw usage_error{path + ": an OBJ file does not tell its unit of length; say the unit: {.unit = 1_mm}"};
+    if (unit == 0) throw usage_error{path + ": OBJ files have no unit of length; give it: {.unit = 1_mm}"};
     if (!is_finite(unit) || !(unit > 0))
-        throw usage_error{path + ": the unit must be a finite number of metres above 0, as in {.unit = 1_mm}"};
+        throw usage_error{path + ": the unit must be finite and above 0, as in {.unit = 1_mm}"};
 
     obj_content content{.text = read_obj_text(path, read_file(path))};
     loader::attrib_t vertices;
@@ -12575,16 +14198,16 @@ inline obj_content read_obj(const std::string& path, float unit) {
     std::istringstream stream{std::exchange(content.text.rewritten, {})};
     medium_numbers numbers{content.text.media.size()};
     if (!loader::LoadObj(&vertices, &shapes, &materials, &warnings, &errors, &stream, &numbers, true, false))
-        throw io_error{path + ": tinyobjloader cannot read it: " + errors};
+        throw io_error{path + ": tinyobjloader cannot read the file: " + errors};
 
     for (std::size_t i = 0; i + 2 < vertices.vertices.size(); i += 3) {
         const vec3 p{vertices.vertices[i], vertices.vertices[i + 1], vertices.vertices[i + 2]};
         content.positions.push_back(unit * p);
         if (!is_finite(content.positions.back()))
             throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i / 3]) +
-                           ": a coordinate of this vertex is too large; check the file, and the unit it is read in"};
+                           ": a coordinate of this vertex is too large; check the file and its unit"};
     }
-    std::vector<std::uint32_t>& wanting = content.text.face_triangles;
+    std::vector<std::uint32_t>& missing = content.text.face_triangles;
     for (const loader::shape_t& shape : shapes) {
         for (std::size_t i = 0; i < shape.mesh.material_ids.size(); ++i) {
             const auto corner = [&](std::size_t k) {
@@ -12594,18 +14217,18 @@ inline obj_content read_obj(const std::string& path, float unit) {
                                      static_cast<std::uint32_t>(content.parts.size()),
                                      shape.mesh.material_ids[i],
                                      shape.mesh.smoothing_group_ids[i]});
-            --wanting[content.faces.back().line];
+            --missing[content.faces.back().line];
         }
         content.parts.push_back(shape.name);
     }
-    for (std::size_t line = 0; line < wanting.size(); ++line)
-        if (wanting[line] != 0)
+    for (std::size_t line = 0; line < missing.size(); ++line)
+        if (missing[line] != 0)
             throw io_error{path + ":" + std::to_string(line) +
-                           ": this polygon cannot be cut into triangles; triangulate the mesh before it is exported"};
+                           ": this polygon cannot be triangulated; triangulate the mesh before exporting it"};
     return content;
 }
 
-/// A mesh of some faces, with the vertices that they use, in their old order.
+/// A mesh of some faces and the vertices that they use, whose order is kept.
 inline mesh select_faces(const std::vector<vec3>& positions, std::vector<uvec3> faces) {
     std::vector<std::uint32_t> used;
     used.reserve(3 * faces.size());
@@ -12623,41 +14246,41 @@ inline mesh select_faces(const std::vector<vec3>& positions, std::vector<uvec3> 
     return selected;
 }
 
-} // namespace io
+} // namespace detail
 
 mesh load_obj(const std::string& path, const obj_settings& settings) {
-    const io::obj_content content = io::read_obj(path, settings.unit);
+    const detail::obj_content content = detail::read_obj(path, settings.unit);
     std::vector<uvec3> faces;
     faces.reserve(content.faces.size());
-    for (const io::obj_face& face : content.faces) faces.push_back(face.corners);
-    return io::select_faces(content.positions, std::move(faces));
+    for (const detail::obj_face& face : content.faces) faces.push_back(face.corners);
+    return detail::select_faces(content.positions, std::move(faces));
 }
 
 scene load_obj_scene(const std::string& path, const obj_settings& settings) {
     scene loaded{settings.background};
-    const io::obj_content content = io::read_obj(path, settings.unit);
-    const io::obj_libraries libraries = io::read_libraries(path, content.text.libraries, settings.libraries);
+    const detail::obj_content content = detail::read_obj(path, settings.unit);
+    const detail::obj_libraries libraries = detail::read_libraries(path, content.text.libraries, settings.libraries);
 
     struct future_object {
         std::string name{};
         int medium = -1;
         std::vector<uvec3> faces{};
     };
-    std::vector<future_object> objects; // in the order of their first faces
+    std::vector<future_object> objects; // by first face
     std::map<std::pair<std::string, int>, std::size_t> known;
-    for (const io::obj_face& face : content.faces) {
+    for (const detail::obj_face& face : content.faces) {
         const std::string& name = content.parts[face.part];
         if (face.medium < 0)
-            throw io_error{path + ":" + std::to_string(face.line) + ": the face of object '" + io::shown(name) +
-                           "' has no medium; put a line like 'usemtl muscle' before it"};
+            throw io_error{path + ":" + std::to_string(face.line) + ": the face of object '" + detail::printable(name) +
+                           "' has no medium; add a line such as 'usemtl muscle' before it"};
         const auto [place, is_new] = known.try_emplace({name, face.medium}, objects.size());
         if (is_new) objects.push_back({.name = name, .medium = face.medium});
         objects[place->second].faces.push_back(face.corners);
     }
     for (future_object& one : objects) {
-        const io::named_line& wanted = content.text.media[static_cast<std::size_t>(one.medium)];
-        const io::obj_medium found = io::find_medium(path, wanted, libraries);
-        loaded.add(io::select_faces(content.positions, std::move(one.faces)), found.inside,
+        const detail::named_line& wanted = content.text.media[static_cast<std::size_t>(one.medium)];
+        const detail::obj_medium found = detail::find_medium(path, wanted, libraries);
+        loaded.add(detail::select_faces(content.positions, std::move(one.faces)), found.inside,
                    {.priority = found.priority, .name = one.name.empty() ? wanted.name : one.name});
     }
     return loaded;
@@ -12672,16 +14295,16 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings) {
 #define INSONIFY_IO_IMPLEMENTATION_STB_HPP
 
 #include <cassert>
-// NOLINTBEGIN(modernize-deprecated-headers): stb_image_write includes these by these names.
+// NOLINTBEGIN(modernize-deprecated-headers): stb_image_write includes these names.
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 // NOLINTEND(modernize-deprecated-headers)
 
-// A copy of stb_image_write for this file alone: static functions in a namespace of their own, and every macro that
-// steers it put aside, so that a program may have its own copy in this file, before or after, and in others. The C
-// headers that it includes stand above, outside of the namespace.
+// A private copy of stb_image_write: static functions in a separate namespace, with every macro that configures it
+// saved and restored, so that a program can include its own copy in this file, before or after, and in others. The C
+// headers that it needs are included above, outside the namespace.
 #pragma push_macro("INCLUDE_STB_IMAGE_WRITE_H")
 #pragma push_macro("STB_IMAGE_WRITE_IMPLEMENTATION")
 #pragma push_macro("STB_IMAGE_WRITE_STATIC")
@@ -12728,15 +14351,16 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings) {
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 #endif
 
-namespace insonify::inline INSONIFY_ABI::stb {
+namespace insonify::inline INSONIFY_ABI::detail::stb {
+using ::abs; // insonify::abs would hide it
 #if __has_include(<stb_image_write.h>)
 #include <stb_image_write.h>
 #elif __has_include(<stb/stb_image_write.h>)
 #include <stb/stb_image_write.h>
 #else
-#error "insonify writes PNG files with stb_image_write.h, which is not found: install libstb-dev"
+#error "insonify needs stb_image_write.h to write PNG files: install libstb-dev"
 #endif
-} // namespace insonify::inline INSONIFY_ABI::stb
+} // namespace insonify::inline INSONIFY_ABI::detail::stb
 
 #if defined(__clang__)
 #pragma clang diagnostic pop
@@ -12765,26 +14389,25 @@ namespace insonify::inline INSONIFY_ABI::stb {
 namespace insonify::inline INSONIFY_ABI {
 
 void write_png(const std::string& path, const image& picture) {
-    check_size(picture.size);
+    detail::check_size(picture.size, "write_png");
     if (picture.pixels.size() != static_cast<std::size_t>(picture.size.x) * picture.size.y)
-        throw usage_error{"write_png: a picture of " + std::to_string(picture.size.x) + " x " +
-                          std::to_string(picture.size.y) + " must hold as many pixels, not " +
-                          std::to_string(picture.pixels.size())};
+        throw usage_error{"write_png: size " + std::to_string(picture.size.x) + 'x' + std::to_string(picture.size.y) +
+                          " needs as many pixels, not " + std::to_string(picture.pixels.size())};
 
     std::vector<unsigned char> grey(picture.pixels.size());
     std::transform(picture.pixels.begin(), picture.pixels.end(), grey.begin(), [](float value) {
         const bool is_nan = (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) > 0x7F800000U;
-        return static_cast<unsigned char>(is_nan ? 0.0F : clamped(value, 0, 1) * 255 + 0.5F);
+        return static_cast<unsigned char>(is_nan ? 0.0F : clamp(value, 0, 1) * 255 + 0.5F);
     });
 
-    std::ofstream file = io::create_file(path);
+    std::ofstream file = detail::create_file(path);
     const auto write = [](void* to, void* data, int size) {
         static_cast<std::ofstream*>(to)->write(static_cast<const char*>(data), size);
     };
     const int columns = static_cast<int>(picture.size.x), rows = static_cast<int>(picture.size.y);
-    if (stb::stbi_write_png_to_func(write, &file, columns, rows, 1, grey.data(), columns) == 0)
-        throw io_error{path + ": the picture could not be compressed; is there memory left?"};
-    io::close_file(file, path);
+    if (detail::stb::stbi_write_png_to_func(write, &file, columns, rows, 1, grey.data(), columns) == 0)
+        throw io_error{path + ": compression failed; check the free memory"};
+    detail::close_file(file, path);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

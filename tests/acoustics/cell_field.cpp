@@ -20,7 +20,7 @@ found along(const Field& field, const material_line& line, float begin, float en
         for (std::uint32_t i = 0; i < run.count; ++i) {
             const double depth = static_cast<double>(run.first) + i * static_cast<double>(run.step);
             const vec2 amplitude{run.real[i], run.imaginary[i]};
-            if (!all.depth.empty() && depth - all.depth.back() < 1e-6) { // the rest of a slot that a border cuts
+            if (!all.depth.empty() && depth - all.depth.back() < 1e-6) { // the second part of a divided slot
                 all.amplitude.back() += amplitude;
                 continue;
             }
@@ -31,8 +31,8 @@ found along(const Field& field, const material_line& line, float begin, float en
     return all;
 }
 
-// Mean product of the scatterers that two lines have at the same depths, within a quarter of a slot.
-double in_common(const found& a, const found& b) {
+// Mean product of the scatterers of two lines at equal depths, within a quarter of a slot.
+double correlation(const found& a, const found& b) {
     double sum = 0;
     for (std::size_t i = 0, k = 0; i < a.depth.size(); ++i) {
         while (k + 1 < b.depth.size() && b.depth[k] < a.depth[i] - 6e-6) ++k;
@@ -41,14 +41,14 @@ double in_common(const found& a, const found& b) {
     return sum / static_cast<double>(a.depth.size());
 }
 
-struct stretched {
+struct compressed { // to half its depth
     vec3 operator()(std::uint32_t, vec3 p) const { return {p.x, p.y, 2 * p.z}; }
 };
 
 } // namespace
 } // namespace cell_field_test
 
-TEST_CASE("the field has power 1 a slot, mean 0, equal parts, and neighbours along the line are independent") {
+TEST_CASE("cell_field: values have mean 0 and power 1 per slot, and adjacent slots are uncorrelated") {
     double power = 0, real = 0, imaginary = 0, product = 0, cross_terms = 0;
     std::size_t count = 0;
     vec2 before{0, 0};
@@ -70,33 +70,33 @@ TEST_CASE("the field has power 1 a slot, mean 0, equal parts, and neighbours alo
     for (const double sum : {real, imaginary, product, cross_terms}) CHECK(std::fabs(sum / n) < 0.01);
 }
 
-TEST_CASE("lines so far apart are as alike as covariance says, averaged over where they stand") {
+TEST_CASE("cell_field: the mean correlation of parallel lines is the stated covariance") {
     for (const float apart : {0.05_mm, 0.1_mm, 0.15_mm, 0.2_mm, 0.3_mm, 0.5_mm}) {
-        double together = 0;
+        double measured = 0;
         for (int i = 0; i < 300; ++i) {
             const float x = 0.413_mm * static_cast<float>(i);
             const auto a = cell_field_test::along(gaussian_field<>{}, {.origin = {x, 0, 0}}, 0, 20_mm);
             const auto b = cell_field_test::along(gaussian_field<>{}, {.origin = {x + apart, 0, 0}}, 0, 20_mm);
-            together += cell_field_test::in_common(a, b) / 300;
+            measured += cell_field_test::correlation(a, b) / 300;
         }
-        CHECK(std::fabs(together - static_cast<double>(gaussian_field<>{}.covariance(apart, 0))) < 0.01);
+        CHECK(std::fabs(measured - static_cast<double>(gaussian_field<>{}.covariance(apart, 0))) < 0.01);
     }
     CHECK(gaussian_field<>{}.covariance(0, 0) == 1);
     CHECK(gaussian_field<>{}.covariance(1_m, 0) == 0);
 }
 
-TEST_CASE("scatterers stay where they are in the material when the line starts elsewhere") {
-    const auto near_by = cell_field_test::along(gaussian_field<>{}, {.origin = {1_mm, 2_mm, 0}}, 10_mm, 11_mm);
+TEST_CASE("cell_field: scatterers do not depend on where the line starts") {
+    const auto original = cell_field_test::along(gaussian_field<>{}, {.origin = {1_mm, 2_mm, 0}}, 10_mm, 11_mm);
     const auto moved = cell_field_test::along(gaussian_field<>{}, {.origin = {1_mm, 2_mm, 4.013_mm}}, 10_mm - 4.013_mm,
                                               11_mm - 4.013_mm);
-    REQUIRE(near_by.depth.size() == moved.depth.size());
-    for (std::size_t i = 1; i + 1 < near_by.depth.size(); ++i) {
-        CHECK(near_by.depth[i] == doctest::Approx(moved.depth[i] + 4.013e-3).epsilon(1e-6));
-        CHECK(length(near_by.amplitude[i] - moved.amplitude[i]) < 2e-3F);
+    REQUIRE(original.depth.size() == moved.depth.size());
+    for (std::size_t i = 1; i + 1 < original.depth.size(); ++i) {
+        CHECK(original.depth[i] == doctest::Approx(moved.depth[i] + 4.013e-3).epsilon(1e-6));
+        CHECK(length(original.amplitude[i] - moved.amplitude[i]) < 2e-3F);
     }
 }
 
-TEST_CASE("a cut through a slot divides it: both parts together are the whole") {
+TEST_CASE("cell_field: the two parts of a divided slot add up to the slot") {
     const material_line line{.origin = {0.3_mm, 0, 0}};
     const auto whole = cell_field_test::along(gaussian_field<>{}, line, 1_mm, 2_mm);
     const auto upper = cell_field_test::along(gaussian_field<>{}, line, 1_mm, 1.51_mm),
@@ -106,22 +106,22 @@ TEST_CASE("a cut through a slot divides it: both parts together are the whole") 
     CHECK(length(sum - whole.amplitude[upper.amplitude.size() - 1]) < 1e-4F);
 }
 
-TEST_CASE("lines of far directions, other objects or other seeds are independent") {
+TEST_CASE("cell_field: different directions, objects or seeds give uncorrelated scatterers") {
     const material_line line{};
-    const auto likeness = [&](const gaussian_field<>& other, const material_line& another) {
-        return cell_field_test::in_common(cell_field_test::along(gaussian_field<>{}, line, 0, 200_mm),
-                                          cell_field_test::along(other, another, 0, 200_mm));
+    const auto correlation = [&](const gaussian_field<>& other, const material_line& another) {
+        return cell_field_test::correlation(cell_field_test::along(gaussian_field<>{}, line, 0, 200_mm),
+                                            cell_field_test::along(other, another, 0, 200_mm));
     };
-    CHECK(likeness({}, line) > 0.95);
-    CHECK(std::fabs(likeness({}, {.along = normalize(vec3{0.3F, 0, 1})})) < 0.05);
-    CHECK(std::fabs(likeness({}, {.object = 3})) < 0.05);
-    CHECK(std::fabs(likeness({.seed = 2}, line)) < 0.05);
+    CHECK(correlation({}, line) > 0.95);
+    CHECK(std::fabs(correlation({}, {.along = normalize(vec3{0.3F, 0, 1})})) < 0.05);
+    CHECK(std::fabs(correlation({}, {.object = 3})) < 0.05);
+    CHECK(std::fabs(correlation({.seed = 2}, line)) < 0.05);
 }
 
-TEST_CASE("a line turned about a point of its own keeps near that point what covariance says") {
-    // Around the point the two run through the same cells; the turned one has other layouts with the chance stated.
+TEST_CASE("cell_field: the correlation of a rotated line near the pivot is the stated covariance") {
+    // Near the pivot both lines traverse the same cells, unless the rotated one has another layout.
     for (const float turn : {0.2_deg, 1.0_deg, 3.0_deg}) {
-        double together = 0, all = 0;
+        double measured = 0, all = 0;
         for (int i = 0; i < 2000; ++i) {
             const vec3 point{0.713_mm * static_cast<float>(i), 0.3_mm, 50.0113_mm};
             const vec3 straight{0, 0, 1}, turned{std::sin(turn), 0, std::cos(turn)};
@@ -129,24 +129,23 @@ TEST_CASE("a line turned about a point of its own keeps near that point what cov
                 return cell_field_test::along(gaussian_field<>{}, {.origin = point - 1_mm * along, .along = along},
                                               0.9_mm, 1.1_mm);
             };
-            together += cell_field_test::in_common(through(straight), through(turned));
-            all += cell_field_test::in_common(through(straight), through(straight));
+            measured += cell_field_test::correlation(through(straight), through(turned));
+            all += cell_field_test::correlation(through(straight), through(straight));
         }
         const double expected = static_cast<double>(gaussian_field<>{}.covariance(0, turn));
-        MESSAGE("turned by ", (turn * 180 / pi), " degrees: ", (together / all), " in common, expected ", expected);
-        CHECK(std::fabs(together / all - expected) < 0.06);
+        MESSAGE("turned by ", (turn * 180 / pi), " degrees: ", (measured / all), " correlated, expected ", expected);
+        CHECK(std::fabs(measured / all - expected) < 0.06);
     }
 }
 
-TEST_CASE("a line turned about itself has the same scatterers") {
+TEST_CASE("cell_field: scatterers do not depend on the roll of the line") {
     const auto a = cell_field_test::along(gaussian_field<>{}, {.elevation = {0, 1, 0}}, 0, 20_mm);
     const auto b = cell_field_test::along(gaussian_field<>{}, {.elevation = normalize(vec3{1, 2, 0})}, 0, 20_mm);
     CHECK(a.depth == b.depth);
     CHECK(a.amplitude == b.amplitude);
 }
 
-TEST_CASE(
-    "oblique lines hold a power of 1 a slot too, and say how much deeper a line aside meets the same scatterers") {
+TEST_CASE("cell_field: oblique lines have power 1 per slot, too, and a bounded slope") {
     for (const vec3 along : {normalize(vec3{0.06F, 0, 1}), normalize(vec3{0.3F, -0.2F, 1}), vec3{0, 0.8F, -0.6F}}) {
         double power = 0, slots = 0;
         const vec3 lateral = normalize(cross(vec3{0.2F, 1, 0}, along)), elevation = cross(along, lateral);
@@ -156,7 +155,7 @@ TEST_CASE(
             gaussian_field<>{}.scatter(line, 0, 30_mm, 25_um, [&](const scatterer_run& run) {
                 for (std::uint32_t k = 0; k < run.count; ++k)
                     power += static_cast<double>(run.real[k] * run.real[k] + run.imaginary[k] * run.imaginary[k]);
-                CHECK(std::fabs(run.slope.x) < 0.18F); // two steps of the lattice meet at most so far from the line
+                CHECK(std::fabs(run.slope.x) < 0.18F); // at most the angle between neighbouring lattice directions
                 CHECK(std::fabs(run.slope.y) < 0.18F);
             });
             slots += 30e-3 / 25e-6;
@@ -165,13 +164,13 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a medium's own density of scatterers counts before the field's") {
-    const auto fourth_moment = [](float stated, float fallback) { // of sparse numbers it is large
+TEST_CASE("cell_field: the medium's scatterer density overrides that of the field") {
+    const auto fourth_moment = [](float of_medium, float of_field) { // large for sparse scatterers
         double second = 0, fourth = 0, n = 0;
         for (int i = 0; i < 200; ++i) {
-            const material_line line{.origin = {0.41_mm * static_cast<float>(i), 0, 0}, .scatterer_density = stated};
+            const material_line line{.origin = {0.41_mm * static_cast<float>(i), 0, 0}, .scatterer_density = of_medium};
             const auto f =
-                cell_field_test::along(poisson_scatterers<>{.numbers = {.density = fallback}}, line, 0, 20_mm);
+                cell_field_test::along(poisson_scatterers<>{.numbers = {.density = of_field}}, line, 0, 20_mm);
             for (const vec2 a : f.amplitude) {
                 const auto p = static_cast<double>(dot(a, a));
                 second += p, fourth += p * p, n += 1;
@@ -184,22 +183,22 @@ TEST_CASE("a medium's own density of scatterers counts before the field's") {
     CHECK(sparse > 4 * dense);
 }
 
-TEST_CASE("a map to the tissue at rest moves its scatterers") {
-    // Everything was twice as deep: the slots stand at half their spacing, with the amplitudes of the undeformed line.
+TEST_CASE("cell_field: the material map moves the scatterers with the tissue") {
+    // Tissue compressed to half its depth: slots at half the spacing, with the amplitudes of the undeformed line.
     const material_line line{};
     const auto rest = cell_field_test::along(gaussian_field<>{}, line, 20_mm, 21_mm);
-    const auto pressed = cell_field_test::along(gaussian_field<cell_field_test::stretched>{}, line, 10_mm, 10.5_mm);
-    REQUIRE(pressed.depth.size() >= rest.depth.size());
+    const auto after = cell_field_test::along(gaussian_field<cell_field_test::compressed>{}, line, 10_mm, 10.5_mm);
+    REQUIRE(after.depth.size() >= rest.depth.size());
     int matched = 0;
     for (std::size_t i = 1; i + 1 < rest.depth.size(); ++i)
-        for (std::size_t k = 0; k < pressed.depth.size(); ++k)
-            if (std::fabs(2 * pressed.depth[k] - rest.depth[i]) < 1e-6 &&
-                length(pressed.amplitude[k] - rest.amplitude[i]) < 1e-3F)
+        for (std::size_t k = 0; k < after.depth.size(); ++k)
+            if (std::fabs(2 * after.depth[k] - rest.depth[i]) < 1e-6 &&
+                length(after.amplitude[k] - rest.amplitude[i]) < 1e-3F)
                 ++matched;
     CHECK(matched >= static_cast<int>(rest.depth.size()) - 4);
 }
 
-TEST_CASE("the field is made of finite numbers however far away it is") {
+TEST_CASE("cell_field: values are finite at any distance from the origin") {
     const vec3 along = normalize(vec3{0.6F, -0.3F, 0.8F});
     for (const float away : {1e3F, 1e5F, 1e8F, 1e16F, 1e22F, FLT_MAX})
         for (const vec3 origin : {vec3{away, 0, 0}, vec3{0, -away, 0}, vec3{away, away, -away}}) {
@@ -207,7 +206,7 @@ TEST_CASE("the field is made of finite numbers however far away it is") {
             const auto f = cell_field_test::along(gaussian_field<>{}, line, 1_mm, 5_mm);
             CHECK(f.amplitude.size() >= 100);
             for (const vec2 a : f.amplitude) REQUIRE((is_finite(a.x) && is_finite(a.y)));
-            for (const float spacing : {25_um, 1e-15F, 1e-27F}) { // as in media where sound stands all but still
+            for (const float spacing : {25_um, 1e-15F, 1e-27F}) { // as in media of almost no sound speed
                 const vec2 one = gaussian_field<>{}.value(line, 2_mm, spacing);
                 CHECK((is_finite(one.x) && is_finite(one.y)));
                 const auto few = cell_field_test::along(gaussian_field<>{}, line, 0, 100 * spacing, spacing);

@@ -19,8 +19,8 @@ float cosine_of_degrees(float degrees) { return std::cos(degrees * pi / 180); }
 
 medium of_impedance(float rayl, float speed = 1500) { return {.density = rayl / speed, .sound_speed = speed}; }
 
-// In double and term by term, for the same media and cosine: r, and how far a rounding of the cosine (and of as much in
-// the terms) may move it, |dr/dx| 1e-7 with x = cos^2 t; the only error that a law in float must be forgiven.
+// Double precision reference for r, and the change of r for a rounding error of 1e-7 in x = cos^2 t, |dr/dx| 1e-7: the
+// error that is unavoidable in float.
 struct exact_reflection {
     double r = 1;
     double uncertainty = 0;
@@ -49,7 +49,7 @@ double refracted_degrees(const medium& before, const medium& after, double degre
 } // namespace
 
 // V1
-TEST_CASE("fresnel: at normal incidence the energies are those of the literature, to 1e-6") {
+TEST_CASE("fresnel: energies at normal incidence agree with the literature to 1e-6") {
     struct {
         float z1, z2, reflected;
     } const rows[] = {{1.70_MRayl, 7.80_MRayl, 0.412299F},   {1.38_MRayl, 1.70_MRayl, 0.010794F},
@@ -67,8 +67,8 @@ TEST_CASE("fresnel: at normal incidence the energies are those of the literature
 }
 
 // V2; the table's 1e-12 is for double, 1e-5 for float.
-TEST_CASE("fresnel: energy is kept and both directions of a ray transmit alike, for every ratio of impedance") {
-    double worst_sum = 0, worst_pair = 0, worst_share = 0, worst_r = 0;
+TEST_CASE("fresnel: R + T = 1 and T12 = T21 for every impedance ratio and angle") {
+    double worst_sum = 0, worst_pair = 0, worst_ratio = 0, worst_r = 0;
     for (float decades = -4; decades <= 4; decades += 0.25F)
         for (const float speed : {750.0F, 1400.0F, 1499.9F, 1500.0F, 1580.0F, 3500.0F, 6000.0F})
             for (int step = 0; step <= 900; ++step) {
@@ -89,20 +89,20 @@ TEST_CASE("fresnel: energy is kept and both directions of a ray transmit alike, 
                 const double uncertainty = expected.uncertainty + reflect_exactly(b, a, onward).uncertainty;
                 worst_pair = std::fmax(worst_pair, std::fabs(back - there) - 2 * uncertainty);
                 if (cosine > 0.3F && onward > 0.3F)
-                    worst_share = std::fmax(worst_share, std::fabs(back - there) / there);
+                    worst_ratio = std::fmax(worst_ratio, std::fabs(back - there) / there);
             }
     MESSAGE("largest |R + T - 1| " << worst_sum << ", expected below 1e-6");
-    MESSAGE("largest |T12 - T21| / T12 " << worst_share << " up to 72 degrees, expected below 1e-5");
-    MESSAGE("beyond what a rounding of the cosine moves: |T12 - T21| " << worst_pair << ", |r - exact| " << worst_r
-                                                                       << ", expected below 1e-6");
-    CHECK(worst_share < 1e-5);
+    MESSAGE("largest |T12 - T21| / T12 " << worst_ratio << " up to 72 degrees, expected below 1e-5");
+    MESSAGE("beyond the rounding error of the cosine: |T12 - T21| " << worst_pair << ", |r - exact| " << worst_r
+                                                                    << ", expected below 1e-6");
+    CHECK(worst_ratio < 1e-5);
     CHECK(worst_sum < 1e-6);
     CHECK(worst_pair < 1e-6);
     CHECK(worst_r < 1e-6);
 }
 
 // V3: its bone row, whose muscle has 1065 kg/m^3
-TEST_CASE("fresnel: oblique reflection from muscle to bone, up to total reflection, to 1e-4") {
+TEST_CASE("fresnel: oblique reflection from muscle to bone agrees with the table to 1e-4, up to total reflection") {
     const medium before{.density = 1065, .sound_speed = 1580};
     struct {
         float degrees, reflected;
@@ -115,7 +115,7 @@ TEST_CASE("fresnel: oblique reflection from muscle to bone, up to total reflecti
 }
 
 // V4
-TEST_CASE("fresnel: refraction is Snell's law of the sound speeds, to 1e-3 degrees") {
+TEST_CASE("fresnel: refraction follows Snell's law with the sound speeds, to 1e-3 degrees") {
     struct {
         float c1, c2;
         double degrees, expected;
@@ -124,7 +124,7 @@ TEST_CASE("fresnel: refraction is Snell's law of the sound speeds, to 1e-3 degre
         {1482, 1570, 30, 31.9845}, {1580, 3500, 20, 49.2565},
     };
     for (const auto& row : rows) {
-        // Densities such that the impedances would say the contrary.
+        // The impedances change the other way, so a law that used them would fail.
         const medium a{.density = 5000, .sound_speed = row.c1}, b{.density = 500, .sound_speed = row.c2};
         const double measured = refracted_degrees(a, b, row.degrees);
         MESSAGE("from " << row.c1 << " to " << row.c2 << " m/s at " << row.degrees << ": measured " << measured
@@ -133,7 +133,7 @@ TEST_CASE("fresnel: refraction is Snell's law of the sound speeds, to 1e-3 degre
     }
 }
 
-TEST_CASE("fresnel: critical angles are those of the sound speeds, and there are none into a slower medium") {
+TEST_CASE("fresnel: critical angles follow from the sound speeds; there is none into a slower medium") {
     struct {
         float c1, c2, degrees;
     } const rows[] = {{1580, 3500, 26.8354F}, {1540, 4080, 22.1759F}, {1455, 1580, 67.056F}, {1580, 5740, 15.9776F}};
@@ -159,8 +159,8 @@ TEST_CASE("fresnel: critical angles are those of the sound speeds, and there are
     }
 }
 
-// The faults of other simulators: Snell with the impedances and the optical form; Snell upside down without cos t.
-TEST_CASE("fresnel: the wrong forms that others compute do not come out") {
+// Snell's law with impedances and the optical form of r; inverted Snell's law without cos t.
+TEST_CASE("fresnel: results differ from two incorrect forms found in other simulators") {
     struct {
         medium before, after;
         float degrees, right, optical, inverted;
@@ -177,30 +177,31 @@ TEST_CASE("fresnel: the wrong forms that others compute do not come out") {
     }
     const medium dense{.density = 4000, .sound_speed = 1500}, light{.density = 500, .sound_speed = 1500};
     const medium slow{.density = 3000, .sound_speed = 1000}, fast{.density = 1000, .sound_speed = 3000};
-    CHECK(refracted_degrees(dense, light, 40) == doctest::Approx(40));    // equal speeds: it does not bend
-    CHECK(refracted_degrees(fast, slow, 40) == doctest::Approx(12.3723)); // equal impedances: it does
+    CHECK(refracted_degrees(dense, light, 40) == doctest::Approx(40));    // equal speeds: no refraction
+    CHECK(refracted_degrees(fast, slow, 40) == doctest::Approx(12.3723)); // equal impedances: refraction
 }
 
-TEST_CASE("fresnel: equal media echo exactly nothing at any angle, and a speed in common makes the angle idle") {
+TEST_CASE("fresnel: equal media reflect exactly 0 at any angle; for equal speeds r does not depend on the angle") {
     for (const float density : {1.2F, 998.0F, 1071.3F, 7900.0F})
         for (const float speed : {343.0F, 1482.1F, 1540.0F, 5740.7F}) {
             const medium a{.density = density, .sound_speed = speed};
-            const medium textured{density, speed, 100, 1.1F, 0.5F, 20_um};
+            const medium same_impedance{density, speed, 100, 1.1F, 0.5F, 20_um};
             const medium denser{.density = 3 * density, .sound_speed = speed};
             for (int step = 0; step <= 1000; ++step) {
                 const float cosine = static_cast<float>(step) / 1000;
-                const response same = fresnel{}({.before = a, .after = textured, .cosine = cosine, .frequency = 5_MHz});
+                const response same =
+                    fresnel{}({.before = a, .after = same_impedance, .cosine = cosine, .frequency = 5_MHz});
                 REQUIRE(same.reflected == 0);
                 REQUIRE(same.transmitted == 1);
-                REQUIRE(fresnel{}.pressure_transmission(a, textured, cosine) == 1);
+                REQUIRE(fresnel{}.pressure_transmission(a, same_impedance, cosine) == 1);
                 REQUIRE(fresnel{}.pressure_reflection(a, denser, cosine) == doctest::Approx(0.5));
             }
             const vec3 direction = normalize(vec3{0.3F, -0.5F, 0.2F});
-            CHECK(refracted(direction, {0, 0, -1}, a, textured) == direction);
+            CHECK(refracted(direction, {0, 0, -1}, a, same_impedance) == direction);
         }
 }
 
-TEST_CASE("fresnel: the echo's sign is that of the change, and a law's answer is r and 1 - r^2") {
+TEST_CASE("fresnel: the sign of r is that of the impedance change, and the response is r and 1 - r^2") {
     const medium air{.density = 1.2F, .sound_speed = 343};
     CHECK(fresnel{}.pressure_reflection(muscle, bone, 1) > 0);
     CHECK(fresnel{}.pressure_reflection(bone, muscle, 1) < 0);
@@ -224,7 +225,7 @@ TEST_CASE("fresnel: the echo's sign is that of the change, and a law's answer is
             }
 }
 
-TEST_CASE("fresnel: a refracted ray has length 1, stays in its plane whichever way the normal points, and returns") {
+TEST_CASE("fresnel: a refracted direction has length 1, stays in the plane of incidence, and is reversible") {
     constexpr std::uint64_t seed = 11;
     CAPTURE(seed);
     for (std::uint64_t i = 0; i < 10'000; ++i) {
@@ -241,13 +242,12 @@ TEST_CASE("fresnel: a refracted ray has length 1, stays in its plane whichever w
         // sin t / sin i, against the speeds
         REQUIRE(length(cross(onward, normal)) * 1580 ==
                 doctest::Approx(length(cross(direction, normal)) * 1455).epsilon(1e-4));
-        if (std::fabs(dot(direction, normal)) < 0.1F) continue; // the way back is grazing
+        if (std::fabs(dot(direction, normal)) < 0.1F) continue; // grazing after refraction
         REQUIRE(length(refracted(onward, normal, fat, muscle) - direction) < 1e-5F);
     }
 }
 
-// The energy row: 10^6 random interfaces.
-TEST_CASE("fresnel: no interface among a million gains or loses energy: R + T = 1 within 1e-6") {
+TEST_CASE("fresnel: R + T = 1 within 1e-6 for a million random interfaces") {
     constexpr std::uint64_t seed = 2026;
     double worst = 0;
     bool amplitudes_hold = true;

@@ -6,8 +6,8 @@ using namespace insonify;
 namespace interface_law_test {
 namespace {
 
-// The smallest law there is, and one of a user's own with a setting.
-struct silent {
+// A minimal law, and a user's law with a setting.
+struct transparent {
     INSONIFY_FN response operator()(const incidence&) const { return {}; }
 };
 struct hard_surface {
@@ -17,41 +17,41 @@ struct hard_surface {
         return {.reflected = hardness * at.cosine * at.cosine, .transmitted = 1 - hardness};
     }
 };
-static_assert(interface_law<silent> && interface_law<hard_surface>);
+static_assert(interface_law<transparent> && interface_law<hard_surface>);
 static_assert(interface_law<response (*)(const incidence&)>);
 
-// What is none: another answer, no answer, another question, one that changes as it is asked.
-struct answers_a_number {
+// Not laws: wrong result, wrong arguments, not const.
+struct returns_number {
     float operator()(const incidence&) const { return 0; }
 };
-struct asks_for_media {
+struct takes_media {
     response operator()(const medium&, const medium&) const { return {}; }
 };
-struct remembers {
+struct not_const {
     response operator()(const incidence&) { return {}; }
 };
-static_assert(!interface_law<int> && !interface_law<answers_a_number> && !interface_law<asks_for_media> &&
-              !interface_law<remembers>);
+static_assert(!interface_law<int> && !interface_law<returns_number> && !interface_law<takes_media> &&
+              !interface_law<not_const>);
 
 template <interface_law Law>
-response ask(const Law& law, const incidence& at) {
+response evaluate(const Law& law, const incidence& at) {
     return law(at);
 }
 
 } // namespace
 
-TEST_CASE("interface law: a law that says nothing lets all sound through and sends none back") {
-    const response answer = ask(silent{}, {});
+TEST_CASE("interface_law: the default response is full transmission without an echo") {
+    const response answer = evaluate(transparent{}, {});
     CHECK(answer.reflected == 0);
     CHECK(answer.transmitted == 1);
 }
 
-TEST_CASE("interface law: a user's own law sees the angle and its own setting") {
-    const response answer = ask(hard_surface{.hardness = 0.8F}, {.cosine = 0.5F});
+TEST_CASE("interface_law: a user's law receives the angle and has its own settings") {
+    const response answer = evaluate(hard_surface{.hardness = 0.8F}, {.cosine = 0.5F});
     CHECK(answer.reflected == doctest::Approx(0.2));
     CHECK(answer.transmitted == doctest::Approx(0.2));
 }
 
-TEST_CASE("interface law: incidence is normal unless it says otherwise") { CHECK(incidence{}.cosine == 1); }
+TEST_CASE("interface_law: incidence is normal by default") { CHECK(incidence{}.cosine == 1); }
 
 } // namespace interface_law_test

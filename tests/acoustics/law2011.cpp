@@ -31,7 +31,7 @@ constexpr expected_intensity table[] = {
     {7.5_MHz, 39.5_mm, 0.2423316F, 3.257114e-5F}, {7.5_MHz, 40.5_mm, 1.046074e-5F, 1.046074e-5F},
     {7.5_MHz, 50_mm, 4.605880e-6F, 4.605880e-6F}};
 
-// 60 mm in samples of 1 mm, so that every depth of the table is one: n mm is sample n - 1/2, not there; half mm are.
+// 60 mm in samples of 0.5 mm.
 std::vector<float> line_of(const law2011& model, const auto& policy, float frequency) {
     std::vector<float> samples(120);
     model(policy, {layers, media, frequency}, 0.5_mm, samples);
@@ -41,11 +41,11 @@ std::vector<float> line_of(const law2011& model, const auto& policy, float frequ
 } // namespace
 } // namespace law2011_test
 
-TEST_CASE("the paper's base scene has the intensities of its closed form, to 1e-5") {
+TEST_CASE("law2011: the paper's base scene agrees with its closed form to 1e-5") {
     for (const auto& row : law2011_test::table) {
         const traced_line line{law2011_test::layers, law2011_test::media, row.frequency};
         const float bare = law2011{}.at(line, row.depth);
-        const float attenuated = law2011{.reflection = reflection::attenuated}.at(line, row.depth);
+        const float attenuated = law2011{.reflection = law2011::reflection::attenuated}.at(line, row.depth);
         CAPTURE(row.frequency);
         CAPTURE(row.depth);
         CHECK(bare == doctest::Approx(row.bare).epsilon(1e-5));
@@ -53,20 +53,20 @@ TEST_CASE("the paper's base scene has the intensities of its closed form, to 1e-
     }
 }
 
-TEST_CASE("attenuation there and back halves the decibels' worth of depth") {
+TEST_CASE("law2011: two-way attenuation agrees with the closed form with /10 for /20") {
     struct {
         float depth, expected;
     } const rows[] = {{10_mm, 0.3162278F}, {19.5_mm, 0.5182245F}, {30_mm, 1.858473e-4F}, {40.5_mm, 3.260713e-7F}};
     for (const auto& row : rows) // published sums of eq. 1 with /10 for /20, 5 MHz
-        CHECK(law2011{.travel = travel::two_way}.at({law2011_test::layers, law2011_test::media, 5_MHz}, row.depth) ==
-              doctest::Approx(row.expected).epsilon(1e-5));
+        CHECK(law2011{.travel = law2011::travel::two_way}.at({law2011_test::layers, law2011_test::media, 5_MHz},
+                                                             row.depth) == doctest::Approx(row.expected).epsilon(1e-5));
 }
 
-TEST_CASE("a line filled at once has the values of its points, with SIMD and without, for every option") {
-    for (const auto where : {band::before, band::after})
-        for (const auto weakened : {reflection::bare, reflection::attenuated})
-            for (const auto there : {travel::one_way, travel::two_way})
-                for (const auto what : {incident::field, incident::backscattered}) {
+TEST_CASE("law2011: a whole line equals its points, with and without SIMD, for every option") {
+    for (const auto where : {law2011::band::before, law2011::band::after})
+        for (const auto weakened : {law2011::reflection::bare, law2011::reflection::attenuated})
+            for (const auto there : {law2011::travel::one_way, law2011::travel::two_way})
+                for (const auto what : {law2011::incident::field, law2011::incident::backscattered}) {
                     const law2011 model{.reflection_length = 2.2_mm,
                                         .travel = there,
                                         .reflection = weakened,
@@ -83,9 +83,9 @@ TEST_CASE("a line filled at once has the values of its points, with SIMD and wit
                 }
 }
 
-TEST_CASE("the bright band lies before the interface, or beyond it, as the option says") {
+TEST_CASE("law2011: the bright band lies before or after the interface, depending on the option") {
     const traced_line line{law2011_test::layers, law2011_test::media, 5_MHz};
-    const law2011 before{}, after{.band = band::after};
+    const law2011 before{}, after{.band = law2011::band::after};
     const float r = 0.412299F;
     CHECK(before.at(line, 19.5_mm) - after.at(line, 19.5_mm) == doctest::Approx(r).epsilon(1e-4));
     CHECK(after.at(line, 20.5_mm) - before.at(line, 20.5_mm) == doctest::Approx(r).epsilon(1e-4));
@@ -93,7 +93,7 @@ TEST_CASE("the bright band lies before the interface, or beyond it, as the optio
     CHECK(before.at(line, 21.1_mm) == after.at(line, 21.1_mm));
 }
 
-TEST_CASE("reflected and transmitted shares are those of the literature, and sum to one") {
+TEST_CASE("law2011: reflected and transmitted fractions agree with the literature and sum to 1") {
     const auto of_impedance = [](float rayl) { return medium{.density = rayl / 1500, .sound_speed = 1500}; };
     struct {
         float z1, z2, reflected;
@@ -108,10 +108,10 @@ TEST_CASE("reflected and transmitted shares are those of the literature, and sum
     }
 }
 
-TEST_CASE("neighbouring layers of one medium have no interface between them") {
+TEST_CASE("law2011: adjacent layers of one medium have no interface") {
     const std::array<layer, 3> two_objects{layer{0, 10_mm, 0, 1}, layer{10_mm, 15_mm, 0, 2}, layer{15_mm, 30_mm, 1, 3}};
     const std::array<layer, 2> one_object{layer{0, 15_mm, 0}, layer{15_mm, 30_mm, 1}};
-    const law2011 model{.reflection_length = 8_mm}; // the band reaches back over the seam
+    const law2011 model{.reflection_length = 8_mm}; // the band extends across the border of the objects
     for (const float depth : {5_mm, 8_mm, 9.9_mm, 10.1_mm, 14_mm, 20_mm})
         CHECK(model.at({two_objects, law2011_test::media, 5_MHz}, depth) ==
               doctest::Approx(model.at({one_object, law2011_test::media, 5_MHz}, depth)));
@@ -121,16 +121,23 @@ TEST_CASE("neighbouring layers of one medium have no interface between them") {
     for (std::size_t k = 0; k < a.size(); ++k) CHECK(a[k] == doctest::Approx(b[k]).epsilon(1e-6));
 }
 
-TEST_CASE("attenuation grows with f, or with f to the medium's power") {
+TEST_CASE("law2011: attenuation grows as f, or as f to the medium's exponent") {
     const medium m{.attenuation = 50, .attenuation_power = 1.5F};
     CHECK(law2011{}.loss(m, 4_MHz) == doctest::Approx(200));
-    CHECK(law2011{.spectrum = spectrum::power_law}.loss(m, 4_MHz) == doctest::Approx(400));
-    CHECK(law2011{.travel = travel::two_way}.loss(m, 4_MHz) == doctest::Approx(400));
+    CHECK(law2011{.spectrum = law2011::spectrum::power_law}.loss(m, 4_MHz) == doctest::Approx(400));
+    CHECK(law2011{.travel = law2011::travel::two_way}.loss(m, 4_MHz) == doctest::Approx(400));
 }
 
-TEST_CASE("texture echoes with the medium's backscatter against liver's") {
+TEST_CASE("law2011: speckle has the medium's backscatter relative to liver") {
     const std::array<medium, 1> media{medium{.backscatter = 0.5F}};
     const std::array<layer, 1> layers{layer{0, 1, 0}};
-    CHECK(law2011{.incident = incident::backscattered}.at({layers, media, 5_MHz}, 0.5F) ==
+    CHECK(law2011{.incident = law2011::incident::backscattered}.at({layers, media, 5_MHz}, 0.5F) ==
           doctest::Approx(0.5 * std::pow(10.0, -55.0 / 20)).epsilon(2e-3));
+}
+
+TEST_CASE("law2011: at_interface gives the reflected and transmitted fractions of the intensity") {
+    const medium &muscle = law2011_test::media[0], &bone = law2011_test::media[1];
+    const response answer = law2011{}.at_interface({muscle, bone, 0.5F, 5_MHz});
+    CHECK(answer.reflected == doctest::Approx(0.412299).epsilon(1e-5)); // the angle is not used
+    CHECK(answer.transmitted == doctest::Approx(0.587701).epsilon(1e-5));
 }

@@ -9,7 +9,7 @@ namespace medium_test {
 static_assert(medium{.density = 1700, .sound_speed = 1000}.impedance() == 1.7e6F);
 static_assert(medium{} == medium{} && medium{} != medium{.roughness = 1_um});
 
-TEST_CASE("medium: one of your own is smooth and silent unless it says otherwise") {
+TEST_CASE("medium: specular, anechoic and lossless by default") {
     const medium own{.density = 1000, .sound_speed = 1500};
     CHECK(own.attenuation == 0);
     CHECK(own.attenuation_power == 1);
@@ -17,7 +17,7 @@ TEST_CASE("medium: one of your own is smooth and silent unless it says otherwise
     CHECK(own.roughness == 0);
 }
 
-TEST_CASE("medium: two differ where any one value differs") {
+TEST_CASE("medium: equality compares every member") {
     const medium own{};
     CHECK(own != medium{.density = 999});
     CHECK(own != medium{.sound_speed = 1500});
@@ -26,7 +26,7 @@ TEST_CASE("medium: two differ where any one value differs") {
     CHECK(own != medium{.backscatter = 1});
 }
 
-TEST_CASE("medium: where sound is slow, more is displayed, but no more than a million times") {
+TEST_CASE("medium: displayed depth is stretched by c0 / c, at most a million times") {
     CHECK(displayed_stretch({.sound_speed = 1540}) == 1);
     CHECK(displayed_stretch({.sound_speed = 770}) == 2);
     CHECK(displayed_stretch({.sound_speed = 3080}) == 0.5F);
@@ -34,7 +34,7 @@ TEST_CASE("medium: where sound is slow, more is displayed, but no more than a mi
     CHECK(displayed_stretch({.sound_speed = 1e-45F}) == 1e6F);
 }
 
-TEST_CASE("medium: it is valid where density and speed are above 0 and nothing is negative, infinite or NaN") {
+TEST_CASE("medium: valid if density and speed are above 0 and nothing is negative, infinite or NaN") {
     CHECK(is_valid(medium{}));
     CHECK(is_valid(medium{.density = 1.2F, .sound_speed = 343}));
     const float infinite = std::numeric_limits<float>::infinity();

@@ -20,9 +20,9 @@ incidence at_interface(float roughness, float cosine, float frequency) {
 
 } // namespace
 
-TEST_CASE("roughness: 50 um at 5 MHz takes 18 dB from the mirror echo, and less the more it slants") {
+TEST_CASE("roughness: 50 um at 5 MHz weakens the specular echo by 18 dB, less at oblique incidence") {
     const auto loss_db = [](float cosine) {
-        return 20 * std::log10(coherent_amplitude(at_interface(50_um, cosine, 5_MHz)));
+        return 20 * std::log10(kirchhoff{}.coherent(at_interface(50_um, cosine, 5_MHz)));
     };
     const double kh = 2 * 3.14159265358979 * 5e6 / 1540 * 50e-6;
     MESSAGE("measured " << loss_db(1) << " dB, expected -18");
@@ -33,12 +33,12 @@ TEST_CASE("roughness: 50 um at 5 MHz takes 18 dB from the mirror echo, and less 
     }
 }
 
-TEST_CASE("roughness: what the mirror echo loses is scattered, whatever height, angle and frequency") {
+TEST_CASE("roughness: coherent and diffuse energy sum to the reflected energy") {
     for (const float height : {2_um, 20_um, 30_um, 50_um, 200_um})
         for (const float cosine : {1.0F, 0.7F, 0.2F})
             for (const float frequency : {1_MHz, 5_MHz, 15_MHz}) {
                 const incidence at = at_interface(height, cosine, frequency);
-                const double kept = coherent_amplitude(at), scattered = diffuse_energy(at);
+                const double kept = kirchhoff{}.coherent(at), scattered = kirchhoff{}.diffuse(at);
                 CHECK(std::fabs(kept * kept + scattered - 1) < 1e-6);
                 CHECK(scattered > 0);
                 const double r = fresnel{}.energy_reflection(at.before, at.after, cosine);
@@ -47,30 +47,30 @@ TEST_CASE("roughness: what the mirror echo loses is scattered, whatever height, 
             }
 }
 
-TEST_CASE("roughness: a nearly smooth surface scatters 4 k^2 h^2 to all digits, a smooth one nothing") {
+TEST_CASE("roughness: a nearly smooth surface scatters 4 k^2 h^2 without cancellation, a smooth one nothing") {
     const double kh = 2 * 3.14159265358979 * 2e6 / 1540 * 0.1e-6;
-    CHECK(diffuse_energy(at_interface(0.1_um, 1, 2_MHz)) == doctest::Approx(4 * kh * kh).epsilon(1e-5));
-    CHECK(diffuse_energy(at_interface(0, 1, 5_MHz)) == 0);
-    CHECK(coherent_amplitude(at_interface(0, 1, 5_MHz)) == 1);
+    CHECK(kirchhoff{}.diffuse(at_interface(0.1_um, 1, 2_MHz)) == doctest::Approx(4 * kh * kh).epsilon(1e-5));
+    CHECK(kirchhoff{}.diffuse(at_interface(0, 1, 5_MHz)) == 0);
+    CHECK(kirchhoff{}.coherent(at_interface(0, 1, 5_MHz)) == 1);
 }
 
-TEST_CASE("roughness: an interface is as rough as the rougher of its media, and the wavelength is that before it") {
+TEST_CASE("roughness: an interface has the larger roughness, and the wavelength of the first medium") {
     const medium smooth{.roughness = 2_um}, rough{.roughness = 30_um};
     CHECK(rms_height(smooth, rough) == 30_um);
     CHECK(rms_height(rough, smooth) == 30_um);
     incidence at = at_interface(30_um, 1, 5_MHz);
-    const float before = phase_spread(at);
+    const float before = kirchhoff{}.rms_phase(at);
     at.before.sound_speed /= 2;
-    CHECK(phase_spread(at) == doctest::Approx(2 * before));
+    CHECK(kirchhoff{}.rms_phase(at) == doctest::Approx(2 * before));
     at.after.sound_speed /= 2;
-    CHECK(phase_spread(at) == doctest::Approx(2 * before));
+    CHECK(kirchhoff{}.rms_phase(at) == doctest::Approx(2 * before));
 }
 
-TEST_CASE("roughness: Lambert's lobe sends all that arrives back into the half space") {
+TEST_CASE("roughness: Lambert's law conserves energy over the half space") {
     for (const double cosine_in : {1.0, 0.5, 0.1}) {
         double power = 0;
         constexpr int rings = 1000;
-        for (int i = 0; i < rings; ++i) { // rings of equal solid angle
+        for (int i = 0; i < rings; ++i) { // of equal solid angle
             const double cosine_out = (i + 0.5) / rings;
             power += static_cast<double>(lambert_lobe(static_cast<float>(cosine_in), static_cast<float>(cosine_out))) *
                      2 * 3.14159265358979 / rings;
@@ -79,7 +79,7 @@ TEST_CASE("roughness: Lambert's lobe sends all that arrives back into the half s
     }
 }
 
-TEST_CASE("roughness: perturbed normals have the cosine's power as their density, all around the normal") {
+TEST_CASE("roughness: perturbed normals follow the cosine power distribution around the normal") {
     constexpr std::uint64_t seed = 5;
     constexpr std::size_t count = 20'000;
     const vec3 normals[] = {{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, normalize(vec3{-0.3F, 0.8F, -0.1F})};
@@ -88,20 +88,20 @@ TEST_CASE("roughness: perturbed normals have the cosine's power as their density
             CAPTURE(seed);
             CAPTURE(exponent);
             vec3 sum{0, 0, 0};
-            std::vector<double> shares(count); // uniform, where the density is right: (cos a)^(s + 1)
+            std::vector<double> quantiles(count); // (cos a)^(s + 1), uniform if the density is right
             for (std::size_t i = 0; i < count; ++i) {
                 const vec2 uniform{hash_uniform(seed, 2 * i), hash_uniform(seed, 2 * i + 1)};
                 const vec3 facet = perturbed_normal(normal, exponent, uniform);
                 REQUIRE(std::fabs(length(facet) - 1) < 1e-6F);
                 REQUIRE(dot(facet, normal) >= -1e-6F);
                 sum += facet;
-                const double off = length(facet - normal); // 2 sin(a / 2), which keeps the digits of a small angle
-                shares[i] = std::pow(std::fmax(0, 1 - off * off / 2), static_cast<double>(exponent) + 1);
+                const double off = length(facet - normal); // 2 sin(a / 2), accurate for small angles
+                quantiles[i] = std::pow(std::fmax(0, 1 - off * off / 2), static_cast<double>(exponent) + 1);
             }
-            std::sort(shares.begin(), shares.end());
-            double worst = 0; // Kolmogorov & Smirnov: above 1.95 / sqrt(count) once in a thousand
+            std::sort(quantiles.begin(), quantiles.end());
+            double worst = 0; // Kolmogorov-Smirnov: above 1.95 / sqrt(count) with probability 0.001
             for (std::size_t i = 0; i < count; ++i)
-                worst = std::fmax(worst, std::fabs(shares[i] - (static_cast<double>(i) + 0.5) / count));
+                worst = std::fmax(worst, std::fabs(quantiles[i] - (static_cast<double>(i) + 0.5) / count));
             CHECK(worst < 0.0138);
             const vec3 mean = sum / static_cast<float>(count);
             CHECK(dot(mean, normal) == doctest::Approx((exponent + 1) / (exponent + 2)).epsilon(0.02));
@@ -109,7 +109,7 @@ TEST_CASE("roughness: perturbed normals have the cosine's power as their density
         }
 }
 
-TEST_CASE("roughness: a large exponent leaves the normal as it is, and the least number is no fault") {
+TEST_CASE("roughness: a large exponent keeps the normal, and a random number of 0 is valid") {
     const vec3 normal = normalize(vec3{1, 2, 3});
     CHECK(length(perturbed_normal(normal, 1e12F, {0.3F, 0.6F}) - normal) < 1e-5F);
     for (const float exponent : {0.0F, 1.0F, 100.0F}) {
@@ -123,13 +123,13 @@ TEST_CASE("roughness: a large exponent leaves the normal as it is, and the least
 
 namespace roughness_test {
 namespace {
-struct polished { // as little as a law must say
+struct polished { // a minimal law
     float coherent(const incidence&) const { return 1; }
     float diffuse(const incidence&) const { return 0; }
 };
-struct half_said {
+struct coherent_only {
     float coherent(const incidence&) const { return 1; }
 };
 } // namespace
-static_assert(roughness_law<polished> && roughness_law<kirchhoff> && !roughness_law<half_said>);
+static_assert(roughness_law<polished> && roughness_law<kirchhoff> && !roughness_law<coherent_only>);
 } // namespace roughness_test

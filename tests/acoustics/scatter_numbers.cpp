@@ -28,7 +28,7 @@ moments of(const Numbers& numbers, float volume, float stated = 0) {
 } // namespace
 } // namespace scatter_numbers_test
 
-TEST_CASE("gaussian_numbers have power 1, mean 0 and independent parts, alike on one lane and on many") {
+TEST_CASE("gaussian_numbers: mean 0, power 1, independent parts; the same on one lane as on many") {
     const auto m = scatter_numbers_test::of(gaussian_numbers{}, 1);
     CHECK(m.power == doctest::Approx(1).epsilon(0.005));
     for (const double zero : {m.real, m.imaginary, m.product}) CHECK(std::fabs(zero) < 0.005);
@@ -40,14 +40,14 @@ TEST_CASE("gaussian_numbers have power 1, mean 0 and independent parts, alike on
     }
 }
 
-TEST_CASE("poisson_numbers have power 1, and as many scatterers as density says") {
-    // Of Poisson many terms with normal strength and random phase the fourth moment is 2 + 3 / mean number.
+TEST_CASE("poisson_numbers: power 1, and the fourth moment of the stated density") {
+    // The fourth moment of a Poisson number of terms with normal amplitude and random phase is 2 + 3 / mean number.
     for (const float mean : {0.5F, 2.0F, 8.0F}) {
         const auto m = scatter_numbers_test::of(poisson_numbers{.density = mean * 1e9F}, 1e-9F);
         CHECK(m.power == doctest::Approx(1).epsilon(0.02));
         CHECK(m.fourth == doctest::Approx(2 + 3 / static_cast<double>(mean)).epsilon(0.05));
     }
-    for (const float mean : {40.0F, 5000.0F}) { // more than can be told from Gaussian numbers
+    for (const float mean : {40.0F, 5000.0F}) { // indistinguishable from Gaussian numbers
         const auto m = scatter_numbers_test::of(poisson_numbers{.density = mean * 1e9F}, 1e-9F);
         CHECK(m.power == doctest::Approx(1).epsilon(0.02));
     }

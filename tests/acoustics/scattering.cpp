@@ -5,7 +5,7 @@ using namespace insonify;
 
 namespace scattering_test {
 namespace {
-// As little as a field must have: one scatterer in the middle.
+// A minimal field: one scatterer in the middle.
 struct single {
     template <class Emit>
     void scatter(const material_line&, float begin, float end, float, Emit&& emit) const {
@@ -14,15 +14,15 @@ struct single {
     }
     float covariance(float, float) const { return 1; }
 };
-struct silent {
-    void scatter(const material_line&, float, float, float, any_emit) const {}
+struct no_covariance {
+    void scatter(const material_line&, float, float, float, detail::any_emit) const {}
 };
 } // namespace
 static_assert(scattering_field<single> && scattering_field<no_scatterers>);
-static_assert(!scattering_field<silent> && !scattering_field<int>);
+static_assert(!scattering_field<no_covariance> && !scattering_field<int>);
 } // namespace scattering_test
 
-TEST_CASE("a line in an object's coordinates runs where the line in the world does") {
+TEST_CASE("scattering: a line in coordinates of an object has the points of the line in the world") {
     const pose at = look_at({10_mm, -5_mm, 3_mm}, {12_mm, 4_mm, 9_mm}, {0, 0, 1});
     const line_frame world{.origin = {1_mm, 2_mm, 3_mm}, .along = normalize(vec3{1, 2, -1}), .elevation = {0, 0, 1}};
     const material_line inside = in_object(world, at, 7, 5e9F);

@@ -12,7 +12,7 @@ constexpr double radians = 3.14159265358979 / 180;
 
 float decibels(float amplitude) { return 20 * std::log10(amplitude); }
 
-// The angle in degrees at which a lobe has fallen to a level, by bisection.
+// The angle in degrees at which a lobe falls to a level, by bisection.
 float degrees_at(const specular_return& lobe, float level_db, float fnumber, float wavelengths) {
     float above = 0, below = 90;
     for (int i = 0; i < 40; ++i) {
@@ -23,10 +23,10 @@ float degrees_at(const specular_return& lobe, float level_db, float fnumber, flo
     return above;
 }
 
-// A published simulation: an array of F/2 focused on a plate 30 mm deep in 1540 m/s, its echo against the plate's tilt.
+// A published simulation: an F/2 array focused on a plate 30 mm deep in 1540 m/s, echo level against tilt.
 struct tilted_plate {
     float megahertz;
-    float at_6_db; // degrees, between the rows of the full table
+    float at_6_db; // degrees, interpolated in the full table
     struct {
         float degrees, db;
     } rows[9];
@@ -68,12 +68,12 @@ constexpr tilted_plate table[] = {
 };
 float wavelengths_of(const tilted_plate& plate) { return 30e-3F * plate.megahertz * 1e6F / 1540; }
 
-// The convolution of the triangle with the Fresnel zone by Simpson's rule in double: what `exact` is the closed form of.
+// The convolution of the triangle with the Fresnel zone by Simpson's rule in double; `exact` is its closed form.
 double blurred_triangle(double angle, double fnumber, double wavelengths) {
     const double edge = std::atan(1 / (2 * fnumber));
     const auto amplitude = [&](double phi) {
         double real = 0, imaginary = 0;
-        for (const double side : {-1.0, 1.0}) { // on either side of the triangle's kink
+        for (const double side : {-1.0, 1.0}) { // of the kink of the triangle
             constexpr int steps = 4000;
             for (int i = 0; i <= steps; ++i) {
                 const double a = side * edge * i / steps;
@@ -88,16 +88,16 @@ double blurred_triangle(double angle, double fnumber, double wavelengths) {
     return amplitude(angle) / amplitude(0);
 }
 
-// Every element to every mirrored element, one frequency, no small angles: the echo of a tilted plate in the focus.
+// Sum over all pairs of elements and mirrored elements, at one frequency and any angle: a tilted plate at the focus.
 double image_source(double angle, double fnumber, double wavelengths) {
     constexpr int elements = 300;
-    const double spacing = wavelengths / fnumber / elements; // in wavelengths, as all here
+    const double spacing = wavelengths / fnumber / elements; // lengths are in wavelengths
     const auto echo = [&](double phi) {
         const double nx = std::sin(phi), nz = -std::cos(phi);
         double real = 0, imaginary = 0;
         for (int i = 0; i < elements; ++i) {
             const double u = (i - (elements - 1) / 2.0) * spacing;
-            const double to_plate = u * nx - wavelengths * nz; // the plate holds (0, wavelengths)
+            const double to_plate = u * nx - wavelengths * nz; // the plate contains (0, wavelengths)
             const double image_x = u - 2 * to_plate * nx, image_z = -2 * to_plate * nz;
             for (int j = 0; j < elements; ++j) {
                 const double v = (j - (elements - 1) / 2.0) * spacing;
@@ -115,14 +115,14 @@ double image_source(double angle, double fnumber, double wavelengths) {
 } // namespace
 
 // V19
-TEST_CASE("specular: the exact lobe is the echo of a tilted plate within 1 dB, down to -12 dB") {
-    const specular_return exact{.lobe = specular_lobe::exact};
+TEST_CASE("specular: the exact lobe agrees with a simulated tilted plate within 1 dB, down to -12 dB") {
+    const specular_return exact{.lobe = specular_return::lobe::exact};
     for (const tilted_plate& plate : table) {
         float worst = 0;
         for (const auto& row : plate.rows) {
             const float angle = row.degrees * static_cast<float>(radians);
             const float measured = decibels(exact(angle, 2, wavelengths_of(plate)));
-            worst = greater(worst, std::fabs(measured - row.db));
+            worst = max(worst, std::fabs(measured - row.db));
             MESSAGE(plate.megahertz << " MHz, " << row.degrees << " degrees: measured " << measured << " dB, expected "
                                     << row.db);
             CHECK(std::fabs(measured - row.db) < 1);
@@ -135,9 +135,9 @@ TEST_CASE("specular: the exact lobe is the echo of a tilted plate within 1 dB, d
     }
 }
 
-// V19. The triangle has one width for all frequencies, the plate has not: at 2.5 MHz, where the Fresnel zone is widest,
-// it is 0.69 degrees too narrow, so that the row's half degree holds from 5 MHz on, and there but just.
-TEST_CASE("specular: the aperture's triangle has its -6 dB within half a degree from 5 MHz on, 0.7 at 2.5 MHz") {
+// V19. The triangle has the same width at all frequencies, the plate does not: at 2.5 MHz, where the Fresnel zone is
+// widest, the triangle is 0.69 degrees too narrow; from 5 MHz on the error is just below half a degree.
+TEST_CASE("specular: the -6 dB angle of the aperture lobe is right within 0.5 degrees from 5 MHz on, 0.7 at 2.5 MHz") {
     const float half = degrees_at({}, -6, 2, 1);
     for (const tilted_plate& plate : table) {
         const float tolerance = plate.megahertz < 5 ? 0.7F : 0.5F;
@@ -147,7 +147,7 @@ TEST_CASE("specular: the aperture's triangle has its -6 dB within half a degree 
     }
 }
 
-TEST_CASE("specular: the aperture's triangle has the widths of its closed form") {
+TEST_CASE("specular: the aperture lobe has the widths of its closed form") {
     const specular_return lobe{};
     CHECK(degrees_at(lobe, -6.0206F, 2, 1) == doctest::Approx(7.018).epsilon(1e-3));
     CHECK(degrees_at(lobe, -6.0206F, 4, 1) == doctest::Approx(3.5625).epsilon(1e-3));
@@ -156,8 +156,8 @@ TEST_CASE("specular: the aperture's triangle has the widths of its closed form")
     CHECK(lobe(80_deg, 2, 1) == 0);
 }
 
-TEST_CASE("specular: at F/4 the exact lobe has the simulation's widths, 3.9 to 4.3 and 6.9 to 8.4 degrees, to 0.1") {
-    const specular_return exact{.lobe = specular_lobe::exact};
+TEST_CASE("specular: at F/4 the exact lobe has the simulated widths, 3.9 to 4.3 and 6.9 to 8.4 degrees, to 0.1") {
+    const specular_return exact{.lobe = specular_return::lobe::exact};
     for (const tilted_plate& plate : table) {
         const float half = degrees_at(exact, -6, 4, wavelengths_of(plate));
         const float tenth = degrees_at(exact, -20, 4, wavelengths_of(plate));
@@ -169,8 +169,8 @@ TEST_CASE("specular: at F/4 the exact lobe has the simulation's widths, 3.9 to 4
     }
 }
 
-TEST_CASE("specular: the exact lobe is the triangle blurred by the Fresnel zone, within 1e-3 of the full echo") {
-    const specular_return exact{.lobe = specular_lobe::exact};
+TEST_CASE("specular: the exact lobe equals the convolution with the Fresnel zone within 1e-3") {
+    const specular_return exact{.lobe = specular_return::lobe::exact};
     for (const float fnumber : {1.0F, 2.0F, 4.0F})
         for (const float wavelengths : {20.0F, 100.0F, 400.0F})
             for (int degrees = 0; degrees <= 40; degrees += 2) {
@@ -183,8 +183,8 @@ TEST_CASE("specular: the exact lobe is the triangle blurred by the Fresnel zone,
             }
 }
 
-TEST_CASE("specular: the exact lobe is the sum over all elements and their images, within 0.5 dB down to -12 dB") {
-    const specular_return exact{.lobe = specular_lobe::exact};
+TEST_CASE("specular: the exact lobe agrees with the sum over elements and images within 0.5 dB, down to -12 dB") {
+    const specular_return exact{.lobe = specular_return::lobe::exact};
     float worst = 0;
     for (const float fnumber : {2.0F, 3.0F, 5.0F})
         for (const float wavelengths : {50.0F, 150.0F, 300.0F})
@@ -192,34 +192,35 @@ TEST_CASE("specular: the exact lobe is the sum over all elements and their image
                 const float angle = static_cast<float>(step) / 8 / (2 * fnumber);
                 const auto expected = static_cast<float>(image_source(angle, fnumber, wavelengths));
                 if (decibels(expected) < -12) break;
-                worst = greater(worst, std::fabs(decibels(exact(angle, fnumber, wavelengths) / expected)));
+                worst = max(worst, std::fabs(decibels(exact(angle, fnumber, wavelengths) / expected)));
             }
     MESSAGE("at most " << worst << " dB off, expected below 0.5");
     CHECK(worst > 0);
     CHECK(worst < 0.5F);
 }
 
-TEST_CASE("specular: short waves make the exact lobe the triangle") {
-    const specular_return exact{.lobe = specular_lobe::exact}, triangle{};
+TEST_CASE("specular: the exact lobe tends to the aperture lobe for short wavelengths") {
+    const specular_return exact{.lobe = specular_return::lobe::exact}, triangle{};
     for (int step = 0; step <= 40; ++step) {
         const float angle = static_cast<float>(step) * 0.5_deg;
         CHECK(std::fabs(exact(angle, 2, 1e5F) - triangle(angle, 2, 1e5F)) < 0.01F);
     }
 }
 
-TEST_CASE("specular: the cosine lobe is the cosine to its power; one of 1.386 / phi^2 has -6 dB at phi") {
-    CHECK(specular_return{.lobe = specular_lobe::cosine}(60_deg, 2, 1) == doctest::Approx(0.5));
-    CHECK(specular_return{.lobe = specular_lobe::cosine, .power = 4}(60_deg, 2, 1) == doctest::Approx(0.0625));
-    CHECK(specular_return{.lobe = specular_lobe::cosine}(100_deg, 2, 1) == 0);
+TEST_CASE("specular: the cosine lobe is cos^power; power 1.386 / phi^2 gives -6 dB at phi") {
+    CHECK(specular_return{.lobe = specular_return::lobe::cosine}(60_deg, 2, 1) == doctest::Approx(0.5));
+    CHECK(specular_return{.lobe = specular_return::lobe::cosine, .power = 4}(60_deg, 2, 1) == doctest::Approx(0.0625));
+    CHECK(specular_return{.lobe = specular_return::lobe::cosine}(100_deg, 2, 1) == 0);
     for (const float power : {79.0F, 270.0F}) {
-        const float half = degrees_at({.lobe = specular_lobe::cosine, .power = power}, -6.0206F, 2, 1);
+        const float half = degrees_at({.lobe = specular_return::lobe::cosine, .power = power}, -6.0206F, 2, 1);
         CHECK(half * static_cast<float>(radians) == doctest::Approx(std::sqrt(1.386F / power)).epsilon(0.01));
     }
 }
 
-TEST_CASE("specular: every lobe is 1 across the beam, the same to both sides, and does not grow on the way down") {
-    for (const specular_return& lobe :
-         {specular_return{}, {.lobe = specular_lobe::cosine, .power = 79}, {.lobe = specular_lobe::exact}})
+TEST_CASE("specular: every lobe is 1 at normal incidence, symmetric and monotonic") {
+    for (const specular_return& lobe : {specular_return{},
+                                        {.lobe = specular_return::lobe::cosine, .power = 79},
+                                        {.lobe = specular_return::lobe::exact}})
         for (const float fnumber : {1.0F, 2.0F, 4.0F})
             for (const float wavelengths : {20.0F, 100.0F, 400.0F}) {
                 CHECK(lobe(0, fnumber, wavelengths) == doctest::Approx(1));
@@ -237,7 +238,7 @@ TEST_CASE("specular: every lobe is 1 across the beam, the same to both sides, an
 
 namespace specular_test {
 namespace {
-struct everything { // as little as a law must say
+struct everything { // a minimal law
     float operator()(float, float, float) const { return 1; }
 };
 } // namespace

@@ -9,7 +9,7 @@ using namespace insonify;
 namespace tissue_test {
 namespace {
 
-/// As the table of materials prints them, rounded to about four digits.
+/// Rounded to about four digits.
 struct row {
     const char* name;
     double impedance;   // MRayl
@@ -66,7 +66,7 @@ double roughness_of(const std::string& name) {
 
 } // namespace
 
-TEST_CASE("tissue: every medium has the impedance, attenuation and backscatter of the published table") {
+TEST_CASE("tissue: impedance, attenuation and backscatter agree with the published table") {
     for (const row& expected : published) {
         CAPTURE(expected.name);
         const auto found = tissue::find(expected.name);
@@ -90,7 +90,7 @@ TEST_CASE("tissue: density and speed are stated in SI units") {
     CHECK(tissue::lung.attenuation_power == 0.6F);
 }
 
-TEST_CASE("tissue: the reflections that a student learns come out of the media") {
+TEST_CASE("tissue: the media give the reflections of textbooks") {
     const auto reflected = [](const medium& a, const medium& b) {
         const double z1 = static_cast<double>(a.impedance()), z2 = static_cast<double>(b.impedance());
         return (z2 - z1) * (z2 - z1) / ((z2 + z1) * (z2 + z1));
@@ -102,7 +102,7 @@ TEST_CASE("tissue: the reflections that a student learns come out of the media")
 }
 
 TEST_CASE("tissue: each medium is listed once, under its own name") {
-    CHECK(std::size(tissue::all) == std::size(published) + 1); // the one more is the other name of cortical bone
+    CHECK(std::size(tissue::all) == std::size(published) + 1); // cortical bone has two names
     for (const tissue::named_medium& each : tissue::all) {
         CAPTURE(each.name);
         CHECK(tissue::find(each.name) == each.value);
@@ -112,7 +112,7 @@ TEST_CASE("tissue: each medium is listed once, under its own name") {
     }
 }
 
-TEST_CASE("tissue: bone is another name of cortical bone") {
+TEST_CASE("tissue: bone is cortical bone") {
     CHECK(tissue::bone == tissue::bone_cortical);
     CHECK(tissue::find("bone") == tissue::bone_cortical);
 }

@@ -7,6 +7,7 @@
 #include <limits>
 
 using namespace insonify;
+using namespace insonify::detail;
 
 namespace bvh_test {
 namespace {
@@ -35,7 +36,7 @@ mesh random_triangles(std::uint64_t seed, std::uint32_t count, float size) {
     return m;
 }
 
-// Every triangle asked by itself, with the scalar test that is checked against double precision elsewhere.
+// Tests every triangle by the scalar test that is checked against double precision elsewhere.
 std::vector<hit> by_brute_force(const mesh& m, const ray& r) {
     std::vector<hit> hits;
     const sheared_ray sheared{r};
@@ -50,7 +51,7 @@ std::vector<hit> by_brute_force(const mesh& m, const ray& r) {
 
 bool same_distance(float a, float b) { return std::fabs(a - b) <= 1e-5F * (std::fabs(a) + std::fabs(b)) + 1e-6F; }
 
-// The same primitives; where two are as near as rounding, their order is free.
+// The same primitives; those within rounding of one another in any order.
 bool same(std::vector<hit> a, std::vector<hit> b) {
     if (a.size() != b.size()) return false;
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -106,7 +107,7 @@ TEST_CASE("closest, any and all agree with brute force on 50 random scenes of 10
     CHECK(wrong == 0);
 }
 
-TEST_CASE("trees of few primitives answer like brute force") {
+TEST_CASE("trees of few primitives agree with brute force") {
     for (const std::uint32_t count : {0U, 1U, 2U, 3U, 4U, 5U, 7U, 8U, 9U, 31U, 32U, 33U, 63U, 64U, 65U}) {
         const mesh m = bvh_test::random_triangles(count, count, 0.7F);
         CHECK(bvh_test::disagreements(m, 5, 500) == 0);
@@ -114,7 +115,7 @@ TEST_CASE("trees of few primitives answer like brute force") {
     }
 }
 
-TEST_CASE("a tree of nothing is legal and never hit") {
+TEST_CASE("an empty tree is valid and never hit") {
     const mesh nothing;
     bvh tree{exec::par, nothing};
     CHECK_FALSE(tree.closest({}));
@@ -145,24 +146,25 @@ TEST_CASE("identical, flat and point-like primitives make trees within the trave
         const bvh tree{exec::par, *m};
         const bvh_statistics told = tree.statistics();
         CHECK(told.primitives == m->faces.size());
-        CHECK(told.levels <= most_levels<simd_width>);
+        CHECK(told.levels <= max_levels<simd_width>);
         CHECK(told.leaves >= (m->faces.size() + simd_width - 1) / simd_width);
     }
     const bvh tree{exec::par, identical};
     std::vector<hit> hits;
     tree.all({}, hits);
     CHECK(hits.size() == count);
-    CHECK(tree.closest({}).primitive == 0); // of equally near ones the lowest
+    CHECK(tree.closest({}).primitive == 0); // ties go to the lowest
     CHECK(bvh_test::disagreements(line, 3, 300) == 0);
 }
 
-TEST_CASE("a tree cut from any policy is the same tree") {
+TEST_CASE("the tree does not depend on the policy") {
     const mesh m = make_sphere({0, 0, 0}, 1, 6);
     const bvh one{exec::seq, m}, many{exec::par.threads(3), m};
     const auto leaves = one.view_of().leaves, same = many.view_of().leaves;
     REQUIRE(leaves.size() == same.size());
-    CHECK(std::equal(leaves.begin(), leaves.end(), same.begin(),
-                     [](const auto& a, const auto& b) { return std::ranges::equal(a.primitive, b.primitive); }));
+    CHECK(std::equal(leaves.begin(), leaves.end(), same.begin(), [](const auto& a, const auto& b) {
+        return std::equal(std::begin(a.primitive), std::end(a.primitive), std::begin(b.primitive));
+    }));
     CHECK(one.statistics().cost == many.statistics().cost);
 }
 
@@ -193,7 +195,7 @@ TEST_CASE("refitting equals rebuilding over 200 random deformations") {
     CHECK(followed.degradation() == 1);
 }
 
-TEST_CASE("refit refuses another number of primitives") {
+TEST_CASE("refit throws for another number of primitives") {
     std::vector<vec3> positions{{0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
     mesh m{.positions = positions, .faces = {{0, 1, 2}}};
     bvh_storage<mesh_view> storage;
@@ -210,7 +212,7 @@ TEST_CASE("no ray leaks out of a closed surface, through faces, vertices or edge
             bumpy.positions[i] = bumpy.positions[i] * (1 + 0.05F * hash_uniform(9, i)) + vec3{offset, -offset, offset};
         const bvh tree{exec::par, bumpy};
         const vec3 centre{offset, -offset, offset};
-        const auto leaks = [&](std::uint64_t count, const auto& target) {
+        const auto leaks = [&](std::size_t count, const auto& target) {
             std::atomic<int> even = 0, missed = 0;
             exec::for_each_block(exec::par, count, 1000, 1e6F, [&](std::size_t begin, std::size_t end) {
                 std::vector<hit> hits;
@@ -235,7 +237,7 @@ TEST_CASE("no ray leaks out of a closed surface, through faces, vertices or edge
     }
 }
 
-TEST_CASE("rays in the very planes and along the very lines of a grid of triangles cross it once") {
+TEST_CASE("rays in the planes and along the lines of a grid of triangles cross it once") {
     const mesh box = make_box({-1, -1, 2}, {1, 1, 4}, 3); // vertices on multiples of a quarter
     const bvh tree{exec::par, box};
     std::vector<hit> hits;
@@ -251,7 +253,7 @@ TEST_CASE("rays in the very planes and along the very lines of a grid of triangl
                 }
 }
 
-TEST_CASE("of slivers the same are met as by brute force, and as far along, by single rays and in packets") {
+TEST_CASE("slivers are hit as by brute force, at the same distances, by single rays and by packets") {
     mesh slivers;
     for (std::uint32_t i = 0; i < 300; ++i) { // 10^3 to 10^6 times as long as wide
         const vec3 a = bvh_test::random_point(16, 3 * i), b = bvh_test::random_point(16, 3 * i + 1);
@@ -264,7 +266,7 @@ TEST_CASE("of slivers the same are met as by brute force, and as far along, by s
     }
     const bvh tree{exec::par, slivers};
     std::vector<ray> rays;
-    for (std::uint64_t i = 0; i < 3000; ++i) {
+    for (std::size_t i = 0; i < 3000; ++i) {
         const triangle t = mesh_view{slivers}[i / 10];
         const vec3 from = 3.0F * bvh_test::random_point(18, i / 10); // ten rays side by side go together
         const float b = hash_uniform(19, 2 * i), c = (1 - b) * hash_uniform(19, 2 * i + 1);
@@ -287,7 +289,7 @@ TEST_CASE("of slivers the same are met as by brute force, and as far along, by s
             const auto found = std::find_if(alone.begin(), alone.end(), [k](const hit& h) { return h.primitive == k; });
             REQUIRE(found != alone.end());
             const float reach =
-                greater(std::fabs(sheared(t.a).z), greater(std::fabs(sheared(t.b).z), std::fabs(sheared(t.c).z)));
+                max(std::fabs(sheared(t.a).z), max(std::fabs(sheared(t.b).z), std::fabs(sheared(t.c).z)));
             CHECK(std::fabs(found->distance - exact.distance) <= 4e-6F * reach * std::fabs(sheared.shear.z));
         }
         REQUIRE(alone.size() == expected);
@@ -296,7 +298,7 @@ TEST_CASE("of slivers the same are met as by brute force, and as far along, by s
     CHECK(met > 1000);
 }
 
-TEST_CASE("batches answer as single queries do, whatever the policy") {
+TEST_CASE("batches return the hits of single queries, with any policy") {
     const mesh m = bvh_test::random_triangles(1, 400, 0.3F);
     const bvh tree{exec::par, m};
     std::vector<ray> rays;
@@ -313,13 +315,13 @@ TEST_CASE("batches answer as single queries do, whatever the policy") {
     CHECK_THROWS_AS(tree.closest(exec::seq, rays, hits), usage_error);
 }
 
-TEST_CASE("overlap with a box or a plane finds the primitives whose bounds do") {
+TEST_CASE("overlapping finds the primitives whose bounds overlap a box or a plane") {
     const mesh m = bvh_test::random_triangles(3, 500, 0.2F);
     const bvh tree{exec::par, m};
     std::vector<std::uint32_t> found;
     for (std::uint64_t i = 0; i < 200; ++i) {
         const vec3 corner = bvh_test::random_point(4, i);
-        const aabb box{corner, corner + absolute(bvh_test::random_point(5, i))};
+        const aabb box{corner, corner + abs(bvh_test::random_point(5, i))};
         const plane cut{normalize(bvh_test::random_point(6, i)), 0.5F * hash_uniform(7, i)};
         std::vector<std::uint32_t> in_box, on_plane;
         for (std::uint32_t p = 0; p < m.faces.size(); ++p) {
@@ -358,7 +360,7 @@ TEST_CASE("primitives that are not finite are left out, and change no other hit"
     for (std::uint64_t i = 0; i < 2000; ++i) REQUIRE(followed.closest(bvh_test::random_ray(9, i)).primitive != 1);
 }
 
-TEST_CASE("a mesh whose faces name no vertex makes no tree") {
+TEST_CASE("a mesh whose faces refer to no vertex is rejected") {
     mesh m = make_sphere({0, 0, 0}, 1, 1);
     bvh tree{exec::par, m};
     m.faces[3].y = 1000;
@@ -366,7 +368,7 @@ TEST_CASE("a mesh whose faces name no vertex makes no tree") {
     CHECK_THROWS_AS(tree.rebuild(exec::par), geometry_error);
 }
 
-TEST_CASE("meshes as large as numbers go make trees, and spoil no others") {
+TEST_CASE("meshes with the largest finite coordinates make trees") {
     mesh m = bvh_test::random_triangles(10, 100, 0.4F);
     const auto clean = static_cast<std::uint32_t>(m.faces.size());
     for (const float reach : {1e15F, 1e25F, FLT_MAX})
@@ -378,7 +380,7 @@ TEST_CASE("meshes as large as numbers go make trees, and spoil no others") {
         }
     const bvh tree{exec::par, m};
     CHECK(tree.statistics().primitives == 400);
-    CHECK(tree.statistics().levels <= most_levels<simd_width>);
+    CHECK(tree.statistics().levels <= max_levels<simd_width>);
     mesh alone = m;
     alone.faces.resize(clean);
     const bvh expected{exec::par, alone};
@@ -394,7 +396,7 @@ TEST_CASE("meshes as large as numbers go make trees, and spoil no others") {
     }
 }
 
-TEST_CASE("a ray that is not finite, or has no direction, meets nothing") {
+TEST_CASE("a ray that is not finite or has no direction misses") {
     const mesh box = make_box({-1, -1, -1}, {1, 1, 1});
     const bvh tree{exec::seq, box};
     const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();

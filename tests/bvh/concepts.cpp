@@ -4,10 +4,11 @@
 #include <list>
 
 using namespace insonify;
+using namespace insonify::detail;
 
 namespace fake {
 
-struct smallest {}; // all that a primitive must be
+struct smallest {}; // meets the concept and no more
 aabb bounds(const smallest&) { return {{-1, -1, 1}, {1, 1, 1}}; }
 hit intersect(const ray& r, const smallest&) { return {.distance = (1 - r.origin.z) / r.direction.z}; }
 
@@ -27,7 +28,7 @@ static_assert(std::is_trivially_copyable_v<bvh_view<mesh_view>>, "a device takes
 static_assert(!std::constructible_from<bvh<mesh_view>, exec::parallel_policy, mesh>, "the mesh must outlive the tree");
 static_assert(!std::constructible_from<bvh<view<const triangle>>, exec::parallel_policy, std::vector<triangle>>);
 
-TEST_CASE("a tree holds any primitive, from a vector, an array, a span or a view") {
+TEST_CASE("a tree accepts any primitive, in a vector, an array, a span or a view") {
     const std::vector<fake::smallest> several(20);
     const std::array<fake::smallest, 3> few{};
     std::vector<fake::smallest> writable(5);
@@ -44,7 +45,7 @@ TEST_CASE("a tree holds any primitive, from a vector, an array, a span or a view
     CHECK(hits.size() == 20);
 }
 
-TEST_CASE("a primitive's answer outside the ray's limits is discarded") {
+TEST_CASE("hits of a primitive outside the ray's limits are discarded") {
     const std::vector<fake::smallest> one(1);
     const bvh tree{exec::seq, one};
     CHECK_FALSE(tree.closest({.min_distance = 1.5F}));

@@ -4,6 +4,7 @@
 #include <utility>
 
 using namespace insonify;
+using namespace insonify::detail;
 
 namespace large_array_test {
 namespace {
@@ -23,7 +24,7 @@ bool counts(const large_array<std::uint32_t>& a, std::size_t size) {
 } // namespace
 } // namespace large_array_test
 
-TEST_CASE("an array keeps what it holds when it grows, into large pages too, and when it shrinks") {
+TEST_CASE("an array keeps its elements when it grows, also into huge pages, and when it shrinks") {
     constexpr std::size_t many = std::size_t{1} << 20U; // 4 MiB
     auto a = large_array_test::counted(1000);
     a.resize(many);
@@ -36,20 +37,20 @@ TEST_CASE("an array keeps what it holds when it grows, into large pages too, and
     a.resize(few);
     const std::uint32_t* const before = a.data();
     a.reserve(100);
-    a.resize(many); // has been made room for
+    a.resize(many); // was reserved
     CHECK(a.data() == before);
     CHECK(large_array_test::counts(a, 1000));
     CHECK(a.end() - a.begin() == static_cast<std::ptrdiff_t>(many));
 }
 
-TEST_CASE("room alone adds no elements") {
+TEST_CASE("reserve adds no elements") {
     large_array<double> a;
     a.reserve(100);
     CHECK(a.empty());
     CHECK(a.begin() == a.end());
 }
 
-TEST_CASE("a copy is deep, what was moved from is empty, and either may be given to itself") {
+TEST_CASE("copies are deep, moved-from arrays are empty, and self-assignment is allowed") {
     auto a = large_array_test::counted(100);
     large_array<std::uint32_t> copy = a;
     copy[3] = 1;
@@ -66,7 +67,7 @@ TEST_CASE("a copy is deep, what was moved from is empty, and either may be given
     CHECK(taken.empty());
 }
 
-TEST_CASE("more than memory holds is refused, and nothing has changed") {
+TEST_CASE("a failed allocation throws and leaves the array unchanged") {
     auto a = large_array_test::counted(100);
     CHECK_THROWS_AS(a.resize(~std::size_t{0} / 4), std::bad_alloc);
     CHECK(a.size() == 100);

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 using namespace insonify;
+using namespace insonify::detail;
 
 namespace leaf_triangles_test {
 namespace {
@@ -18,7 +19,7 @@ mesh random_triangles(std::uint64_t seed) {
     return m;
 }
 
-// A leaf holds the corners of the triangles in its slots, and knows which of them can be hit.
+// A leaf holds the corners of the triangles in its slots, and which of them can be hit.
 template <int Width>
 std::size_t wrong_leaves() {
     std::size_t wrong = 0;
@@ -55,7 +56,7 @@ std::size_t wrong_leaves() {
 } // namespace
 } // namespace leaf_triangles_test
 
-TEST_CASE("a leaf holds its triangles, leaves out what is not finite, and tells the box around the rest") {
+TEST_CASE("a leaf stores its triangles, leaves out those that are not finite, and returns the box around the others") {
     CHECK(leaf_triangles_test::wrong_leaves<4>() == 0);
     CHECK(leaf_triangles_test::wrong_leaves<8>() == 0);
 }

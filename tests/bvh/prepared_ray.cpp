@@ -5,6 +5,7 @@
 #include <limits>
 
 using namespace insonify;
+using namespace insonify::detail;
 
 namespace prepared_ray_test {
 namespace {
@@ -22,7 +23,7 @@ ray scaled(const ray& r, int exponent) {
     return result;
 }
 
-// Rows of rays that diverge from a place before the mesh, so that they go in packets.
+// Coherent rows of rays that diverge in front of the mesh.
 std::vector<ray> rows(std::size_t count) {
     std::vector<ray> rays;
     for (std::uint64_t i = 0; i < count; ++i) {
@@ -44,13 +45,13 @@ std::vector<std::uint32_t> sorted_primitives(const std::vector<hit>& hits) {
 } // namespace
 } // namespace prepared_ray_test
 
-TEST_CASE("a mesh scaled by 2^-60 to 2^60 is hit in the same triangles, by single rays and in packets") {
+TEST_CASE("a mesh scaled by 2^-60 to 2^60 is hit in the same triangles, by single rays and by packets") {
     mesh ball = make_sphere({0, 0, 0}, 0.1F, 3);
     for (std::size_t i = 0; i < ball.positions.size(); ++i) ball.positions[i] *= 1 + 0.05F * hash_uniform(9, i);
     const std::vector<ray> rays = prepared_ray_test::rows(4000);
     std::vector<std::vector<std::uint32_t>> expected;
     std::size_t met = 0;
-    for (const ray& r : rays) { // brute force by the test that decides in double
+    for (const ray& r : rays) { // brute force in double precision
         std::vector<hit> hits;
         for (std::uint32_t p = 0; p < ball.faces.size(); ++p)
             if (hit found = intersect(r, mesh_view{ball}[p])) {
@@ -80,7 +81,7 @@ TEST_CASE("a mesh scaled by 2^-60 to 2^60 is hit in the same triangles, by singl
     }
 }
 
-TEST_CASE("a ray is legal where it can meet anything, and meets the nearer side of a box first") {
+TEST_CASE("a ray is valid if it can hit anything, and enters a box through the nearer side") {
     const float inf = std::numeric_limits<float>::infinity();
     const float numbers[] = {NAN, -inf, inf, 0.0F, -0.0F, 1e-40F, -1e-40F, 1e-29F, -1e-29F, 1, -1, FLT_MAX, -FLT_MAX};
     using node = tree_node<simd_width>;
@@ -93,10 +94,10 @@ TEST_CASE("a ray is legal where it can meet anything, and meets the nearer side 
                         const vec3 along{x, y, z};
                         prepared_ray<simd_width> prepared;
                         prepared.prepare({.origin = {1, place, 1}, .direction = along, .max_distance = limit}, 1);
-                        const bool legal = is_finite(along) && is_finite(vec3{place}) && is_number(limit);
-                        const vec3 size = absolute(along);
-                        wrong += prepared.legal != (legal && (size.x > 1e-30F || size.y > 1e-30F || size.z > 1e-30F));
-                        if (!prepared.legal) continue;
+                        const bool valid = is_finite(along) && is_finite(vec3{place}) && is_number(limit);
+                        const vec3 size = abs(along);
+                        wrong += prepared.valid != (valid && (size.x > 1e-30F || size.y > 1e-30F || size.z > 1e-30F));
+                        if (!prepared.valid) continue;
                         for (std::uint32_t axis = 0; axis < 3; ++axis) {
                             const std::uint32_t backwards = along[static_cast<int>(axis)] < -1e-30F;
                             wrong += prepared.entry_row[axis] != node::row(backwards, axis) ||
@@ -106,9 +107,9 @@ TEST_CASE("a ray is legal where it can meet anything, and meets the nearer side 
     CHECK(wrong == 0);
 }
 
-TEST_CASE("a ray enters the boxes that it meets within its limits, and the others at FLT_MAX") {
+TEST_CASE("a ray enters the boxes within its limits, and misses the others at FLT_MAX") {
     tree_node<simd_width> node{};
-    for (int i = 0; i < simd_width; ++i) { // one behind the other, every other one aside
+    for (int i = 0; i < simd_width; ++i) { // one behind the other, every second one to the side
         const vec3 place{i % 2 == 0 ? 0.0F : 10.0F, 0, static_cast<float>(i)};
         node.set_box(i, {place - vec3{1, 1, 0}, place + vec3{1, 1, 0.5F}});
     }
@@ -122,7 +123,7 @@ TEST_CASE("a ray enters the boxes that it meets within its limits, and the other
         CHECK(distance[i] == (i == 0 ? 1.2F : i == 2 ? doctest::Approx(3).epsilon(1e-5) : doctest::Approx(FLT_MAX)));
 }
 
-TEST_CASE("what lies further than numbers go is not met, whatever the limit") {
+TEST_CASE("hits at distances that overflow are misses, with any limit") {
     mesh sphere = make_sphere({0, 0, 0}, 1, 2);
     for (vec3& p : sphere.positions) p *= 1e11F; // 1e40 steps away
     const bvh tree{exec::seq, sphere};
@@ -141,7 +142,7 @@ TEST_CASE("what lies further than numbers go is not met, whatever the limit") {
     }
 }
 
-TEST_CASE("a ray with a NaN anywhere meets nothing and changes no neighbour's hit") {
+TEST_CASE("a ray that contains a NaN misses and does not change hits of its neighbours") {
     const mesh ball = make_sphere({0, 0, 0}, 0.4F, 4);
     const bvh tree{exec::par, ball};
     const float nan = std::numeric_limits<float>::quiet_NaN();

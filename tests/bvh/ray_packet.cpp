@@ -5,6 +5,7 @@
 #include <limits>
 
 using namespace insonify;
+using namespace insonify::detail;
 
 namespace ray_packet_test {
 namespace {
@@ -23,8 +24,8 @@ mesh bumpy_sphere(vec3 centre) {
     return m;
 }
 
-// Rows of rays in every direction, diverging, parallel and converging, some of them ending early or starting late; more in
-// a row than one group holds, and not always whole groups.
+// Rows of rays in every direction: diverging, parallel and converging, some with limits. Rows are longer than one group,
+// and not always whole groups.
 std::vector<ray> rows(std::uint64_t seed, std::size_t count, vec3 centre) {
     std::vector<ray> rays;
     for (std::uint64_t row = 0; rays.size() < count; ++row) {
@@ -45,22 +46,32 @@ std::vector<ray> rows(std::uint64_t seed, std::size_t count, vec3 centre) {
     return rays;
 }
 
-// How many packets the rays make of each number of groups; of none: groups that stay alone.
+// The number of packets by number of groups; 0: groups that are traced ray by ray.
 std::vector<std::size_t> together(const std::vector<ray>& rays, const bvh_view<mesh_view>& tree) {
-    std::vector<std::size_t> packets(ray_packet<width>::most_groups + 1);
+    std::vector<std::size_t> packets(ray_packet<width>::max_groups + 1);
     ray_packet<width> packet;
     for (std::size_t i = 0; i < rays.size();) {
-        const std::size_t taken = packet.prepare(rays.data() + i, rays.size() - i, tree.reach, tree.leaf_size);
+        const std::size_t taken =
+            packet.prepare(rays.data() + i, rays.size() - i, tree.box, tree.max_abs_coordinate, tree.leaf_size);
         ++packets[taken / width];
         i += taken > 0 ? taken : width;
     }
     return packets;
 }
 
+// Whether a point at z lies behind the box, seen along the packet.
+bool beyond(const aabb& box, const ray_packet<width>& packet, float z) {
+    const int axis = packet.axes[2];
+    return packet.forward > 0 ? z > box.upper[axis] : z < box.lower[axis];
+}
+
+// A cube around the origin.
+aabb cube(float half) { return {vec3{-half}, vec3{half}}; }
+
 } // namespace
 } // namespace ray_packet_test
 
-TEST_CASE("rays in packets get bit for bit what they get alone, near the origin and far from it") {
+TEST_CASE("packets return bit for bit the hits of single rays, near the origin and far from it") {
     for (const float offset : {0.0F, 30.0F}) {
         const vec3 centre{offset, -offset, offset};
         const mesh m = ray_packet_test::bumpy_sphere(centre);
@@ -83,26 +94,27 @@ TEST_CASE("rays in packets get bit for bit what they get alone, near the origin 
     }
 }
 
-TEST_CASE("every ray stays within the places of its group, and the groups of a fan do not overlap") {
+TEST_CASE("every ray stays within the positions of its group, and the groups of a fan do not overlap") {
     using namespace ray_packet_test;
     using floats = lanes<width>;
     for (const float offset : {0.0F, 30.0F, 1000.0F}) {
         const vec3 centre{offset, -offset, offset};
         const mesh m = bumpy_sphere(centre);
         const bvh tree{exec::par, m};
-        const float reach = tree.view_of().reach, leaf_size = tree.view_of().leaf_size;
+        const bvh_view<mesh_view> view = tree.view_of();
         const std::vector<ray> rays = rows(3, 100'000, centre);
         ray_packet<width> packet;
         int told = 0, outside = 0;
         for (std::size_t i = 0; i < rays.size();) {
-            const std::size_t taken = packet.prepare(rays.data() + i, rays.size() - i, reach, leaf_size);
+            const std::size_t taken =
+                packet.prepare(rays.data() + i, rays.size() - i, view.box, view.max_abs_coordinate, view.leaf_size);
             for (std::size_t k = 0; k < taken; ++k) {
                 const auto& group = packet.of[k / width];
                 for (int step = 0; step <= 40; ++step) {
                     const ray& r = rays[i + k];
                     const vec3 p{dvec3{r.origin} + 0.1 * step * dvec3{r.direction}};
                     const float z = p[packet.axes[2]];
-                    if (packet.forward * z < packet.places.valid_from || packet.forward * z > reach) continue;
+                    if (packet.forward * z < packet.places.valid_from || beyond(view.box, packet, z)) continue;
                     const floats u(packet.row[0] * p[packet.axes[0]] + packet.row[1] * p[packet.axes[1]]);
                     const floats inwards = packet.places.inwards(u, floats(z)), room = packet.places.width(floats(z));
                     float place[width];
@@ -127,7 +139,7 @@ TEST_CASE("every ray stays within the places of its group, and the groups of a f
                     {.origin = {0.1F + step * along, 0.2F, 0.3F}, .direction = {0.01F * along, 0.1F, forward}});
             }
             ray_packet<width> packet;
-            REQUIRE(packet.prepare(fan.data(), fan.size(), 1, 1) == fan.size());
+            REQUIRE(packet.prepare(fan.data(), fan.size(), cube(1), 1, 1) == fan.size());
             CHECK(packet.places.valid_from < packet.begin + 0.05F);
             for (int g = 0; g < 4; ++g) {
                 const float gap = 1 / static_cast<float>(4 * width - 1);
@@ -137,8 +149,8 @@ TEST_CASE("every ray stays within the places of its group, and the groups of a f
         }
 }
 
-TEST_CASE(
-    "rays so close that rounding joins them, far from the origin and behind large faces, get what they get alone") {
+TEST_CASE("packets of rays closer than rounding, far from the origin and behind large faces, return the hits of single "
+          "rays") {
     using namespace ray_packet_test;
     for (const float offset : {0.0F, 30.0F, 1000.0F}) {
         const vec3 centre{offset, 2 * offset, -offset};
@@ -170,7 +182,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("four groups go together in a row as long as 16 leaves, and two by two in one as long as 32") {
+TEST_CASE("a packet takes as many groups as make a row of eight leaves halfway through the box, or one group of four") {
     const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
     const bvh tree{exec::par, m};
     const auto packets_of_row = [&](float leaves) {
@@ -180,9 +192,10 @@ TEST_CASE("four groups go together in a row as long as 16 leaves, and two by two
             rays.push_back({.origin = {step * static_cast<float>(i), 0, -2}, .direction = {0, 0, 1}});
         return ray_packet_test::together(rays, tree.view_of());
     };
-    CHECK(packets_of_row(15) == std::vector<std::size_t>{0, 0, 0, 0, 1});
-    CHECK(packets_of_row(17) == std::vector<std::size_t>{0, 0, 2, 0, 0});
-    CHECK(packets_of_row(40) == std::vector<std::size_t>{0, 4, 0, 0, 0});
+    CHECK(packets_of_row(7.9F) == std::vector<std::size_t>{0, 0, 0, 0, 1});
+    CHECK(packets_of_row(8.1F) == std::vector<std::size_t>{0, 0, 2, 0, 0});
+    CHECK(packets_of_row(17.4F) == std::vector<std::size_t>{0, 4, 0, 0, 0});
+    CHECK(packets_of_row(21) == std::vector<std::size_t>{4, 0, 0, 0, 0});
 }
 
 TEST_CASE("no packet leaks out of a closed surface, through faces, vertices or edges") {
@@ -206,7 +219,7 @@ TEST_CASE("no packet leaks out of a closed surface, through faces, vertices or e
     CHECK(leaks == 0);
 }
 
-TEST_CASE("rays that do not go together make no packet") {
+TEST_CASE("incoherent rays make no packet") {
     const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
     const bvh tree{exec::par, m};
     const std::vector<ray> row(simd_width, ray{.origin = {0, 0, -3}});
@@ -225,9 +238,9 @@ TEST_CASE("rays that do not go together make no packet") {
     }
 }
 
-TEST_CASE("a packet enters the boxes that some of its rays may meet, and the others at FLT_MAX") {
+TEST_CASE("a packet enters the boxes that some of its rays may hit, and misses the others at FLT_MAX") {
     tree_node<simd_width> node{};
-    for (int i = 0; i < simd_width; ++i) { // one behind the other, every other one aside
+    for (int i = 0; i < simd_width; ++i) { // one behind the other, every second one to the side
         const vec3 place{i % 2 == 0 ? 0.0F : 10.0F, 0, static_cast<float>(i)};
         node.set_box(i, {place - vec3{1, 1, 0}, place + vec3{1, 1, 0.5F}});
     }
@@ -235,7 +248,7 @@ TEST_CASE("a packet enters the boxes that some of its rays may meet, and the oth
     for (int i = 0; i < simd_width; ++i)
         rays.push_back({.origin = {0.01F * static_cast<float>(i), 0, -1}, .max_distance = 3.5F});
     ray_packet<simd_width> together;
-    REQUIRE(together.prepare(rays.data(), rays.size(), 20, 1) == simd_width);
+    REQUIRE(together.prepare(rays.data(), rays.size(), ray_packet_test::cube(20), 20, 1) == simd_width);
     lanes<simd_width> entry(0.0F);
     CHECK(enter(node, together, entry) == 0b101U);
     float begins[simd_width];
@@ -246,7 +259,7 @@ TEST_CASE("a packet enters the boxes that some of its rays may meet, and the oth
                                      : doctest::Approx(FLT_MAX)));
 }
 
-TEST_CASE("a limit that is no number stops its own ray of a packet only") {
+TEST_CASE("a limit that is NaN only stops its own ray of a packet") {
     const mesh m = ray_packet_test::bumpy_sphere({0, 0, 0});
     const bvh tree{exec::par, m};
     std::vector<ray> rays(simd_width, ray{.origin = {0, 0, -3}});
@@ -257,7 +270,7 @@ TEST_CASE("a limit that is no number stops its own ray of a packet only") {
     for (std::size_t i = 0; i < rays.size(); ++i) CHECK(static_cast<bool>(hits[i]) == (i != 1 && i != 2));
 }
 
-TEST_CASE("of faces at the very same place rays together meet the first, as one by one") {
+TEST_CASE("of coincident faces a packet hits the first, as single rays do") {
     mesh twice = ray_packet_test::bumpy_sphere({0, 0, 0});
     const std::size_t once = twice.faces.size();
     for (std::size_t i = 0; i < once; ++i) twice.faces.push_back(twice.faces[i]);

@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 using namespace insonify;
+using namespace insonify::detail;
 
 namespace refit_test {
 namespace {
@@ -15,7 +16,7 @@ constexpr int width = simd_width;
 
 bool same(const aabb& a, const aabb& b) { return a.lower == b.lower && a.upper == b.upper; }
 
-// The boxes of everything below a code, from the triangles themselves; checks what stands in the tree on the way.
+// The box below a child reference from the triangles themselves; checks the boxes in the tree.
 aabb box_below(const topology<width>& tree, const tree_shape<mesh_view, width>& shape, const mesh_view& surface,
                std::uint32_t code, double& all, double& leaves) {
     aabb whole;
@@ -47,12 +48,12 @@ aabb box_below(const topology<width>& tree, const tree_shape<mesh_view, width>& 
 } // namespace
 } // namespace refit_test
 
-TEST_CASE("after a refit every box is the smallest around what is below it, and the figures of the tree are theirs") {
+TEST_CASE("after a refit every box is tight, and so are the statistics of the tree") {
     using refit_test::width;
     for (const std::uint32_t subdivisions : {0U, 1U, 3U, 5U, 6U})
         for (std::uint64_t seed = 0; seed < 3; ++seed) {
             mesh m = make_sphere({0, 0, 0}, 1, subdivisions);
-            if (seed == 1) { // far away one by itself, a leaf right below the root
+            if (seed == 1) { // one far away: a leaf below the root
                 const auto first = static_cast<std::uint32_t>(m.positions.size());
                 for (const vec3& p : {vec3{900, 0, 0}, vec3{901, 0, 0}, vec3{900, 1, 0}}) m.positions.push_back(p);
                 m.faces.push_back({first, first + 1, first + 2});
@@ -71,8 +72,8 @@ TEST_CASE("after a refit every box is the smallest around what is below it, and 
             CHECK(static_cast<double>(shape.leaf_size) == doctest::Approx(std::sqrt(leaf_area)).epsilon(1e-5));
             float farthest = 0;
             for (const vec3& p : m.positions)
-                for (int axis = 0; axis < 3; ++axis) farthest = greater(farthest, std::fabs(p[axis]));
-            CHECK(shape.reach == farthest);
+                for (int axis = 0; axis < 3; ++axis) farthest = max(farthest, std::fabs(p[axis]));
+            CHECK(shape.max_abs_coordinate == farthest);
         }
 }
 
@@ -82,12 +83,12 @@ TEST_CASE("an empty tree has no size and no cost") {
     tree_shape<mesh_view, simd_width> shape;
     refit(exec::seq, tree, mesh_view{nothing}, shape);
     CHECK(shape.box.empty());
-    CHECK(shape.reach == 0);
+    CHECK(shape.max_abs_coordinate == 0);
     CHECK(shape.leaf_size == 0);
     CHECK(shape.cost == 0);
 }
 
-TEST_CASE("the cost of a tree does not depend on its size, and is 0 where that is") {
+TEST_CASE("the cost of a tree does not depend on scale, and is 0 for a point") {
     mesh ball = make_sphere({0, 0, 0}, 1, 3);
     const double cost = bvh{exec::seq, ball}.statistics().cost;
     for (vec3& p : ball.positions) p *= 1e-3F;

@@ -4,6 +4,7 @@
 #include <vector>
 
 using namespace insonify;
+using namespace insonify::detail;
 
 namespace sah_bins_test {
 namespace {
@@ -64,7 +65,7 @@ void check_against_all_planes(std::size_t count, std::uint64_t seed) {
 
     std::size_t elsewhere = 0;
     for (std::size_t i = 0; i < count; ++i)
-        for (int axis = 0; axis < 3; ++axis) { // the share of the way from the first centre to the last
+        for (int axis = 0; axis < 3; ++axis) { // the fraction of the way from the first centre to the last
             const double begin = centres.begin[axis], extent = static_cast<double>(centres.end[axis]) - begin;
             const double centre = (static_cast<double>(boxes[i].lower[axis]) + boxes[i].upper[axis]) / 4;
             const double place = extent > 0 ? (centre - begin) / extent * grid.bins : 0;
@@ -98,7 +99,7 @@ void check_against_all_planes(std::size_t count, std::uint64_t seed) {
 } // namespace
 } // namespace sah_bins_test
 
-TEST_CASE("the plane chosen costs no more than any other, its cost counted in double") {
+TEST_CASE("no other plane costs less than the chosen one, computed in double") {
     for (const std::size_t count : {2U, 3U, 9U, 40U, 63U, 64U, 300U, 2000U})
         for (std::uint64_t seed = 0; seed < 40; ++seed) {
             CAPTURE(count);
@@ -108,7 +109,7 @@ TEST_CASE("the plane chosen costs no more than any other, its cost counted in do
         }
 }
 
-TEST_CASE("boxes of one centre are not split") {
+TEST_CASE("boxes with the same centre are not split") {
     std::vector<build_box> own;
     centre_range centres;
     for (int i = 0; i < 20; ++i) {

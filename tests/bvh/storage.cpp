@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 using namespace insonify;
+using namespace insonify::detail;
 
 namespace storage_test {
 namespace {
@@ -29,30 +30,30 @@ bool all_inside_are_hit(const bvh_view<mesh_view>& tree) {
 } // namespace
 } // namespace storage_test
 
-TEST_CASE("update refits what keeps its shape, and rebuilds what refitting has worn off") {
+TEST_CASE("update refits small motion, and rebuilds a degraded tree") {
     const mesh rest = make_sphere({0, 0, 0}, 1, 4);
     mesh moving = rest;
     bvh_storage<mesh_view> tree;
     tree.build(exec::par, mesh_view{moving});
-    for (std::uint64_t frame = 0; frame < 20; ++frame) { // a little: refits for ever
+    for (std::uint64_t frame = 0; frame < 20; ++frame) { // small motion: always refits
         storage_test::shake(moving, rest, 0.005F, frame);
-        CHECK(tree.update(exec::par, mesh_view{moving}) == way_of_update::refit);
+        CHECK(tree.update(exec::par, mesh_view{moving}) == bvh_update::refit);
         CHECK(storage_test::all_inside_are_hit(tree.view_of(mesh_view{moving})));
     }
     std::reverse(moving.faces.begin(), moving.faces.end()); // every leaf now holds faces of somewhere else
     std::rotate(moving.faces.begin(), moving.faces.begin() + 1234, moving.faces.end());
     for (std::size_t i = 1; i < moving.faces.size(); i += 2) // from all over the sphere
         std::swap(moving.faces[i], moving.faces[hash_bits(3, i) % moving.faces.size()]);
-    CHECK(tree.update(exec::par, mesh_view{moving}) == way_of_update::rebuild); // it lasted 20 frames
+    CHECK(tree.update(exec::par, mesh_view{moving}) == bvh_update::rebuild); // it lasted 20 frames
     CHECK(tree.degradation() == 1);
     for (std::size_t i = 1; i < moving.faces.size(); i += 2)
         std::swap(moving.faces[i], moving.faces[hash_bits(4, i) % moving.faces.size()]);
-    CHECK(tree.update(exec::par, mesh_view{moving}) == way_of_update::quick_rebuild); // and this one
+    CHECK(tree.update(exec::par, mesh_view{moving}) == bvh_update::quick_rebuild); // and this one
     CHECK(tree.degradation() == 1);
     CHECK(storage_test::all_inside_are_hit(tree.view_of(mesh_view{moving})));
 }
 
-TEST_CASE("update refuses another number of primitives") {
+TEST_CASE("update throws for another number of primitives") {
     mesh m = make_sphere({0, 0, 0}, 1, 1);
     bvh_storage<mesh_view> tree;
     tree.build(exec::seq, mesh_view{m});
@@ -60,14 +61,14 @@ TEST_CASE("update refuses another number of primitives") {
     CHECK_THROWS_AS(tree.update(exec::seq, mesh_view{m}), geometry_error);
 }
 
-TEST_CASE("a tree takes less than 80 bytes a triangle") {
+TEST_CASE("a tree takes less than 80 bytes per triangle") {
     const mesh m = make_sphere({0, 0, 0}, 1, 6);
     bvh_storage<mesh_view> tree;
     tree.build(exec::par, mesh_view{m});
     CHECK(tree.statistics().bytes < 80 * m.faces.size());
 }
 
-TEST_CASE("the tree and its costs are bit for bit the same for any number of threads, built, rebuilt or refitted") {
+TEST_CASE("trees and costs are bit-equal for any number of threads, after builds, rebuilds and refits") {
     const mesh rest = make_sphere({0, 0, 0}, 1, 7); // 327,680: large groups are cut in blocks
     mesh moving = rest;
     bvh_storage<mesh_view> one, three;
@@ -81,7 +82,10 @@ TEST_CASE("the tree and its costs are bit for bit the same for any number of thr
                 !std::equal(a.nodes[i].sides, a.nodes[i].sides + 6 * simd_width, b.nodes[i].sides))
                 return false;
         return std::equal(a.leaves.begin(), a.leaves.end(), b.leaves.begin(),
-                          [](const auto& x, const auto& y) { return std::ranges::equal(x.primitive, y.primitive); }) &&
+                          [](const auto& x, const auto& y) {
+                              return std::equal(std::begin(x.primitive), std::end(x.primitive),
+                                                std::begin(y.primitive));
+                          }) &&
                one.statistics().cost == three.statistics().cost;
     };
     CHECK(same());

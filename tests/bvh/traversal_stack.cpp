@@ -5,6 +5,7 @@
 #include <vector>
 
 using namespace insonify;
+using namespace insonify::detail;
 
 namespace traversal_stack_test {
 namespace {
@@ -17,37 +18,37 @@ tree_node<width> node_of(std::uint32_t first_child) {
     return node;
 }
 
-// Children that are not met begin nowhere.
-lanes<width> begins(const float (&distances)[width], std::uint32_t met) {
+// Children that are missed are at FLT_MAX.
+lanes<width> lanes_of(const float (&distances)[width], std::uint32_t met) {
     return each_lane<width>(
         [&](int i) { return (met >> static_cast<unsigned>(i) & 1U) != 0 ? distances[i] : FLT_MAX; });
 }
 
-// A node at the root, and one below the child that is looked at first. @return the order of all that are looked at
+// A node at the root, and one below the child that is visited first. @return all references in the order of visits
 template <class Order>
-std::vector<std::uint32_t> walk(const float (&distances)[width], std::uint32_t met, std::uint32_t met_below,
-                                float limit) {
-    Order way;
-    way.start();
+std::vector<std::uint32_t> visits(const float (&distances)[width], std::uint32_t met, std::uint32_t met_below,
+                                  float limit) {
+    Order stack;
+    stack.start();
     std::vector<std::uint32_t> seen;
-    way.go_down(node_of(100), begins(distances, met), met);
-    seen.push_back(way.next);
+    stack.descend(node_of(100), lanes_of(distances, met), met);
+    seen.push_back(stack.next);
     if (met_below != 0) {
-        way.go_down(node_of(200), begins(distances, met_below), met_below);
-        seen.push_back(way.next);
+        stack.descend(node_of(200), lanes_of(distances, met_below), met_below);
+        seen.push_back(stack.next);
     }
-    while (way.go_back(limit)) seen.push_back(way.next);
+    while (stack.pop(limit)) seen.push_back(stack.next);
     return seen;
 }
 
 } // namespace
 } // namespace traversal_stack_test
 
-TEST_CASE("walks come to every child that is met, and the nearest one first where that is asked for") {
+TEST_CASE("traversal visits every child that is hit, and the nearest one first in nearest_first") {
     using namespace traversal_stack_test;
     float distances[width];
     for (int i = 0; i < width; ++i) distances[i] = 1 + std::fmod(0.618F * static_cast<float>(i), 1.0F);
-    distances[2] = -1; // behind where the ray begins
+    distances[2] = -1; // behind the origin
     const std::uint32_t all = (1U << static_cast<unsigned>(width)) - 1;
     for (std::uint32_t met = 1; met <= all; ++met)
         for (const std::uint32_t met_below : {0U, 1U, all, met}) {
@@ -60,35 +61,35 @@ TEST_CASE("walks come to every child that is met, and the nearest one first wher
                 }
                 if ((met_below >> i & 1U) != 0) expected.push_back(200 + i);
             }
-            std::vector<std::uint32_t> by_distance = walk<nearest_first<width>>(distances, met, met_below, 10);
-            std::vector<std::uint32_t> as_they_come = walk<any_order<width>>(distances, met, met_below, 10);
+            std::vector<std::uint32_t> by_distance = visits<nearest_first<width>>(distances, met, met_below, 10);
+            std::vector<std::uint32_t> as_they_come = visits<any_order<width>>(distances, met, met_below, 10);
             REQUIRE(by_distance[0] == nearest);
             REQUIRE(std::is_permutation(by_distance.begin(), by_distance.end(), expected.begin(), expected.end()));
             REQUIRE(std::is_permutation(as_they_come.begin(), as_they_come.end(), expected.begin(), expected.end()));
         }
 }
 
-TEST_CASE("the way back to the nearest hit leaves out what begins beyond the limit") {
+TEST_CASE("pop skips references that begin beyond the limit") {
     using namespace traversal_stack_test;
     float distances[width];
     for (int i = 0; i < width; ++i) distances[i] = static_cast<float>(i);
     const std::uint32_t all = (1U << static_cast<unsigned>(width)) - 1;
-    std::vector<std::uint32_t> seen = walk<nearest_first<width>>(distances, all, 0, 2);
+    std::vector<std::uint32_t> seen = visits<nearest_first<width>>(distances, all, 0, 2);
     std::sort(seen.begin(), seen.end());
-    CHECK(seen == std::vector<std::uint32_t>{100, 101, 102}); // as near as the limit is not beyond
+    CHECK(seen == std::vector<std::uint32_t>{100, 101, 102}); // a reference at the limit is not beyond it
 }
 
-TEST_CASE_TEMPLATE("the stack has room for the deepest tree whose nodes are full", Order, nearest_first<simd_width>,
+TEST_CASE_TEMPLATE("the stack has room for the deepest tree with full nodes", Order, nearest_first<simd_width>,
                    any_order<simd_width>) {
     using namespace traversal_stack_test;
     const std::uint32_t all = (1U << static_cast<unsigned>(width)) - 1;
-    Order way;
-    way.start();
-    for (std::uint32_t level = 1; level <= most_levels<width>; ++level) {
-        CHECK(way.waiting + width <= most_waiting<width>); // what packing writes
-        way.go_down(node_of(100 * level), lanes<width>(0.0F), all);
+    Order stack;
+    stack.start();
+    for (std::uint32_t level = 1; level <= max_levels<width>; ++level) {
+        CHECK(stack.size + width <= max_stack<width>); // pack_lanes writes a whole register
+        stack.descend(node_of(100 * level), lanes<width>(0.0F), all);
     }
     std::uint32_t back = 0;
-    while (way.go_back(1)) ++back;
-    CHECK(back == (width - 1) * most_levels<width>);
+    while (stack.pop(1)) ++back;
+    CHECK(back == (width - 1) * max_levels<width>);
 }

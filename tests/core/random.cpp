@@ -5,7 +5,7 @@
 
 using namespace insonify;
 
-TEST_CASE("hashed uniform numbers have the moments of the uniform distribution and no correlation of neighbours") {
+TEST_CASE("random: hash_uniform has the moments of the uniform distribution, and neighbours are uncorrelated") {
     constexpr std::uint64_t count = 1'000'000;
     for (const std::uint64_t seed : {0ULL, 1ULL, 12345678901234ULL}) {
         double mean = 0, square = 0, product = 0;
@@ -26,7 +26,7 @@ TEST_CASE("hashed uniform numbers have the moments of the uniform distribution a
     CHECK(hash_bits(1, 2) != hash_bits(2, 1));
 }
 
-TEST_CASE("hashed normal numbers have mean 0, variance 1, kurtosis 3, and independent parts") {
+TEST_CASE("random: hash_normal has mean 0, variance 1, kurtosis 3, and independent parts") {
     constexpr std::uint64_t count = 500'000;
     double mean = 0, square = 0, fourth = 0, product = 0;
     for (std::uint64_t i = 0; i < count; ++i) {

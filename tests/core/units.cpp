@@ -3,7 +3,7 @@
 
 using namespace insonify;
 
-TEST_CASE("literals are SI, for whole numbers and fractions") {
+TEST_CASE("units: integer and floating-point literals yield SI values") {
     static_assert(40_mm == 0.04F && 2.5_mm == 0.0025F && 3_cm == 0.03F && 2_m == 2.0F && 1_um == 1e-6F);
     static_assert(5_MHz == 5e6F && 7.5_MHz == 7.5e6F && 2_kHz == 2000.0F && 3_Hz == 3.0F);
     static_assert(0.54_dB_per_cm == 54.0F && 12_dB_per_m == 12.0F && 1.7_MRayl == 1.7e6F);

@@ -8,7 +8,7 @@ using namespace insonify;
 static_assert(std::is_trivially_copyable_v<view<const float>>);
 static_assert(!std::constructible_from<view<const float>, std::vector<float>>, "a view of a temporary would dangle");
 
-TEST_CASE("a view shows what a container holds") {
+TEST_CASE("view: refers to the elements of a container") {
     std::vector<int> numbers{4, 5, 6};
     const view<const int> seen{numbers};
     CHECK(seen.size() == 3);

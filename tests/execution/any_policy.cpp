@@ -23,20 +23,21 @@ void for_each_index(const backwards& policy, std::size_t count, const Body& body
 
 } // namespace any_policy_test
 
-static_assert(exec::policy<exec::any_policy<false>> && exec::policy<exec::any_policy<true>>);
-static_assert(std::is_same_v<decltype(exec::any_policy{exec::par}), exec::any_policy<false>>);
-static_assert(std::is_same_v<decltype(exec::any_policy{exec::par_unseq.threads(2)}), exec::any_policy<true>>);
-static_assert(exec::is_unsequenced_v<exec::any_policy<true>> && !exec::is_unsequenced_v<exec::any_policy<false>>);
+static_assert(exec::policy<detail::any_policy<false>> && exec::policy<detail::any_policy<true>>);
+static_assert(std::is_same_v<decltype(detail::any_policy{exec::par}), detail::any_policy<false>>);
+static_assert(std::is_same_v<decltype(detail::any_policy{exec::par_unseq.threads(2)}), detail::any_policy<true>>);
+static_assert(exec::is_unsequenced_v<detail::any_policy<true>> && !exec::is_unsequenced_v<detail::any_policy<false>>);
 
 TEST_CASE("any policy calls each index once, as the policy behind it does") {
     const auto check = [](const auto& policy) {
         std::vector<int> calls(1000);
-        for_each_index(exec::any_policy{policy}, calls.size(), [&](std::size_t i) { ++calls[i]; });
+        for_each_index(detail::any_policy{policy}, calls.size(), [&](std::size_t i) { ++calls[i]; });
         CHECK(calls == std::vector<int>(1000, 1));
         calls.assign(1000, 0);
-        exec::for_each_block(exec::any_policy{policy}, calls.size(), 64, 1e6F, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) ++calls[i];
-        });
+        exec::for_each_block(detail::any_policy{policy}, calls.size(), 64, 1e6F,
+                             [&](std::size_t begin, std::size_t end) {
+                                 for (std::size_t i = begin; i < end; ++i) ++calls[i];
+                             });
         CHECK(calls == std::vector<int>(1000, 1));
     };
     check(exec::seq);
@@ -53,7 +54,7 @@ TEST_CASE("any policy calls each index once, as the policy behind it does") {
 TEST_CASE("of the exceptions under any policy the one of the lowest index leaves") {
     const exec::parallel_policy three = exec::par.threads(3);
     try {
-        for_each_index(exec::any_policy{three}, 1000, [](std::size_t i) {
+        for_each_index(detail::any_policy{three}, 1000, [](std::size_t i) {
             if (i % 7 == 6) throw std::runtime_error{std::to_string(i)};
         });
         FAIL("nothing was thrown");

@@ -188,9 +188,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             } catch (const usage_error&) {
             }
         }
-        body.build(exec::seq, in.below(2) != 0 ? trees::follow : trees::wait);
+        body.build(exec::seq);
+        const bool some_rest = in.below(2) != 0; // the others are handed out for moving
         for (const object& one : body.objects())
-            if (in.below(2) != 0)
+            if (!some_rest || in.below(2) != 0)
                 for (vec3& p : body.positions(one.id)) p = in.empty() ? p : in.point(); // NaN, too
         body.update(exec::seq);
         if (wedge)

@@ -108,7 +108,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzz::input in{data, size};
     const auto box = [&] {
         const vec3 a = in.point(), b = in.point();
-        return in.below(8) == 0 ? aabb{a, b} : aabb{lesser(a, b), greater(a, b)}; // some empty
+        return in.below(8) == 0 ? aabb{a, b} : aabb{min(a, b), max(a, b)}; // some empty
     };
     const std::uint32_t way = in.byte();
     std::vector<ray> rays(1 + in.below(4));

@@ -4,7 +4,7 @@
 
 using namespace insonify;
 
-TEST_CASE("an empty box holds nothing, overlaps nothing and extends nothing") {
+TEST_CASE("an empty box contains nothing, overlaps nothing and leaves a merged box unchanged") {
     const aabb empty, unit{{0, 0, 0}, {1, 1, 1}};
     CHECK(empty.empty());
     CHECK(empty.half_area() == 0);
@@ -27,7 +27,7 @@ TEST_CASE("boxes include their sides") {
     CHECK(merged(unit, vec3{2, -1, 0}).size() == vec3{2, 2, 1});
 }
 
-TEST_CASE("a plane overlaps the boxes that it cuts or touches") {
+TEST_CASE("a plane overlaps the boxes that it intersects or touches") {
     const aabb unit{{0, 0, 0}, {1, 1, 1}};
     CHECK(overlaps(plane{{0, 0, 1}, 0.5F}, unit));
     CHECK(overlaps(plane{{0, 0, 1}, 1}, unit));

@@ -5,10 +5,10 @@
 
 using namespace insonify;
 
-TEST_CASE("look_at is the inverse of glm::lookAt, but that z looks forwards") {
+TEST_CASE("look_at is the inverse of glm::lookAt, with z pointing forwards") {
     const vec3 from{0.3F, -0.2F, 0.1F}, towards{-0.4F, 0.5F, 0.9F}, lateral{1, 0.2F, 0};
     const pose at = look_at(from, towards, lateral);
-    // glm::lookAt looks along -z with y up; ours looks along z with x lateral: up is lateral turned into y.
+    // glm::lookAt faces -z with y up; look_at faces z with x lateral.
     const vec3 z = glm::normalize(towards - from), x = glm::normalize(lateral - glm::dot(lateral, z) * z);
     const glm::mat4 view_matrix = glm::lookAt(from, towards, glm::cross(z, x));
     const vec3 p{0.01F, 0.02F, 0.03F};
@@ -24,7 +24,7 @@ TEST_CASE("look_at is the inverse of glm::lookAt, but that z looks forwards") {
 
 TEST_CASE("the usual probe pose is the identity") { CHECK(look_at({0, 0, 0}, {0, 0, 1}, {1, 0, 0}) == pose{}); }
 
-TEST_CASE("look_at refuses a lateral direction along the line of sight, and points that are one") {
+TEST_CASE("look_at refuses a lateral direction along the line of sight, and coincident points") {
     CHECK_THROWS_AS(look_at({0, 0, 0}, {0, 0, 1}, {0, 0, 2}), geometry_error);
     CHECK_THROWS_AS(look_at({0, 0, 0}, {0, 0, 0}, {1, 0, 0}), geometry_error);
     CHECK_THROWS_AS(look_at({0, 0, 0}, {0, 0, 1}, {0, 0, 0}), geometry_error);
@@ -45,7 +45,7 @@ TEST_CASE("far from the origin local coordinates keep their precision") {
     CHECK(far_away.local_point({1000.25F, 1000.5F, 1000}) == vec3{0.25F, 0.5F, 0});
 }
 
-TEST_CASE("a scale, a mirror or NaN is no rigid motion") {
+TEST_CASE("a scale, a reflection or NaN is not a rigid transform") {
     CHECK(is_rigid(pose{}));
     CHECK_FALSE(is_rigid(pose{.rotation = mat3{0.001F}}));
     CHECK_FALSE(is_rigid(pose{.rotation = mat3{{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}));

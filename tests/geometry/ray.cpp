@@ -4,7 +4,7 @@
 
 using namespace insonify;
 
-TEST_CASE("a ray by default looks down z without end, and a hit by default is none") {
+TEST_CASE("a default ray runs along z without limit, and a default hit is a miss") {
     const ray r;
     CHECK(r.direction == vec3{0, 0, 1});
     CHECK(r.min_distance == 0);
@@ -14,7 +14,7 @@ TEST_CASE("a ray by default looks down z without end, and a hit by default is no
     CHECK(hit{.distance = 3});
 }
 
-TEST_CASE("of equally near hits the lower primitive is nearer") {
+TEST_CASE("hits at equal distance are ordered by index") {
     CHECK(nearer({1, 5}, {2, 3}));
     CHECK(nearer({1, 3}, {1, 5}));
     CHECK_FALSE(nearer({1, 5}, {1, 5}));

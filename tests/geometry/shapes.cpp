@@ -14,7 +14,7 @@ using namespace insonify;
 namespace shapes_test {
 namespace {
 
-/// Every edge is walked once each way, no vertex is repeated or left over, and the surface has the genus of a ball.
+/// Every edge is traversed once in each direction, no vertex is duplicate or unused, and the surface has genus 0.
 bool is_watertight_ball(const mesh& m) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> walked;
     for (const uvec3 f : m.faces) {
@@ -32,7 +32,7 @@ bool is_watertight_ball(const mesh& m) {
     return places.size() == m.positions.size() && vertices - static_cast<std::int64_t>(walked.size()) / 2 + faces == 2;
 }
 
-/// Signed volume around the first vertex; above 0 where the faces look out.
+/// Signed volume relative to the first vertex; positive for faces that point outwards.
 double volume(const mesh& m) {
     double sum = 0;
     for (const uvec3 f : m.faces) {
@@ -76,7 +76,7 @@ TEST_CASE("a box is a closed surface of 12 * 4^subdivisions triangles around its
     }
 }
 
-TEST_CASE("the vertices of a divided box stay exactly on its six sides") {
+TEST_CASE("the vertices of a subdivided box lie exactly on its six sides") {
     const vec3 lower{-0.1F, 0.3F, 0.7F}, upper{0.2F, 0.45F, 0.93F};
     int off = 0;
     for (const vec3 p : make_box(lower, upper, 4).positions)
@@ -127,6 +127,35 @@ TEST_CASE("a cylinder is a closed prism over a regular polygon, whatever its dir
         }
 }
 
+TEST_CASE("a cylinder has one segment along its axis by default, vertex for vertex") {
+    const mesh plain = make_cylinder({1, 2, 3}, {-2, 0.5F, 7}, 0.3F, 24);
+    const mesh one = make_cylinder({1, 2, 3}, {-2, 0.5F, 7}, 0.3F, 24, 1);
+    CHECK(plain.positions == one.positions);
+    CHECK(plain.faces == one.faces);
+}
+
+TEST_CASE("a cylinder of 24 segments around and 20 along can be bent into an arc") {
+    mesh tube = make_cylinder({0, 0, 0}, {0, 0, 1}, 0.1F, 24, 20);
+    CHECK(tube.faces.size() == 2 * 24 * 21);
+    CHECK(is_watertight_ball(tube));
+    const double polygon = 12 * std::sin(2 * 3.14159265358979323846 / 24) * 0.01; // area of the cross-section
+    CHECK(volume(tube) == doctest::Approx(polygon).epsilon(1e-5));
+    for (vec3& p : tube.positions) { // a quarter of a circle of radius 2 / pi about the y axis through x = -2 / pi
+        const float angle = p.z * pi / 2, radius = p.x + 2 / pi;
+        p = {radius * std::cos(angle) - 2 / pi, p.y, radius * std::sin(angle)};
+    }
+    CHECK(is_watertight_ball(tube));
+    CHECK(volume(tube) == doctest::Approx(polygon).epsilon(2e-3)); // Pappus: a bent tube keeps its volume
+    double furthest = 0;                                           // of the vertices, from the surface of the torus
+    for (std::size_t i = 2; i < tube.positions.size(); ++i) {
+        const vec3 p = tube.positions[i];
+        const double from_axis = std::hypot(static_cast<double>(p.x) + 2 / 3.14159265358979, static_cast<double>(p.z));
+        const double from_centre = std::hypot(from_axis - 2 / 3.14159265358979, static_cast<double>(p.y));
+        furthest = std::max(furthest, std::abs(from_centre - 0.1));
+    }
+    CHECK(furthest < 1e-6);
+}
+
 TEST_CASE("a plane is a slab whose front passes through the centre and faces along the normal") {
     const vec3 centre{0.01F, 0.02F, 0.03F};
     for (const vec3 normal : {vec3{0, 0, -1}, vec3{0, 0, 20}, vec3{1, 0, 0}, vec3{0, -1, 0}, vec3{1e-30F, 1e-30F, 0},
@@ -147,7 +176,7 @@ TEST_CASE("a plane is a slab whose front passes through the centre and faces alo
     }
 }
 
-TEST_CASE("dividing a mesh keeps its vertices first and puts one new one on each edge") {
+TEST_CASE("subdividing a mesh keeps its vertices and adds one for each edge") {
     const mesh coarse{{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {2, 2, 0}}, {{0, 1, 2}, {1, 3, 2}}};
     const mesh fine = subdivide(coarse);
     REQUIRE(fine.positions.size() == 9); // 4 corners, 5 edges
@@ -156,39 +185,53 @@ TEST_CASE("dividing a mesh keeps its vertices first and puts one new one on each
     CHECK(fine.faces[0].x == 0);
     CHECK(fine.positions[fine.faces[0].y] == vec3{1, 0, 0});
     CHECK(fine.positions[fine.faces[0].z] == vec3{0, 1, 0});
-    CHECK(fine.positions[fine.faces[5].z] == vec3{2, 1, 0}); // face 1, second corner, and the middle before it
+    CHECK(fine.positions[fine.faces[5].z] == vec3{2, 1, 0}); // face 1, second corner, and the midpoint before it
     CHECK(subdivide(mesh{}).faces.empty());
     CHECK(sentence([] {
               subdivide(mesh{{{0, 0, 0}}, {{0, 1, 0}}});
-          }).find("face 0 names a vertex") != std::string::npos);
+          }).find("face 0 names a vertex out of range") != std::string::npos);
 }
 
-TEST_CASE("senseless shapes are refused with a sentence") {
+TEST_CASE("shapes out of range are refused with a sentence") {
     const auto says = [](const std::string& text, const char* part) {
         INFO(text);
         CHECK(text.find(part) != std::string::npos);
     };
     says(sentence([] { make_box({0, 0, 0}, {1, 0, 1}); }), "make_box: the extent from `lower` to `upper` along y");
     says(sentence([] { make_box({0, 0, 0}, {1, 1, -1}); }), "along z must be above 0");
-    says(sentence([] { make_box({0, not_a_number, 0}, {1, 1, 1}); }), "make_box: every coordinate");
-    says(sentence([] { make_box({0, 0, 0}, {infinite, 1, 1}); }), "make_box: every coordinate");
+    says(sentence([] { make_box({0, not_a_number, 0}, {1, 1, 1}); }), "make_box: coordinates must be finite");
+    says(sentence([] { make_box({0, 0, 0}, {infinite, 1, 1}); }), "make_box: coordinates must be finite");
     says(sentence([] { make_box({-3e38F, 0, 0}, {3e38F, 1, 1}); }), "within 1000 km");
-    says(sentence([] { make_box({0, 0, 0}, {1, 1, 1}, 11); }), "make_box: at most 10 subdivisions");
+    says(sentence([] { make_box({0, 0, 0}, {1, 1, 1}, 11); }), "make_box: 11 subdivisions are more than 10");
     says(sentence([] { make_box({1, 0, 0}, {1.000001F, 1, 1}, 8); }), "make_box: vertices round to the same point");
     says(sentence([] { make_sphere({0, 0, 0}, 0, 2); }), "make_sphere: the radius must be above 0");
     says(sentence([] { make_sphere({0, 0, 0}, -1, 2); }), "make_sphere: the radius must be above 0");
     says(sentence([] { make_sphere({0, 0, 0}, not_a_number, 2); }), "make_sphere: the radius must be above 0");
     says(sentence([] { make_sphere({0, 0, 0}, 1e30F, 2); }), "at most 1000 km");
-    says(sentence([] { make_sphere({0, 0, infinite}, 1, 2); }), "make_sphere: every coordinate");
-    says(sentence([] { make_sphere({0, 0, 0}, 1, 11); }), "make_sphere: at most 10 subdivisions");
+    says(sentence([] { make_sphere({0, 0, infinite}, 1, 2); }), "make_sphere: coordinates must be finite");
+    says(sentence([] { make_sphere({0, 0, 0}, 1, 11); }), "make_sphere: 11 subdivisions are more than 10");
     says(sentence([] { make_sphere({30, 0, 0}, 1_um, 5); }), "place it with a pose");
     says(sentence([] { make_cylinder({0, 0, 0}, {0, 0, 0}, 1, 8); }), "distance between `from` and `to`");
     says(sentence([] { make_cylinder({0, 0, 0}, {0, 0, 1}, 0, 8); }), "make_cylinder: the radius");
-    says(sentence([] { make_cylinder({0, 0, 0}, {0, 0, 1}, 1, 2); }), "3 to 1,000,000 segments");
-    says(sentence([] { make_cylinder({0, 0, 0}, {0, 0, 1}, 1, 4000000000U); }), "3 to 1,000,000 segments");
-    says(sentence([] { make_cylinder({0, 0, 0}, {0, not_a_number, 1}, 1, 8); }), "make_cylinder: every coordinate");
-    says(sentence([] { make_plane({0, 0, 0}, {0, 0, 0}, 1, 1); }), "make_plane: `normal` must be a direction");
-    says(sentence([] { make_plane({0, 0, 0}, {0, 0, infinite}, 1, 1); }), "make_plane: `normal` must be a direction");
+    says(sentence([] {
+             make_cylinder({0, 0, 0}, {0, 0, 1}, 1, 2);
+         }),
+         "`segments` is 2; it must be from 3 to 1,000,000");
+    says(sentence([] { make_cylinder({0, 0, 0}, {0, 0, 1}, 1, 4000000000U); }), "`segments` is 4000000000");
+    says(sentence([] { make_cylinder({0, 0, 0}, {0, 0, 1}, 1, 8, 0); }), "`segments_along` is 0; it must be from 1");
+    says(sentence([] {
+             make_cylinder({0, 0, 0}, {0, 0, 1}, 1, 1'000'000, 1'000'000);
+         }),
+         "at most 2^27 segments in all");
+    says(sentence([] {
+             make_cylinder({0, 0, 0}, {0, not_a_number, 1}, 1, 8);
+         }),
+         "make_cylinder: coordinates must be finite");
+    says(sentence([] { make_plane({0, 0, 0}, {0, 0, 0}, 1, 1); }), "make_plane: `normal` must be finite and not zero");
+    says(sentence([] {
+             make_plane({0, 0, 0}, {0, 0, infinite}, 1, 1);
+         }),
+         "make_plane: `normal` must be finite and not zero");
     says(sentence([] { make_plane({0, 0, 0}, {0, 0, 1}, -1, 1); }), "make_plane: the width");
     says(sentence([] { make_plane({0, 0, 0}, {0, 0, 1}, 1, 0); }), "make_plane: the thickness");
     says(sentence([] { make_plane({0, 0, 100}, {0, 0, 1}, 1, 1_um); }), "make_plane: vertices round");

@@ -15,7 +15,7 @@ vec3 random_point(std::uint64_t seed, std::uint64_t i) {
             2 * hash_uniform(seed, 3 * i + 2) - 1};
 }
 
-// Moeller & Trumbore 1997, in double; `margin` is the least barycentric coordinate.
+// Moeller & Trumbore 1997, in double; `margin` is the smallest barycentric coordinate.
 struct reference_hit {
     double distance, margin;
 };
@@ -29,7 +29,7 @@ reference_hit reference(const ray& r, const triangle& t) {
 } // namespace
 } // namespace triangle_test
 
-TEST_CASE("rays meet random triangles where double precision says so") {
+TEST_CASE("rays intersect random triangles as in double precision") {
     int met = 0;
     for (std::uint64_t i = 0; i < 200'000; ++i) {
         const triangle t{triangle_test::random_point(1, 3 * i), triangle_test::random_point(1, 3 * i + 1),
@@ -47,7 +47,7 @@ TEST_CASE("rays meet random triangles where double precision says so") {
 }
 
 TEST_CASE("a ray through a shared edge or vertex belongs to exactly one triangle") {
-    // A fan of six triangles round the origin of the plane z = 1; rays straight up, tilted, and along other axes.
+    // A fan of six triangles around the origin of the plane z = 1; rays along z, tilted, and along other axes.
     const vec3 centre{0, 0, 1};
     const vec3 rim[6] = {{2, 0, 1}, {1, 2, 1}, {-1, 2, 1}, {-2, 0, 1}, {-1, -2, 1}, {1, -2, 1}};
     const vec3 targets[] = {{0, 0, 1},  {1, 0, 1},        {0.5F, 1, 1},   {-0.5F, 1, 1},
@@ -68,29 +68,29 @@ TEST_CASE("a ray through a shared edge or vertex belongs to exactly one triangle
             }
 }
 
-TEST_CASE("a triangle without area is never met") {
+TEST_CASE("a triangle without area is never hit") {
     const ray up{.origin = {0, 0, 0}, .direction = {0, 0, 1}};
     CHECK_FALSE(intersect(up, triangle{{0, 0, 1}, {0, 0, 1}, {0, 0, 1}}));
     CHECK_FALSE(intersect(up, triangle{{-1, 0, 1}, {0, 0, 1}, {1, 0, 1}}));
     CHECK_FALSE(intersect(up, triangle{{0, 0, 1}, {0, 0, 2}, {1, 0, 1}})); // the ray lies in its plane
 }
 
-TEST_CASE("distances are in units of the direction, behind the origin negative") {
+TEST_CASE("distances are in units of the direction, negative behind the origin") {
     const triangle t{{-1, -1, 4}, {1, -1, 4}, {0, 1, 4}};
     CHECK(intersect(ray{.direction = {0, 0, 1}}, t).distance == 4);
     CHECK(intersect(ray{.direction = {0, 0, 2}}, t).distance == 2);
     CHECK(intersect(ray{.origin = {0, 0, 5}}, t).distance == -1);
 }
 
-TEST_CASE("bounds hold the corners, the area vector points outwards") {
+TEST_CASE("bounds contain the corners, the area vector points outwards") {
     const triangle t{{0, 0, 0}, {2, 0, 0}, {0, 3, 1}};
     CHECK(bounds(t).lower == vec3{0, 0, 0});
     CHECK(bounds(t).upper == vec3{2, 3, 1});
     CHECK(area_vector(triangle{{0, 0, 0}, {2, 0, 0}, {0, 3, 0}}) == vec3{0, 0, 6});
 }
 
-TEST_CASE("a ray of short steps meets a triangle that reaches farther than steps can count") {
-    // A quarter of the way from the edge y = -1 to the corner; that corner would be 6e38 steps away, past all floats.
+TEST_CASE("a ray with a tiny direction hits a triangle whose distance overflows a float") {
+    // A quarter of the way from the edge y = -1 to the corner; the distance to that corner, 6e38, overflows.
     const triangle t{{-1, -1, -1}, {1, -1, -1}, {0, 3, -3e38F}};
     CHECK(intersect(ray{.direction = {0, 0, -0.5F}}, t).distance == doctest::Approx(1.5e38).epsilon(1e-6));
 }

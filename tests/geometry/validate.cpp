@@ -31,7 +31,7 @@ mesh turned_inside_out(mesh m) {
     return m;
 }
 
-/// Three vertices of its own for every face, as STL files store them.
+/// Three separate vertices for every face, as in STL files.
 mesh unwelded(const mesh& m) {
     mesh soup;
     for (const uvec3 f : m.faces) {
@@ -46,7 +46,7 @@ bool says(const mesh_report& report, const char* part) { return explain(report).
 
 } // namespace
 
-TEST_CASE("closed shapes have nothing to report, and their volume") {
+TEST_CASE("closed shapes are reported without defects and with their volume") {
     const mesh_report box = validate(make_box({-1, -2, 3}, {1, 2, 6}, 3));
     CHECK(box == mesh_report{.vertices = 386, .faces = 768, .components = 1, .volume = box.volume});
     CHECK(box.volume == doctest::Approx(24).epsilon(1e-12));
@@ -83,7 +83,7 @@ TEST_CASE("vertices repeated for every face do not open a mesh") {
     CHECK(report.components == 1);
 }
 
-TEST_CASE("zero and minus zero are one place, the next float is another") {
+TEST_CASE("zero and minus zero are the same position, the next float is another") {
     const mesh signed_zero = {{{0.0F, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-0.0F, -0.0F, 0}},
                               {{4, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
     CHECK(validate(signed_zero).closed());
@@ -91,17 +91,17 @@ TEST_CASE("zero and minus zero are one place, the next float is another") {
     mesh apart = signed_zero;
     apart.positions[4].x = std::numeric_limits<float>::min();
     CHECK(validate(apart).boundary_edges == 4);
-    CHECK(weld(signed_zero.positions)[4] == weld(signed_zero.positions)[0]);
+    CHECK(detail::weld(signed_zero.positions)[4] == detail::weld(signed_zero.positions)[0]);
 }
 
-TEST_CASE("one face turned over disagrees with its three neighbours") {
+TEST_CASE("a flipped face makes three misoriented edges") {
     mesh m = make_sphere({0, 0, 0}, 1_mm, 2);
     std::swap(m.faces[7].x, m.faces[7].y);
     const mesh_report report = validate(m);
     CHECK(report.misoriented_edges == 3);
     CHECK(report.boundary_edges == 0);
     CHECK(!report.closed());
-    CHECK(says(report, "Neighbouring faces disagree about the outside at 3 edges"));
+    CHECK(says(report, "Neighbouring faces have opposite orientations at 3 edges"));
 }
 
 TEST_CASE("two boxes that share the vertices of an edge make it non-manifold") {
@@ -109,7 +109,7 @@ TEST_CASE("two boxes that share the vertices of an edge make it non-manifold") {
     append(m, make_box({1, 1, 0}, {2, 2, 1}));
     CHECK(m.positions[8] == m.positions[3]); // both ends of the common edge
     CHECK(m.positions[12] == m.positions[7]);
-    CHECK(validate(m).closed()); // bodies that touch but have vertices of their own stay apart
+    CHECK(validate(m).closed()); // touching bodies with separate vertices remain separate
     CHECK(validate(m).components == 2);
 
     for (uvec3& f : m.faces)
@@ -123,7 +123,7 @@ TEST_CASE("two boxes that share the vertices of an edge make it non-manifold") {
     CHECK(validate(unwelded(m)).non_manifold_edges == 1);
 }
 
-TEST_CASE("boxes that share but a corner are two components and closed") {
+TEST_CASE("boxes that share only a corner are two closed components") {
     mesh m = make_box({0, 0, 0}, {1, 1, 1});
     append(m, make_box({1, 1, 1}, {2, 2, 2}));
     CHECK(validate(m).closed());
@@ -135,7 +135,7 @@ TEST_CASE("inside-out components are counted, and a cavity is subtracted from th
     CHECK(validate(flipped).inside_out_components == 1);
     CHECK(validate(flipped).volume == doctest::Approx(-6));
     CHECK(validate(flipped).closed());
-    CHECK(says(validate(flipped), "The faces look inwards on 1 closed part:"));
+    CHECK(says(validate(flipped), "The faces point inwards on 1 closed part:"));
 
     mesh hollow = make_box({0, 0, 0}, {4, 4, 4});
     append(hollow, turned_inside_out(make_box({1, 1, 1}, {2, 2, 2})));
@@ -150,7 +150,7 @@ TEST_CASE("faces without area are counted whether corners coincide or lie on a l
     mesh m = make_box({0, 0, 0}, {1, 1, 1});
     m.faces.push_back({0, 0, 1});
     m.positions.push_back(m.positions[0]);
-    m.faces.push_back({0, 3, 8}); // another index, the same place
+    m.faces.push_back({0, 3, 8}); // another index, the same position
     const mesh_report report = validate(m);
     CHECK(report.degenerate_faces == 2);
     CHECK(report.closed()); // they bound nothing
@@ -162,17 +162,17 @@ TEST_CASE("faces without area are counted whether corners coincide or lie on a l
     CHECK(validate(sliver).degenerate_faces == 0);
 }
 
-TEST_CASE("faces that repeat another are counted, in whatever order their corners come") {
+TEST_CASE("duplicate faces are counted, whatever the order of their corners") {
     mesh m = make_box({0, 0, 0}, {1, 1, 1});
     const uvec3 f = m.faces[0], g = m.faces[5];
     m.faces.insert(m.faces.end(), {f, {f.y, f.z, f.x}, {g.x, g.z, g.y}});
     const mesh_report report = validate(m);
     CHECK(report.duplicate_faces == 3);
     CHECK(report.non_manifold_edges > 0);
-    CHECK(says(report, "repeats 3 faces"));
+    CHECK(says(report, "has 3 duplicate faces"));
 }
 
-TEST_CASE("bad indices and bad numbers are counted and never followed") {
+TEST_CASE("indices out of range and non-finite coordinates are counted and never dereferenced") {
     mesh m = make_box({0, 0, 0}, {1, 1, 1});
     m.faces[0].x = 8;
     m.faces[1].z = ~0U;
@@ -180,7 +180,7 @@ TEST_CASE("bad indices and bad numbers are counted and never followed") {
     CHECK(report.faces_out_of_range == 2);
     CHECK(report.boundary_edges == 4);
     CHECK(!report.closed());
-    CHECK(says(report, "The indices run past the last vertex in 2 faces"));
+    CHECK(says(report, "Vertex indices are out of range in 2 faces"));
 
     m = make_box({0, 0, 0}, {1, 1, 1});
     m.positions[2].y = not_a_number;
@@ -210,7 +210,7 @@ TEST_CASE("an empty mesh is a legal input and explains itself") {
     CHECK(validate(mesh{{{0, 0, 0}}, {}}).vertices == 1);
 }
 
-TEST_CASE("edge counts on random soups equal a count by map") {
+TEST_CASE("edge counts of random triangle soups equal those of a std::map") {
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
         INFO("seed " << seed);
         std::uint64_t next = 0;
@@ -219,7 +219,7 @@ TEST_CASE("edge counts on random soups equal a count by map") {
         };
         mesh m;
         const std::uint32_t vertices = 3 + pick(12);
-        for (std::uint32_t i = 0; i < vertices; ++i) // a small lattice, so that places repeat
+        for (std::uint32_t i = 0; i < vertices; ++i) // a small lattice, so that positions repeat
             m.positions.push_back(
                 {static_cast<float>(pick(3)), static_cast<float>(pick(3)), static_cast<float>(pick(2))});
         for (std::uint32_t i = pick(60); i > 0; --i)

@@ -7,4 +7,4 @@ foreach(folder IN ITEMS core geometry execution bvh acoustics probe scene tracin
 endforeach()
 list(APPEND pages
     include/insonify/extending.md include/insonify/acoustics/extending.md
-    include/insonify/errors.md include/insonify/paper.md CONTRIBUTING.md)
+    include/insonify/errors.md include/insonify/paper.md bench/README.md CONTRIBUTING.md)

@@ -26,7 +26,7 @@ image random_picture(const scan_map& map) {
     return picture;
 }
 
-/// Mean and standard deviation of the angle (radians) and of the radius (metres) about a point, weighted by grey.
+/// Mean and standard deviation of the angle (radians) and of the radius (metres) about a point, weighted by brightness.
 struct spread {
     double angle = 0, angle_deviation = 0, radius = 0, radius_deviation = 0;
 };
@@ -46,7 +46,7 @@ spread spread_about(const image& picture, const scan_map& map, double apex_z) {
 
 } // namespace
 
-TEST_CASE("radial_blur: a level field stays level up to its borders, the background stays out") {
+TEST_CASE("radial_blur: a uniform field stays uniform up to its border, without bleeding of the background") {
     const auto level = [](const auto& probe) {
         const scan_map map = map_for(probe, {300, 260}, 0.75F);
         image picture{map.size, 0.75F};
@@ -61,7 +61,7 @@ TEST_CASE("radial_blur: a level field stays level up to its borders, the backgro
     level(phased_array{});
 }
 
-TEST_CASE("radial_blur: no displacement, or a single frame, changes nothing") {
+TEST_CASE("radial_blur: zero displacement, or a single frame, changes nothing") {
     const convex_array probe{};
     const scan_map map = map_for(probe, {300, 260});
     const image picture = random_picture(map);
@@ -70,11 +70,11 @@ TEST_CASE("radial_blur: no displacement, or a single frame, changes nothing") {
         double worst = 0;
         for (std::size_t i = 0; i < picture.pixels.size(); ++i)
             worst = std::fmax(worst, static_cast<double>(std::fabs(blurred.pixels[i] - picture.pixels[i])));
-        CHECK(worst < 1e-3); // a pixel found through beam and locate, off by rounding
+        CHECK(worst < 1e-3); // a pixel found through beam and locate, with rounding errors
     }
 }
 
-TEST_CASE("radial_blur: of a fan it rotates about the apex, by an angle that is the same at every depth") {
+TEST_CASE("radial_blur: a sector is rotated about its apex, by the same angle at every depth") {
     const convex_array probe{.lines = 120, .radius = 60_mm, .field_of_view = 60_deg};
     const scan_map map = map_for(probe, {1400, 0});
     for (const float depth : {15_mm, 40_mm, 70_mm}) {
@@ -97,9 +97,9 @@ TEST_CASE("radial_blur: of a fan it rotates about the apex, by an angle that is 
     }
 }
 
-TEST_CASE("radial_blur: of a linear array it is a translation, by the same distance at every depth") {
+TEST_CASE("radial_blur: a linear array is translated, by the same distance at every depth") {
     const linear_array probe{.lines = 80, .width = 40_mm};
-    const scan_map map = map_for(probe, {400, 0}); // 0.1 mm pixels, 5 a line
+    const scan_map map = map_for(probe, {400, 0}); // pixels of 0.1 mm, 5 per line
     image picture{map.size};
     for (const std::uint32_t row : {100U, 400U, 700U}) picture(200, row) = 1;
     const image blurred = radial_blur(exec::par, picture, probe, map, {.lines = 4.5F, .frames = 9});
@@ -111,7 +111,7 @@ TEST_CASE("radial_blur: of a linear array it is a translation, by the same dista
         }
 }
 
-TEST_CASE("radial_blur: any number of threads gives the same bits") {
+TEST_CASE("radial_blur: bit-equal for any number of threads") {
     const phased_array probe{};
     const scan_map map = map_for(probe, {200, 0});
     const image picture = random_picture(map);
@@ -120,7 +120,7 @@ TEST_CASE("radial_blur: any number of threads gives the same bits") {
         CHECK(radial_blur(exec::par.threads(threads), picture, probe, map) == reference);
 }
 
-TEST_CASE("radial_blur: what does not belong together, or makes no sense, is refused with a usage_error") {
+TEST_CASE("radial_blur: inputs that do not match and settings out of range are refused") {
     const phased_array probe{};
     const scan_map map = map_for(probe, {200, 0});
     const image picture = random_picture(map);

@@ -5,7 +5,7 @@ using namespace insonify;
 
 namespace image_test {
 
-TEST_CASE("image: pixels run row by row from the top, addressed by column and row") {
+TEST_CASE("image: pixels are stored in rows from the top, addressed by column and row") {
     image picture{{3, 2}};
     CHECK(picture.pixels == std::vector<float>(6, 0.0F));
     picture(2, 1) = 0.5F;
@@ -16,7 +16,7 @@ TEST_CASE("image: pixels run row by row from the top, addressed by column and ro
     CHECK(image{}.pixels.empty());
 }
 
-TEST_CASE("image: two are equal where size and every pixel are") {
+TEST_CASE("image: images are equal if size and all pixels are") {
     CHECK(image{{3, 2}} == image{{3, 2}});
     CHECK(image{{3, 2}} != image{{2, 3}});
     CHECK(image{{3, 2}} != image{{3, 2}, 1});

@@ -11,7 +11,7 @@ using namespace insonify;
 namespace label_image_test {
 namespace {
 
-// Each sample a label of its own, so that a pixel tells where it comes from.
+// Every sample has a different label, which identifies the source of a pixel.
 label_lines numbered(std::uint32_t count, std::uint32_t samples, float depth) {
     label_lines lines{count, samples, depth};
     for (std::uint32_t i = 0; i < lines.values.size(); ++i) lines.values[i] = i;
@@ -22,13 +22,13 @@ struct place {
     double line, depth;
 };
 
-// Where a pixel lies in a fan, in double precision.
+// Line and depth of a pixel in a sector, in double precision.
 place in_fan(std::uint32_t lines, double radius, double field_of_view, vec2 point) {
     const double x = static_cast<double>(point.x), z = static_cast<double>(point.y) + radius;
     return {(std::atan2(x, z) / field_of_view + 0.5) * lines - 0.5, std::hypot(x, z) - radius};
 }
 
-// Every pixel against the sample nearest to it; true where it lies half way between two is left out.
+// Compares every pixel with the nearest sample, except half way between two.
 template <class Probe, class Locate>
 void check_pixels(const Probe& probe, float depth, std::uint32_t samples, uvec2 size, const Locate& locate) {
     const label_lines lines = numbered(probe.lines, samples, depth);
@@ -41,8 +41,8 @@ void check_pixels(const Probe& probe, float depth, std::uint32_t samples, uvec2 
         for (std::uint32_t x = 0; x < map.size.x; ++x) {
             const place at = locate(map.point(x, y));
             const double sample = at.depth / static_cast<double>(depth) * samples - 0.5;
-            const double line_share = at.line - std::floor(at.line), share = sample - std::floor(sample);
-            if (std::fabs(line_share - 0.5) < 1e-3 || std::fabs(share - 0.5) < 1e-3) {
+            const double line_fraction = at.line - std::floor(at.line), fraction = sample - std::floor(sample);
+            if (std::fabs(line_fraction - 0.5) < 1e-3 || std::fabs(fraction - 0.5) < 1e-3) {
                 ++doubtful; // this includes the border of the field
                 continue;
             }
@@ -61,7 +61,8 @@ void check_pixels(const Probe& probe, float depth, std::uint32_t samples, uvec2 
 } // namespace
 } // namespace label_image_test
 
-TEST_CASE("a picture of labels has each pixel's nearest sample, and the background's label outside the field") {
+TEST_CASE(
+    "an image of labels has the nearest sample of each pixel, and the background label outside the field of view") {
     using namespace label_image_test;
     check_pixels(linear_array{.lines = 37, .width = 38_mm}, 50_mm, 211, {330, 0}, [](vec2 point) {
         return place{(static_cast<double>(point.x) / 0.038 + 0.5) * 37 - 0.5, static_cast<double>(point.y)};
@@ -72,7 +73,7 @@ TEST_CASE("a picture of labels has each pixel's nearest sample, and the backgrou
     check_pixels(phased, 70_mm, 300, {301, 0}, [](vec2 point) { return in_fan(29, 0, 1.5, point); });
 }
 
-TEST_CASE("one line or one sample of labels fills the whole field") {
+TEST_CASE("a single line or sample of labels fills the whole field of view") {
     for (const uvec2 counts : {uvec2{1, 1}, uvec2{1, 30}, uvec2{30, 1}}) {
         label_lines lines{counts.x, counts.y, 20_mm};
         for (label_id& value : lines.values) value = 7;
@@ -82,15 +83,15 @@ TEST_CASE("one line or one sample of labels fills the whole field") {
     }
 }
 
-TEST_CASE("a picture of labels is equal on any number of threads, and refuses lines that its map was not made for") {
+TEST_CASE("an image of labels is equal for any number of threads, and lines that do not match the map are refused") {
     const convex_array probe{};
     const label_lines lines = label_image_test::numbered(192, 100, 80_mm);
     const scan_map map = make_scan_map(exec::par, probe, {.depth = 80_mm, .samples = 100});
     const label_image reference = scan_convert(exec::seq, lines, map);
     for (const std::uint32_t threads : {1U, 2U, 3U, 8U})
         CHECK(scan_convert(exec::par.threads(threads), lines, map) == reference);
-    const auto refused = "scan_convert: lines, samples or depth differ from those that the map was made for; make one "
-                         "anew with make_scan_map";
+    const auto refused = "scan_convert: the number of lines, of samples or the depth differs from that of the map; "
+                         "make a new one with make_scan_map";
     CHECK_THROWS_WITH_AS(scan_convert(exec::par, label_lines{192, 101, 80_mm}, map), refused, usage_error);
     CHECK_THROWS_WITH_AS(scan_convert(exec::par, label_lines{191, 100, 80_mm}, map), refused, usage_error);
     CHECK_THROWS_WITH_AS(scan_convert(exec::par, label_lines{192, 100, 81_mm}, map), refused, usage_error);
@@ -100,7 +101,7 @@ TEST_CASE("a picture of labels is equal on any number of threads, and refuses li
     CHECK_THROWS_WITH_AS(scan_convert(exec::par, torn, map), refused, usage_error);
 }
 
-TEST_CASE("numbers of the nearest sample are not mixed, nor with the grey outside the field") {
+TEST_CASE("nearest-neighbour values are not interpolated, nor mixed with the background") {
     const phased_array probe{.lines = 16};
     scan_lines lines{16, 40, 60_mm};
     for (std::size_t i = 0; i < lines.values.size(); ++i) lines.values[i] = static_cast<float>(i);

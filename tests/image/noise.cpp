@@ -26,7 +26,7 @@ moments moments_of(const image& picture) {
 
 } // namespace
 
-TEST_CASE("make_noise: a factor of mean 1 with the signal to noise ratio of speckle, 1.913") {
+TEST_CASE("make_noise: factors with mean 1 and the signal-to-noise ratio of speckle, 1.913") {
     for (const std::uint64_t seed : {1ULL, 2ULL, 12345678901234ULL}) {
         CAPTURE(seed);
         const moments m = moments_of(make_noise(exec::par, {512, 384}, {.seed = seed}));
@@ -35,7 +35,7 @@ TEST_CASE("make_noise: a factor of mean 1 with the signal to noise ratio of spec
     }
 }
 
-TEST_CASE("make_noise: it is Rayleigh distributed") {
+TEST_CASE("make_noise: Rayleigh distribution") {
     const image noise = make_noise(exec::par, {1000, 1000});
     for (const double level : {0.1, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0}) {
         std::size_t below = 0;
@@ -46,7 +46,7 @@ TEST_CASE("make_noise: it is Rayleigh distributed") {
     }
 }
 
-TEST_CASE("make_noise: neighbours know nothing of each other") {
+TEST_CASE("make_noise: neighbours are uncorrelated") {
     const image noise = make_noise(exec::par, {1000, 1000});
     const moments m = moments_of(noise);
     for (const uvec2 step : {uvec2{1, 0}, uvec2{0, 1}, uvec2{1, 1}, uvec2{2, 0}}) {
@@ -59,7 +59,7 @@ TEST_CASE("make_noise: neighbours know nothing of each other") {
     }
 }
 
-TEST_CASE("make_noise: strength scales the scatter about 1") {
+TEST_CASE("make_noise: `strength` scales the deviation from 1") {
     const image none = make_noise(exec::seq, {50, 50}, {.strength = 0});
     for (const float value : none.pixels) CHECK(value == 1);
     const moments m = moments_of(make_noise(exec::par, {512, 384}, {.strength = 0.5F}));
@@ -67,7 +67,7 @@ TEST_CASE("make_noise: strength scales the scatter about 1") {
     CHECK(m.mean / m.deviation == doctest::Approx(2 * 1.913).epsilon(0.02));
 }
 
-TEST_CASE("make_noise: the same seed gives the same bits on any number of threads, another seed another picture") {
+TEST_CASE("make_noise: bit-equal for equal seeds and any number of threads, different for another seed") {
     const image reference = make_noise(exec::seq, {123, 77}, {.seed = 7});
     for (const std::uint32_t threads : {1U, 2U, 3U, 8U})
         CHECK(make_noise(exec::par.threads(threads), {123, 77}, {.seed = 7}) == reference);
@@ -75,14 +75,14 @@ TEST_CASE("make_noise: the same seed gives the same bits on any number of thread
     CHECK(make_noise(exec::seq, {123, 77}, {.seed = 8}) != reference);
 }
 
-TEST_CASE("make_noise: a larger picture continues a smaller one") {
+TEST_CASE("make_noise: a larger image extends a smaller one") {
     const image reduced = make_noise(exec::seq, {20, 10});
     const image large = make_noise(exec::seq, {33, 15});
     for (std::uint32_t y = 0; y < 10; ++y)
         for (std::uint32_t x = 0; x < 20; ++x) CHECK(reduced(x, y) == large(x, y));
 }
 
-TEST_CASE("add_noise: multiplies pixel by pixel and keeps a moved buffer") {
+TEST_CASE("add_noise: multiplies pixel by pixel and reuses a moved buffer") {
     image picture{{3, 2}};
     picture.pixels = {0, 0.5F, 1, 0.25F, 2, 0.125F};
     image noise{{3, 2}};
@@ -93,7 +93,7 @@ TEST_CASE("add_noise: multiplies pixel by pixel and keeps a moved buffer") {
     CHECK(picture.pixels.data() == buffer);
 }
 
-TEST_CASE("noise: what makes no sense is refused with a usage_error") {
+TEST_CASE("noise: sizes and settings out of range are refused") {
     for (const float bad :
          {-0.1F, 1.1F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()})
         CHECK_THROWS_AS(make_noise(exec::seq, {4, 4}, {.strength = bad}), usage_error);

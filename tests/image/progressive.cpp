@@ -17,7 +17,7 @@ image random_frame(std::uint64_t seed) {
 
 } // namespace
 
-TEST_CASE("progressive: after n frames it is their arithmetic mean") {
+TEST_CASE("progressive: the result after n frames is their arithmetic mean") {
     progressive mean;
     std::vector<double> sum(61 * 97);
     for (std::uint32_t n = 1; n <= 1000; ++n) {
@@ -40,7 +40,7 @@ TEST_CASE("progressive: a hundred thousand equal frames do not drift") {
     CHECK(std::fabs(mean.picture()(1, 0) - 0.7F) < 1e-6F);
 }
 
-TEST_CASE("progressive: it starts anew when the probe moves, and not when it rests") {
+TEST_CASE("progressive: restarts when the probe moves, and only then") {
     progressive mean;
     const image black{{4, 4}, 0}, white{{4, 4}, 1};
     const pose here{}, there{.translation = {0, 0, 1e-5F}};
@@ -55,7 +55,7 @@ TEST_CASE("progressive: it starts anew when the probe moves, and not when it res
     CHECK(mean.frames() == 1);
 }
 
-TEST_CASE("progressive: it starts anew for a picture of another size, and on demand") {
+TEST_CASE("progressive: restarts for an image of another size, and on request") {
     progressive mean;
     mean.add(exec::seq, image{{4, 4}, 1}, pose{});
     CHECK(mean.add(exec::seq, image{{2, 8}, 0}, pose{}) == image{{2, 8}, 0});
@@ -67,7 +67,7 @@ TEST_CASE("progressive: it starts anew for a picture of another size, and on dem
     CHECK(mean.frames() == 1);
 }
 
-TEST_CASE("progressive: any number of threads gives the same bits") {
+TEST_CASE("progressive: bit-equal for any number of threads") {
     progressive reference, parallel;
     for (std::uint64_t n = 0; n < 10; ++n) {
         reference.add(exec::seq, random_frame(n), pose{});
@@ -76,7 +76,7 @@ TEST_CASE("progressive: any number of threads gives the same bits") {
     CHECK(parallel.picture() == reference.picture());
 }
 
-TEST_CASE("progressive: an empty picture stays one") {
+TEST_CASE("progressive: an empty image remains empty") {
     progressive mean;
     CHECK(mean.add(exec::seq, image{}, pose{}).pixels.empty());
 }

@@ -10,6 +10,7 @@
 #include <doctest/doctest.h>
 #include <initializer_list>
 #include <limits>
+#include <string>
 
 using namespace insonify;
 
@@ -22,45 +23,45 @@ struct steered_array {
     float frequency = 5_MHz;
     float width = 40_mm;
     ray beam(float line) const {
-        return {.origin = {share_of_line(line, lines) * width, 0, 0}, .direction = {0.34202014F, 0, 0.93969262F}};
+        return {.origin = {aperture_fraction(line, lines) * width, 0, 0}, .direction = {0.34202014F, 0, 0.93969262F}};
     }
     vec2 locate(vec2 point) const {
         const float depth = point.y / 0.93969262F;
-        return {line_of_share((point.x - depth * 0.34202014F) / width, lines), depth};
+        return {line_at_fraction((point.x - depth * 0.34202014F) / width, lines), depth};
     }
     void check() const {}
 };
 
-/// Where the middle of sample k of line i lies, written down once more in double precision.
+/// Position of sample k of line i, derived independently in double precision.
 struct centre {
     double x = 0;
     double z = 0;
 };
-double share(std::uint32_t i, std::uint32_t n) { return (static_cast<double>(i) + 0.5) / n - 0.5; }
+double fraction(std::uint32_t i, std::uint32_t n) { return (static_cast<double>(i) + 0.5) / n - 0.5; }
 centre centre_of(const linear_array& p, std::uint32_t line, double depth) {
-    return {share(line, p.lines) * static_cast<double>(p.width), depth};
+    return {fraction(line, p.lines) * static_cast<double>(p.width), depth};
 }
 centre fan_centre(double radius, double angle, double depth) {
     return {(radius + depth) * std::sin(angle), (radius + depth) * std::cos(angle) - radius};
 }
 centre centre_of(const convex_array& p, std::uint32_t line, double depth) {
-    return fan_centre(static_cast<double>(p.radius), share(line, p.lines) * static_cast<double>(p.field_of_view),
+    return fan_centre(static_cast<double>(p.radius), fraction(line, p.lines) * static_cast<double>(p.field_of_view),
                       depth);
 }
 centre centre_of(const phased_array& p, std::uint32_t line, double depth) {
-    return fan_centre(0, share(line, p.lines) * static_cast<double>(p.field_of_view), depth);
+    return fan_centre(0, fraction(line, p.lines) * static_cast<double>(p.field_of_view), depth);
 }
 centre centre_of(const steered_array& p, std::uint32_t line, double depth) {
-    return {share(line, p.lines) * static_cast<double>(p.width) + depth * 0.34202014, depth * 0.93969262};
+    return {fraction(line, p.lines) * static_cast<double>(p.width) + depth * 0.34202014, depth * 0.93969262};
 }
 
-/// What a transducer would see of a round spot: the distance from it decides.
+/// Lines that image a round spot: a function of the distance from it.
 template <class Probe>
 scan_lines lines_of_spot(const Probe& probe, centre spot, double sigma, float depth, std::uint32_t samples) {
     scan_lines lines{probe.lines, samples, depth};
     for (std::uint32_t i = 0; i < probe.lines; ++i)
         for (std::uint32_t k = 0; k < samples; ++k) {
-            const centre at = centre_of(probe, i, (share(k, samples) + 0.5) * static_cast<double>(depth));
+            const centre at = centre_of(probe, i, (fraction(k, samples) + 0.5) * static_cast<double>(depth));
             const double d2 = (at.x - spot.x) * (at.x - spot.x) + (at.z - spot.z) * (at.z - spot.z);
             lines(i, k) = static_cast<float>(std::exp(-d2 / (2 * sigma * sigma)));
         }
@@ -81,8 +82,8 @@ centre centroid(const image& picture) {
     return {sum.x / weight, sum.z / weight};
 }
 
-/// The largest distance, in pixels, between where the picture shows a grid of points and where they are.
-/// @param middle  of the picture, in metres
+/// The largest displacement of a grid of points in the image, in pixels.
+/// @param middle  centre of the image, metres
 template <class Probe>
 double worst_of_grid(const Probe& probe, float depth, uvec2 size, double pitch, centre middle) {
     double worst = 0;
@@ -93,7 +94,7 @@ double worst_of_grid(const Probe& probe, float depth, uvec2 size, double pitch, 
     const double sigma = 3 * pitch;
     for (double x = -0.06; x < 0.061; x += 0.015)
         for (double z = 0.007; z < 0.08; z += 0.015) {
-            // only points whose whole spot is in the field
+            // only spots that are entirely in the field of view
             const vec2 at = probe.locate({static_cast<float>(x), static_cast<float>(z)});
             const vec2 left = probe.locate({static_cast<float>(x - 5 * sigma), static_cast<float>(z - 5 * sigma)});
             const vec2 right = probe.locate({static_cast<float>(x + 5 * sigma), static_cast<float>(z - 5 * sigma)});
@@ -132,7 +133,7 @@ TEST_CASE("scan_convert: a grid of points lands within half a pixel") {
                         {0.5 * 0.08 * 0.34202014, 0.5 * 0.08 * 0.93969262}) < 0.5);
 }
 
-TEST_CASE("scan_convert: where a pixel is a sample, it takes its value") {
+TEST_CASE("scan_convert: a pixel at a sample has its value") {
     const linear_array probe{.lines = 30, .width = 30_mm};
     scan_lines lines{30, 40, 40_mm};
     for (std::size_t i = 0; i < lines.values.size(); ++i) lines.values[i] = static_cast<float>((i * 7919) % 997) / 997;
@@ -141,7 +142,7 @@ TEST_CASE("scan_convert: where a pixel is a sample, it takes its value") {
         for (std::uint32_t y = 0; y < 40; ++y) CHECK(std::fabs(picture(x, y) - lines(x, y)) < 1e-5F);
 }
 
-TEST_CASE("scan_convert: between lines and samples it is bilinear, beyond the outermost it stays level") {
+TEST_CASE("scan_convert: bilinear between lines and samples, constant beyond the outermost") {
     const linear_array probe{.lines = 20, .width = 20_mm};
     scan_lines lines{20, 10, 20_mm};
     for (std::uint32_t i = 0; i < 20; ++i)
@@ -155,19 +156,20 @@ TEST_CASE("scan_convert: between lines and samples it is bilinear, beyond the ou
         }
 }
 
-TEST_CASE("scan_convert: two lines of two samples are enough to be bilinear between them") {
+TEST_CASE("scan_convert: bilinear between two lines of two samples") {
     const linear_array probe{.lines = 2, .width = 2_mm};
     scan_lines lines{2, 2, 2_mm};
     lines.values = {1, 2, 3, 4};
     const image picture = scan_convert(exec::seq, lines, probe, {.size = {8, 8}});
-    const auto share = [](std::uint32_t pixel) { // of the second one, which lies 4 pixels beyond the first
+    const auto fraction = [](std::uint32_t pixel) { // of the second one, which lies 4 pixels beyond the first
         return std::clamp((static_cast<float>(pixel) + 0.5F) / 4 - 0.5F, 0.0F, 1.0F);
     };
     for (std::uint32_t x = 0; x < 8; ++x)
-        for (std::uint32_t y = 0; y < 8; ++y) CHECK(std::fabs(picture(x, y) - (1 + 2 * share(x) + share(y))) < 1e-5F);
+        for (std::uint32_t y = 0; y < 8; ++y)
+            CHECK(std::fabs(picture(x, y) - (1 + 2 * fraction(x) + fraction(y))) < 1e-5F);
 }
 
-TEST_CASE("scan_convert: the field of view is centred in pictures of another shape, the rest is background") {
+TEST_CASE("scan_convert: the field of view is centred in images of another aspect ratio, the rest is background") {
     const linear_array probe{.lines = 20, .width = 20_mm};
     const scan_lines lines = filled(20, 10, 40_mm, 1);
     const image wide = scan_convert(exec::seq, lines, probe, {.size = {100, 40}, .background = 0.25F});
@@ -178,7 +180,7 @@ TEST_CASE("scan_convert: the field of view is centred in pictures of another sha
         for (std::uint32_t x = 0; x < 20; ++x) CHECK(high(x, y) == (y >= 30 && y < 70 ? 1 : 0));
 }
 
-TEST_CASE("scan_convert: a size not asked for follows from the field of view") {
+TEST_CASE("scan_convert: a size of 0 is chosen to fit the field of view") {
     const acquisition scan{.depth = 45_mm, .samples = 10};
     const linear_array probe{.lines = 4, .width = 60_mm};
     const auto size = [&](uvec2 asked) { return make_scan_map(exec::seq, probe, scan, {.size = asked}).size; };
@@ -189,7 +191,7 @@ TEST_CASE("scan_convert: a size not asked for follows from the field of view") {
     CHECK(size({1, 0}) == uvec2{1, 1});
 }
 
-TEST_CASE("scan_convert: the field of a fan is the fan, half a line beyond its outermost lines") {
+TEST_CASE("scan_convert: the field of view of a sector extends half a line beyond the outermost lines") {
     const phased_array probe{.lines = 9, .field_of_view = 90_deg};
     const std::uint32_t rows = 200;
     const image picture =
@@ -207,7 +209,7 @@ TEST_CASE("scan_convert: the field of a fan is the fan, half a line beyond its o
     CHECK(inside == doctest::Approx(3.14159265 / 4 * rows * rows).epsilon(0.02));
 }
 
-TEST_CASE("scan_convert: behind a curved face there is background, in front of it the field") {
+TEST_CASE("scan_convert: a curved face separates background and field of view") {
     const convex_array probe{.lines = 64, .radius = 60_mm, .field_of_view = 60_deg};
     const scan_map map = make_scan_map(exec::seq, probe, {.depth = 80_mm, .samples = 64}, {.size = {700, 0}});
     const image picture = scan_convert(exec::seq, filled(64, 64, 80_mm, 1), map);
@@ -223,7 +225,7 @@ TEST_CASE("scan_convert: behind a curved face there is background, in front of i
     CHECK(grey(40_mm, 0) == 0);      // 33.7 degrees
 }
 
-TEST_CASE("scan_convert: a probe all round sees a disc with a hole") {
+TEST_CASE("scan_convert: the field of view of a full circle is an annulus") {
     const convex_array probe{.lines = 64, .radius = 10_mm, .field_of_view = 360_deg};
     const scan_map map = make_scan_map(exec::seq, probe, {.depth = 30_mm, .samples = 64}, {.size = {200, 0}});
     CHECK(map.size == uvec2{200, 200});
@@ -234,7 +236,7 @@ TEST_CASE("scan_convert: a probe all round sees a disc with a hole") {
     CHECK(picture(5, 5) == 0);
 }
 
-TEST_CASE("scan_map: points and pixels convert into each other, pixel centres lie at half-integers") {
+TEST_CASE("scan_map: points and pixels convert into each other, pixel centres are at half-integers") {
     const linear_array probe{.lines = 10, .width = 40_mm};
     const scan_map map = make_scan_map(exec::seq, probe, {.depth = 40_mm, .samples = 10}, {.size = {400, 400}});
     CHECK(map.point(0, 0).x == doctest::Approx(-0.01995));
@@ -247,7 +249,7 @@ TEST_CASE("scan_map: points and pixels convert into each other, pixel centres li
     CHECK(map.pixel({10.05_mm, 0.25_mm}).y == doctest::Approx(2.5));
 }
 
-TEST_CASE("scan_convert: a map made once gives the same picture as one made for the frame, on any number of threads") {
+TEST_CASE("scan_convert: a map that is kept gives the same image as a temporary one, for any number of threads") {
     const convex_array probe{.lines = 64};
     scan_lines lines{64, 100, 90_mm};
     for (std::size_t i = 0; i < lines.values.size(); ++i) lines.values[i] = static_cast<float>((i * 7919) % 997) / 997;
@@ -262,7 +264,7 @@ TEST_CASE("scan_convert: a map made once gives the same picture as one made for 
 
 namespace {
 
-// Counts how often it is checked: once for each map.
+// Counts its checks: one for each map.
 struct counted : linear_array {
     static inline int checks = 0;
     void check() const {
@@ -272,14 +274,15 @@ struct counted : linear_array {
     friend bool operator==(const counted&, const counted&) = default;
 };
 
-// No two of them can be compared.
+// Not equality comparable.
 struct incomparable : counted {
     friend bool operator==(const incomparable&, const incomparable&) = delete;
 };
 
 } // namespace
 
-TEST_CASE("kept_scan_map: a map is made anew where the probe, the lines or the settings have changed, and only there") {
+TEST_CASE(
+    "kept_scan_map: a map is made again where the probe, the lines or the settings have changed, and only there") {
     kept_scan_map<counted> kept;
     counted::checks = 0;
     int made = 0;
@@ -330,7 +333,7 @@ TEST_CASE("scan_convert: a single line and a single sample are legal") {
     CHECK(std::count(level.pixels.begin(), level.pixels.end(), 0.5F) == 100);
 }
 
-TEST_CASE("scan_convert: what makes no sense is refused with a usage_error") {
+TEST_CASE("scan_convert: lines and settings out of range are refused") {
     const linear_array probe{.lines = 20};
     const auto refused = [&](const scan_lines& lines, const scan_convert_settings& settings) {
         CHECK_THROWS_AS(scan_convert(exec::seq, lines, probe, settings), usage_error);
@@ -353,7 +356,6 @@ TEST_CASE("scan_convert: what makes no sense is refused with a usage_error") {
     refused(good, {.size = {100000, 0}});
     refused(good, {.background = not_a_number});
     CHECK_THROWS_AS(scan_convert(exec::seq, good, linear_array{.lines = 20, .width = -1}), usage_error);
-    CHECK_THROWS_AS(make_scan_map(exec::seq, probe, acquisition{.depth = 40_mm, .samples = 0}), usage_error);
     CHECK_THROWS_AS(make_scan_map(exec::seq, linear_array{.lines = ~0U}, acquisition{.depth = 40_mm, .samples = 2}),
                     usage_error);
 
@@ -366,6 +368,35 @@ TEST_CASE("scan_convert: what makes no sense is refused with a usage_error") {
     shorter.samples = 9;
     CHECK_THROWS_AS(scan_convert(exec::seq, fewer, map), usage_error);
     CHECK_THROWS_AS(scan_convert(exec::seq, shorter, map), usage_error);
+}
+
+TEST_CASE("make_scan_map: a number of samples of 0 is chosen for the pulse of the probe") {
+    const auto samples = [](const auto& probe) { return make_scan_map(exec::seq, probe, {.depth = 40_mm}).samples; };
+    CHECK(samples(linear_array{}) == 1344);                  // two for each 0.0597 mm, in blocks of 64
+    CHECK(samples(linear_array{.frequency = 5_MHz}) == 896); // 0.0896 mm
+    CHECK(samples(linear_array{.bandwidth = 0.322F}) == 704);
+    CHECK(samples(steered_array{}) == 896); // no bandwidth stated: 2.5 cycles
+}
+
+TEST_CASE("scan_convert: an image with more than 16384 pixels a side is refused with its size and the likely cause") {
+    const auto sentence = [](const linear_array& probe, float depth, uvec2 size) -> std::string {
+        try {
+            make_scan_map(exec::seq, probe, {.depth = depth, .samples = 64}, {.size = size});
+        } catch (const usage_error& e) {
+            return e.what();
+        }
+        return "none";
+    };
+    const linear_array probe{.lines = 4};
+    CHECK(sentence(probe, 80, {0, 0}) == "scan_convert: depth is 80 m: did you mean 80_mm?");
+    CHECK(sentence(probe, 8, {0, 0}) ==
+          "scan_convert: size 512x107790 exceeds 16384 pixels a side; depth is 8 m: did you mean 8_mm?");
+    CHECK(
+        sentence({.lines = 4, .width = 1_mm}, 80_mm, {0, 0}) ==
+        "scan_convert: size 512x40960 exceeds 16384 pixels a side; the field of view is 0.001 m wide and 0.08 m high; "
+        "ask for fewer");
+    CHECK(sentence(probe, 80_mm, {16384, 1}) == "none");
+    CHECK(sentence(probe, 80_mm, {16385, 1}).find("size 16385x1 exceeds") != std::string::npos);
 }
 
 TEST_CASE("scan_convert: a full circle has no seam") {

@@ -51,7 +51,7 @@ std::string sentence(const Call& call) {
 
 } // namespace
 
-TEST_CASE("the debug OBJ holds the field, the lines and the placed meshes in metres") {
+TEST_CASE("the debug OBJ has the field of view, the lines and the placed meshes in metres") {
     const temporary_folder folder;
     scene body{tissue::muscle};
     const pose aside{mat3{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}, {10_mm, 0, 0}}; // a quarter turn about z, then along x
@@ -89,15 +89,15 @@ TEST_CASE("the debug OBJ holds the field, the lines and the placed meshes in met
     REQUIRE(rib.size() == 36);
     vec3 lower{1, 1, 1}, upper{-1, -1, -1};
     for (const tinyobj::index_t& corner : rib) {
-        lower = lesser(lower, read.position(corner));
-        upper = greater(upper, read.position(corner));
+        lower = min(lower, read.position(corner));
+        upper = max(upper, read.position(corner));
     }
     CHECK(close_to(lower, {0, 0, 20_mm})); // x and y changed places by the turn, then 10 mm along x
     CHECK(close_to(upper, {10_mm, 30_mm, 40_mm}));
     CHECK(read.shape(3).mesh.num_face_vertices.size() == 80);
 }
 
-TEST_CASE("the debug OBJ of a sector has its far end on a circle, and an empty scene is legal") {
+TEST_CASE("the debug OBJ of a sector ends on a circle, and an empty scene is legal") {
     const temporary_folder folder;
     const convex_array convex{.lines = 32, .radius = 60_mm, .field_of_view = 60_deg};
     write_debug_obj(folder.path("a.obj"), scene{}, convex, pose{}, 80_mm);
@@ -118,42 +118,45 @@ TEST_CASE("the debug OBJ of a sector has its far end on a circle, and an empty s
     }
 }
 
-TEST_CASE("names of a drawing stay on their line") {
+TEST_CASE("line breaks in the names of a drawing are replaced") {
     const temporary_folder folder;
     write_drawing(folder.path("a.obj"), {{.name = "two\nlines", .positions = {{0, 0, 0}}}});
     CHECK(folder.read("a.obj").find("o two lines\nv ") != std::string::npos);
 }
 
-TEST_CASE("a drawing whose faces or polylines name vertices that are not there is not begun") {
+TEST_CASE("a drawing with vertex indices out of range is refused before anything is written") {
     const temporary_folder folder;
     const std::string path = folder.path("a.obj");
     const std::vector<vec3> three{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     for (const drawn_object& wrong : {drawn_object{.name = "rib", .positions = three, .faces = {{0, 1, 3}}},
                                       drawn_object{.name = "rib", .positions = three, .polylines = {2, 2}}})
         CHECK(sentence<usage_error>([&] { write_drawing(path, {wrong}); }) ==
-              "write_drawing: object 'rib' has a face or polyline with a vertex that is not there");
+              "write_drawing: object 'rib' has a face or polyline with a vertex index out of range");
     CHECK(!std::filesystem::exists(path));
     write_drawing(path, {{.name = "rib", .positions = three, .faces = {{0, 1, 2}}, .polylines = {2, 1}}});
     CHECK(folder.read("a.obj").find("f 1 2 3\nl 1 2\nl 3\n") != std::string::npos);
 }
 
-TEST_CASE("write_debug_obj refuses what makes no sense with a sentence") {
+TEST_CASE("write_debug_obj refuses settings out of range with a sentence") {
     const temporary_folder folder;
     const std::string path = folder.path("a.obj");
     const linear_array probe{};
     for (const float depth : {0.0F, -1.0F, std::nanf(""), INFINITY})
-        CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, probe, pose{}, depth); }) ==
-              "write_debug_obj: the depth must be a number of metres, from 1 nm to 1000 km");
+        CHECK(sentence<usage_error>([&] {
+                  write_debug_obj(path, scene{}, probe, pose{}, depth);
+              }).find(" m; it must be from 1 nm to 10 m") != std::string::npos);
+    CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, probe, pose{}, 80); }) ==
+          "write_debug_obj: depth is 80 m: did you mean 80_mm?");
     CHECK(sentence<geometry_error>([&] { write_debug_obj(path, scene{}, probe, {.rotation = mat3{2}}, 1); }) ==
-          "write_debug_obj: the pose of the probe is no rigid motion");
+          "write_debug_obj: the pose of the probe is not a rigid transform; make it with look_at");
     CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, linear_array{.lines = ~0U}, pose{}, 1); }) ==
-          "write_debug_obj: at most 65536 lines are drawn; ask for fewer");
+          "write_debug_obj: 4294967295 lines are more than 65536; draw fewer");
     CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, linear_array{.lines = 0}, pose{}, 1); }) ==
-          "probe: `lines` must be at least 1");
+          "probe: lines is 0; it must be at least 1");
     CHECK(!std::filesystem::exists(path));
     const std::string nowhere = folder.path("no/such/folder.obj");
     CHECK(sentence<io_error>([&] { write_debug_obj(nowhere, scene{}, probe, pose{}, 1); }) ==
-          nowhere + ": the file cannot be written; check that its folder exists and lets you write");
+          nowhere + ": the file cannot be created; check that its folder exists and is writable");
 }
 
 } // namespace debug_obj_test

@@ -68,7 +68,7 @@ double doubled_area(const mesh& m) {
 
 } // namespace
 
-TEST_CASE("an OBJ file is one mesh in metres") {
+TEST_CASE("an OBJ file is loaded as one mesh in metres") {
     const temporary_folder folder;
     const mesh m = load_obj(folder.write("a.obj", tetrahedron + its_faces), {.unit = 1_mm});
     CHECK(m.positions == std::vector<vec3>{{0, 0, 0}, {1_mm, 0, 0}, {0, 1_mm, 0}, {0, 0, 1_mm}});
@@ -76,7 +76,7 @@ TEST_CASE("an OBJ file is one mesh in metres") {
     CHECK(validate(m).volume == doctest::Approx(1e-9 / 6));
 }
 
-TEST_CASE("all the ways to write an OBJ file give the same mesh") {
+TEST_CASE("all notations of an OBJ file give the same mesh") {
     const temporary_folder folder;
     const mesh plain = load_obj(folder.write("a.obj", tetrahedron + its_faces), {.unit = 1_m});
     const auto same = [&](const std::string& text) {
@@ -100,7 +100,7 @@ TEST_CASE("all the ways to write an OBJ file give the same mesh") {
     CHECK(same(old_mac));
 }
 
-TEST_CASE("vertices that no face uses are dropped, the others keep their order") {
+TEST_CASE("unused vertices are removed, the others keep their order") {
     const temporary_folder folder;
     const std::string path = folder.write("a.obj", "v 9 9 9\n" + tetrahedron + "v 8 8 8\nf 5 4 2\nf 2 4 3\n");
     const mesh m = load_obj(path, {.unit = 1_m});
@@ -108,7 +108,7 @@ TEST_CASE("vertices that no face uses are dropped, the others keep their order")
     CHECK(m.faces == std::vector<uvec3>{{3, 2, 0}, {0, 2, 1}});
 }
 
-TEST_CASE("polygons are cut into triangles of the same orientation and area") {
+TEST_CASE("polygons are triangulated with the same orientation and area") {
     const temporary_folder folder;
     const auto area_of = [&](const std::string& text, std::size_t triangles) {
         const mesh m = load_obj(folder.write("a.obj", text), {.unit = 1_m});
@@ -132,7 +132,7 @@ TEST_CASE("polygons are cut into triangles of the same orientation and area") {
           doctest::Approx(150 * std::sin(2 * 3.14159265358979323846 / 300)).epsilon(1e-4));
 }
 
-TEST_CASE("a face of an OBJ file becomes as many triangles as its corners allow, or an error") {
+TEST_CASE("a face of n corners becomes n - 2 triangles, or an error") {
     const temporary_folder folder; // five corners on a line, and all at one point
     for (const char* vertices :
          {"v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 4 0 0\n", "v 1 1 1\nv 1 1 1\nv 1 1 1\nv 1 1 1\nv 1 1 1\n"}) {
@@ -141,43 +141,45 @@ TEST_CASE("a face of an OBJ file becomes as many triangles as its corners allow,
             CHECK(load_obj(path, {.unit = 1_m}).faces.size() == 4);
         } catch (const io_error& e) {
             CHECK(e.what() ==
-                  path + ":7: this polygon cannot be cut into triangles; triangulate the mesh before it is exported");
+                  path + ":7: this polygon cannot be triangulated; triangulate the mesh before exporting it");
         }
     }
 }
 
-TEST_CASE("the unit of an OBJ file must be said") {
+TEST_CASE("the unit of an OBJ file is required") {
     const temporary_folder folder;
     const std::string path = folder.write("a.obj", tetrahedron + its_faces);
-    has(sentence<usage_error>([&] { load_obj(path, {}); }), "say the unit: {.unit = 1_mm}");
+    has(sentence<usage_error>([&] { load_obj(path, {}); }),
+        "OBJ files have no unit of length; give it: {.unit = 1_mm}");
     has(sentence<usage_error>([&] { load_obj_scene(path, {.background = tissue::fat}); }),
-        "say the unit: {.unit = 1_mm}");
+        "OBJ files have no unit of length; give it: {.unit = 1_mm}");
     for (const float unit : {-1.0F, std::nanf(""), INFINITY})
-        has(sentence<usage_error>([&] { load_obj(path, {.unit = unit}); }), "a finite number of metres above 0");
+        has(sentence<usage_error>([&] { load_obj(path, {.unit = unit}); }), "the unit must be finite and above 0");
     has(sentence<usage_error>([&] { load_obj_scene(path, {.unit = 1_m, .background = {.density = -1}}); }),
         "background");
 }
 
-TEST_CASE("faults of an OBJ file are told with its name, the line and what to do") {
+TEST_CASE("errors in an OBJ file are reported with its name, the line and a remedy") {
     const std::string t = tetrahedron + its_faces;
     CHECK(complaint("") == ": the file is empty");
-    has(complaint("# nothing\n"), ": the file holds no faces (lines that begin with 'f')");
-    has(complaint(tetrahedron), ": the file holds no faces");
-    has(complaint(std::string{"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16}), ": the file holds no faces");
+    has(complaint("# nothing\n"), ": the file has no faces (lines starting with 'f')");
+    has(complaint(tetrahedron), ": the file has no faces");
+    has(complaint(std::string{"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16}), ": the file has no faces");
     has(complaint("v 0 0 0\nv 1 nan 0\n"), ":2: the coordinate 'nan' is not a finite number");
     has(complaint("v 0 0 0\nv 1 0 -inf\n"), ":2: the coordinate '-inf' is not a finite number");
     for (const char* word : {"x", "1,5", "1.5.2", "1e", "e5", "-", ".", "0x10", "1d3", "1e99999"})
         has(complaint(t + "\n\nv 0 " + word + " 0\n"), ":11: the coordinate '" + std::string{word} + "' is not");
     has(complaint("v 0 0\n" + t), ":1: a vertex needs three coordinates");
     has(complaint("v 0 0 0\nv 0 1e39 0\n" + t), ":2: a coordinate of this vertex is too large");
-    has(complaint(tetrahedron + "f 1 2\n"), ":5: a face needs three corners");
-    has(complaint(tetrahedron + "f\n"), ":5: a face needs three corners");
-    has(complaint(tetrahedron + "f 1 2 3\r\nf 1 2 5\r\n"), ":6: a face names vertex 5, but the file has 4 up to here");
-    has(complaint(tetrahedron + "f 1 2 -5\n"), ":5: a face names vertex -5, but the file has 4 up to here");
+    has(complaint(tetrahedron + "f 1 2\n"), ":5: a face needs at least three corners");
+    has(complaint(tetrahedron + "f\n"), ":5: a face needs at least three corners");
+    has(complaint(tetrahedron + "f 1 2 3\r\nf 1 2 5\r\n"),
+        ":6: a face names vertex 5, but the file has 4 up to this line");
+    has(complaint(tetrahedron + "f 1 2 -5\n"), ":5: a face names vertex -5, but the file has 4 up to this line");
     has(complaint(tetrahedron + "f 1 2 99999999999999999999\n"), ":5: a face names vertex 99999999999999999999");
-    has(complaint(tetrahedron + "f 0 1 2\n"), ":5: a face names vertex 0, but OBJ counts from 1");
+    has(complaint(tetrahedron + "f 0 1 2\n"), ":5: a face names vertex 0, but indices start at 1 in OBJ");
     for (const char* word : {"x", "1.5", "2x", "--1", "/1"})
-        has(complaint(tetrahedron + "f 1 2 " + word + "\n"), " is not the index of a vertex");
+        has(complaint(tetrahedron + "f 1 2 " + word + "\n"), " is not a vertex index");
     std::string endless = "f"; // to cut it would take hours
     for (int i = 0; i < 100'000; ++i) endless += " 1 2 3 4";
     has(complaint(tetrahedron + endless + "\n"), ":5: this face has 400000 corners, more than 10000; triangulate");
@@ -187,10 +189,11 @@ TEST_CASE("faults of an OBJ file are told with its name, the line and what to do
     const temporary_folder folder;
     has(sentence<io_error>([&] { load_obj(folder.path("no.obj"), {.unit = 1_m}); }),
         "no.obj: the file cannot be opened");
-    has(sentence<io_error>([&] { load_obj(folder.path(""), {.unit = 1_m}); }), "this is a folder; name a file in it");
+    has(sentence<io_error>([&] { load_obj(folder.path(""), {.unit = 1_m}); }),
+        "this is a folder; give the path of a file");
 }
 
-TEST_CASE("each object or group and medium of an OBJ file is an object of the scene, named and filled") {
+TEST_CASE("each object or group and medium of an OBJ file becomes a named object of the scene") {
     const temporary_folder folder;
     folder.write("a.mtl", "newmtl tumour\nKd 1 0 0\ndensity 1100\nsound_speed\t1600 # m/s\nattenuation 0.7\n"
                           "attenuation_power 1.2\nbackscatter_db -20\nroughness_um 5\npriority 3\n"
@@ -221,7 +224,7 @@ TEST_CASE("each object or group and medium of an OBJ file is an object of the sc
     CHECK(objects[1].name == "first");
     CHECK(objects[1].surface.faces == std::vector<uvec3>{{0, 1, 2}});
     CHECK(objects[1].surface.positions == std::vector<vec3>{{0, 0, 0}, {1_mm, 0, 0}, {0, 0, 1_mm}});
-    CHECK(objects[1].inside == medium{.density = 2000, .sound_speed = 4000}); // smooth and silent
+    CHECK(objects[1].inside == medium{.density = 2000, .sound_speed = 4000}); // specular, anechoic
     CHECK(objects[1].priority == 0);
 
     CHECK(objects[2].name == "second");
@@ -234,7 +237,7 @@ TEST_CASE("each object or group and medium of an OBJ file is an object of the sc
     CHECK(objects[4].inside == tissue::fat); // by name alone
 }
 
-TEST_CASE("tissue names need no material library, and medium names may hold blanks") {
+TEST_CASE("tissue names need no material library, and names may contain spaces") {
     const temporary_folder folder;
     std::string text =
         "mtllib lost.mtl\n" + tetrahedron + "o a\nusemtl bone\nf 1 3 2\no b\nusemtl liver # soft\nf 1 2 4\n";
@@ -255,16 +258,16 @@ TEST_CASE("tissue names need no material library, and medium names may hold blan
     CHECK(plastic.objects()[1].inside == medium{.density = 1001, .sound_speed = 1401});
 }
 
-TEST_CASE("a scene from an OBJ file must be built, and then encloses what the file does") {
+TEST_CASE("a scene from an OBJ file has to be built, and then has the geometry of the file") {
     const temporary_folder folder;
     const std::string path = folder.write("a.obj", tetrahedron + "usemtl bone\n" + its_faces);
     scene loaded = load_obj_scene(path, {.unit = 1_cm});
     CHECK_THROWS_AS(loaded.require_built(), usage_error);
     loaded.build(exec::seq);
-    CHECK(loaded.objects()[0].volume == doctest::Approx(1e-6 / 6));
+    CHECK(enclosed_volume(loaded.objects()[0].surface) == doctest::Approx(1e-6 / 6));
 }
 
-TEST_CASE("faults of media are told with the file, and the line or the medium") {
+TEST_CASE("errors in media are reported with the file, and the line or the medium") {
     const std::string head = "mtllib a.mtl\n" + tetrahedron, tail = "usemtl stuff\nf 1 2 3\n", t = head + tail;
     CHECK(complaint(t, "") == "a.obj:6: the medium 'stuff' is unknown: use the name of a tissue (`tissue::all` lists "
                               "them), or give density and sound_speed under 'newmtl stuff' in the material library "
@@ -276,20 +279,19 @@ TEST_CASE("faults of media are told with the file, and the line or the medium") 
     has(complaint(head + "usemtl\nf 1 2 3\n", ""), "a.obj:6: the medium '' is unknown");
 
     const std::string stuff = "newmtl stuff\ndensity 1000\nsound_speed 1500\n";
-    CHECK(
-        complaint(t, stuff + "attenuation 0.5 dB\n") ==
-        "a.mtl: newmtl stuff: attenuation is '0.5 dB', which is not a number; write the number alone, without a unit");
+    CHECK(complaint(t, stuff + "attenuation 0.5 dB\n") ==
+          "a.mtl: newmtl stuff: attenuation is '0.5 dB', which is not a number; give the number without a unit");
     for (const char* value : {"x", "nan", "inf", "1e39", "1,5"})
         has(complaint(t, stuff + "roughness_um " + value + "\n"), "a.mtl: newmtl stuff: roughness_um is '");
     has(complaint(t, "newmtl stuff\ndensity 0\nsound_speed 1500\n"), "density and sound_speed must be above 0");
     has(complaint(t, "newmtl stuff\ndensity 1000\nsound_speed -1\n"), "density and sound_speed must be above 0");
-    has(complaint(t, stuff + "attenuation -1\n"), "the other values not below");
-    has(complaint(t, stuff + "backscatter_db 2000\n"), "none out of bounds");
+    has(complaint(t, stuff + "attenuation -1\n"), "the other values not negative");
+    has(complaint(t, stuff + "backscatter_db 2000\n"), "and all in range");
     has(complaint(t, stuff + "priority 1.5\n"), "a.mtl: newmtl stuff: priority must be a whole number");
-    has(complaint(t, stuff + "priority 1e9\n"), "priority must be a whole number within a million");
+    has(complaint(t, stuff + "priority 1e9\n"), "priority must be a whole number from -1000000 to 1000000");
 }
 
-TEST_CASE("a material library outside of the file's folder is not opened") {
+TEST_CASE("a material library outside the folder of the file is not opened") {
     const temporary_folder folder;
     folder.write("secret.mtl", "newmtl stuff\ndensity 1000\nsound_speed 1500\n");
     const std::string rest = tetrahedron + "usemtl stuff\nf 1 2 3\n";
@@ -299,7 +301,7 @@ TEST_CASE("a material library outside of the file's folder is not opened") {
         const std::string path = folder.write("inner/a.obj", "# one\nmtllib " + name + "\n" + rest);
         const std::string said = sentence<io_error>([&] { load_obj_scene(path, {.unit = 1_m}); });
         has(said, path + ":2: the material library '");
-        has(said, "lies outside of the file's own folder and is not opened; put it beside the file");
+        has(said, "is outside the folder of the file and is not opened; move it there");
         CHECK(load_obj(path, {.unit = 1_m}).faces.size() == 1); // which opens none
     }
     const std::string path = folder.write("inner/a.obj", "mtllib a..b.mtl\n" + rest);
@@ -307,35 +309,35 @@ TEST_CASE("a material library outside of the file's folder is not opened") {
     CHECK(load_obj_scene(path, {.unit = 1_m}).objects().size() == 1);
 }
 
-TEST_CASE("a link out of the file's folder is not followed, one within it is") {
+TEST_CASE("a symbolic link out of the folder of the file is not followed, one within it is") {
     const temporary_folder folder;
     folder.write("secret.mtl", "newmtl stuff\ndensity 1000\nsound_speed 1500\n");
     const std::string path = folder.write("inner/a.obj", "mtllib link.mtl\n" + tetrahedron + "usemtl stuff\nf 1 2 3\n");
     std::error_code impossible; // where links cannot be made, there is none to follow
     std::filesystem::create_symlink(folder.path("secret.mtl"), folder.path("inner/link.mtl"), impossible);
     if (impossible) return;
-    has(sentence<io_error>([&] { load_obj_scene(path, {.unit = 1_m}); }), "lies outside of the file's own folder");
+    has(sentence<io_error>([&] { load_obj_scene(path, {.unit = 1_m}); }), "is outside the folder of the file");
     std::filesystem::remove(folder.path("inner/link.mtl"));
     folder.write("inner/real.mtl", "newmtl stuff\ndensity 1000\nsound_speed 1500\n");
     std::filesystem::create_symlink("real.mtl", folder.path("inner/link.mtl"));
     CHECK(load_obj_scene(path, {.unit = 1_m}).objects().size() == 1);
 }
 
-TEST_CASE("a material library elsewhere is opened where the caller allows it") {
+TEST_CASE("a material library elsewhere is opened if the caller allows it") {
     const temporary_folder folder;
     folder.write("common.mtl", "newmtl stuff\ndensity 1000\nsound_speed 1500\n");
     for (const std::string& name : {std::string{"../common.mtl"}, folder.path("common.mtl")}) {
         const std::string path =
             folder.write("inner/a.obj", "mtllib " + name + "\n" + tetrahedron + "usemtl stuff\nf 1 2 3\n");
-        const scene body = load_obj_scene(path, {.unit = 1_m, .libraries = library_access::anywhere});
+        const scene body = load_obj_scene(path, {.unit = 1_m, .libraries = obj_settings::library_access::anywhere});
         CHECK(body.objects().at(0).inside.density == 1000);
     }
 }
 
-TEST_CASE("a name that goes on after a character 0, or is none, is refused") {
+TEST_CASE("a file name with a null character, or an empty one, is refused") {
     const std::string cut{"a.obj\0b", 7};
-    has(sentence<io_error>([&] { load_obj(cut, {.unit = 1_m}); }), "a.obj: its name goes on after a character 0");
-    has(sentence<io_error>([&] { load_obj("", {.unit = 1_m}); }), "a file was asked for without a name");
+    has(sentence<io_error>([&] { load_obj(cut, {.unit = 1_m}); }), "a.obj: the file name contains a null character");
+    has(sentence<io_error>([&] { load_obj("", {.unit = 1_m}); }), "the file name is empty");
 }
 
 } // namespace obj_test

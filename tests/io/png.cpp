@@ -51,7 +51,7 @@ std::string sentence(const Call& call) {
 
 } // namespace
 
-TEST_CASE("a PNG is 8 bits of grey, row by row from the top, rounded to nearest") {
+TEST_CASE("a PNG has 8 bits of grey, in rows from the top, rounded to nearest") {
     const temporary_folder folder;
     image picture{{3, 2}};
     picture.pixels = {0, 1, 0.5F, 100.4F / 255, 100.6F / 255, 254.6F / 255};
@@ -63,7 +63,7 @@ TEST_CASE("a PNG is 8 bits of grey, row by row from the top, rounded to nearest"
     CHECK(read.grey == std::vector<int>{0, 255, 128, 100, 101, 255});
 }
 
-TEST_CASE("in a PNG what is out of range is clamped, and NaN is black") {
+TEST_CASE("values out of range are clamped in a PNG, and NaN is black") {
     const temporary_folder folder;
     image picture{{6, 1}};
     picture.pixels = {-0.1F,
@@ -76,7 +76,7 @@ TEST_CASE("in a PNG what is out of range is clamped, and NaN is black") {
     CHECK(decode(folder.path("a.png")).grey == std::vector<int>{0, 255, 255, 0, 0, 0});
 }
 
-TEST_CASE("a PNG of noise comes back as it was, and as the program's own stb writes it") {
+TEST_CASE("a PNG of noise is decoded unchanged, and equals that of the program's own stb") {
     const temporary_folder folder;
     image picture{{317, 211}};
     std::vector<unsigned char> expected(picture.pixels.size());
@@ -90,28 +90,28 @@ TEST_CASE("a PNG of noise comes back as it was, and as the program's own stb wri
     CHECK(folder.read("a.png") == folder.read("own.png"));
 }
 
-TEST_CASE("write_png refuses senseless pictures and places with a sentence") {
+TEST_CASE("write_png refuses invalid images and paths with a sentence") {
     const temporary_folder folder;
     const std::string path = folder.path("a.png");
     const auto refusal = [&](const image& picture) { return sentence<usage_error>([&] { write_png(path, picture); }); };
-    CHECK(refusal(image{}).find("a picture of 0 x 0 pixels") != std::string::npos);
-    CHECK(refusal(image{{5, 0}}).find("a picture of 5 x 0 pixels") != std::string::npos);
+    CHECK(refusal(image{}).find("write_png: size 0x0 has no pixels") != std::string::npos);
+    CHECK(refusal(image{{5, 0}}).find("write_png: size 5x0 has no pixels") != std::string::npos);
 
     image wrong{{2, 2}};
     wrong.pixels.pop_back();
-    CHECK(refusal(wrong) == "write_png: a picture of 2 x 2 must hold as many pixels, not 3");
+    CHECK(refusal(wrong) == "write_png: size 2x2 needs as many pixels, not 3");
     wrong.size = {~0U, ~0U};
-    CHECK(refusal(wrong).find("at most 2^28 pixels") != std::string::npos);
+    CHECK(refusal(wrong).find("size 4294967295x4294967295 exceeds 16384 pixels a side") != std::string::npos);
     CHECK(!std::filesystem::exists(path));
 
     const std::string nowhere = folder.path("no/such/folder.png");
     CHECK(sentence<io_error>([&] {
               write_png(nowhere, image{{1, 1}});
-          }) == nowhere + ": the file cannot be written; check that its folder exists and lets you write");
+          }) == nowhere + ": the file cannot be created; check that its folder exists and is writable");
     if (std::filesystem::exists("/dev/full"))
         CHECK(sentence<io_error>([&] {
                   write_png("/dev/full", image{{64, 64}});
-              }) == "/dev/full: not all of the file could be written; check the space left on the disk");
+              }) == "/dev/full: writing failed before the end of the file; check the free space on the disk");
 }
 
 } // namespace png_test

@@ -26,8 +26,8 @@ functions = [
     ("SAH split", "bvh/sah_bins.hpp", r"sah_plane cheapest", r"^};", ["bvh/sah_bins"]),
     ("refit", "bvh/refit.hpp", r"box_areas refit_part", r"^} // namespace", ["bvh/refit"]),
     ("pulse", "signal/pulse.hpp", r"^struct pulse_envelope", r"^template", ["signal/pulse"]),
-    ("scan conversion", "image/scan_convert.hpp", r"const bool full_circle = ", r"^/// The picture of one frame, for", ["image/scan_convert"]),
-    ("progressive mean", "image/progressive.hpp", r"const image& add", r"^    /// The mean, as of", ["image/progressive"]),
+    ("scan conversion", "image/scan_convert.hpp", r"const bool full_circle = ", r"^/// The same for a single frame", ["image/scan_convert"]),
+    ("progressive mean", "image/progressive.hpp", r"const image& add", r"^    /// The mean after", ["image/progressive"]),
     ("attenuation", "acoustics/attenuation.hpp", r"float echo_loss", r"^} // namespace", ["acoustics/attenuation"]),
 ]
 

@@ -47,7 +47,7 @@ int main(int count, char** arguments) {
     int failed = 0;
     for (const pictures::phantom& one : pictures::all) {
         image seen = one.draw();
-        for (float& p : seen.pixels) p = std::round(clamped(p, 0, 1) * 255) / 255; // as a PNG has it
+        for (float& p : seen.pixels) p = std::round(clamp(p, 0, 1) * 255) / 255; // as a PNG has it
         const std::string reference = folder + "/" + one.name + ".png";
         if (accept) {
             write_png(reference, seen);

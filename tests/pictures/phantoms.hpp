@@ -98,7 +98,7 @@ inline image pressed() {
     body.build(exec::par);
     for (const object_id id : {muscle, nerve})
         for (vec3& p : body.positions(id)) p.z *= 0.9F;
-    body.update(exec::par, trees::wait);
+    body.update(exec::par);
     return b_mode(exec::par_unseq, body, linear_array{.lines = 192}, pose{}, {.depth = 40_mm, .size = size},
                   physical{}.with_scattering(gaussian_field<pressed_to_nine_tenths>{}));
 }

@@ -15,7 +15,7 @@ TEST_CASE("convex_array: the middle line leaves the origin straight down") {
     CHECK(beam.direction == vec3{0, 0, 1});
 }
 
-TEST_CASE("convex_array: a line at 20 degrees leaves the curved face at a right angle") {
+TEST_CASE("convex_array: a line at 20 degrees is normal to the face") {
     const convex_array probe{.lines = 3, .radius = 60_mm, .field_of_view = 60_deg};
     const ray beam = probe.beam(2);                         // (2.5 / 3 - 1 / 2) * 60 = 20 degrees
     CHECK(beam.direction.x == doctest::Approx(0.34202014)); // sin 20
@@ -32,7 +32,7 @@ TEST_CASE("convex_array: points behind the face have a negative depth") {
     CHECK(convex_array{}.locate({0, -5_mm}).y == doctest::Approx(-0.005));
 }
 
-TEST_CASE("convex_array: the defaults pass, senseless radius and field of view are refused") {
+TEST_CASE("convex_array: the defaults pass, a radius or field of view out of range is refused") {
     CHECK_NOTHROW(convex_array{}.check());
     CHECK_NOTHROW(convex_array{.radius = 10_mm, .field_of_view = 360_deg}.check());
     for (const float bad :
@@ -40,7 +40,7 @@ TEST_CASE("convex_array: the defaults pass, senseless radius and field of view a
         CHECK_THROWS_AS((convex_array{.radius = bad}.check()), usage_error);
         CHECK_THROWS_AS((convex_array{.field_of_view = bad}.check()), usage_error);
     }
-    CHECK_THROWS_AS((convex_array{.field_of_view = 60}.check()), usage_error); // degrees taken for radians
+    CHECK_THROWS_AS((convex_array{.field_of_view = 60}.check()), usage_error); // degrees instead of radians
     CHECK_THROWS_AS((convex_array{.lines = 0}.check()), usage_error);
 }
 

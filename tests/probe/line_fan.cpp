@@ -12,7 +12,7 @@ using namespace insonify;
 namespace line_fan_test {
 namespace {
 
-// A sector that begins somewhere else and may go round.
+// A sector with any first and last angle, up to a full circle.
 struct turned_sector {
     std::uint32_t lines = 40;
     float frequency = 5_MHz;
@@ -28,24 +28,24 @@ struct turned_sector {
     void check() const {}
 };
 
-// Whether the half line from the apex along a beam (for parallel lines the whole line) crosses the way from p to q.
-bool crosses(const line_fan& fan, std::size_t i, vec2 p, vec2 q) {
+// Whether the half line from the apex along a line (for parallel lines the whole line) crosses the segment from p to q.
+bool crosses(const detail::line_fan& fan, std::size_t i, vec2 p, vec2 q) {
     const glm::dvec2 from{p}, way = glm::dvec2{q} - from;
     const glm::dvec2 along{fan[i].along}, origin = fan.parallel() ? glm::dvec2{fan[i].origin} : glm::dvec2{0, 0};
     const auto cross = [](glm::dvec2 a, glm::dvec2 b) { return a.x * b.y - a.y * b.x; };
-    const double share = cross(origin - from, along) / cross(way, along);
-    const double down = glm::dot(from + share * way - origin, along);
-    return share >= 0 && share <= 1 && (fan.parallel() || down >= 0);
+    const double fraction = cross(origin - from, along) / cross(way, along);
+    const double down = glm::dot(from + fraction * way - origin, along);
+    return fraction >= 0 && fraction <= 1 && (fan.parallel() || down >= 0);
 }
 
 } // namespace
 } // namespace line_fan_test
 
-TEST_CASE("the way from one point to another crosses the lines that it does in double precision, with every probe") {
+TEST_CASE("a segment crosses the same lines as in double precision, with every probe") {
     using namespace line_fan_test;
     std::size_t compared = 0, different = 0, crossed = 0;
     const auto check = [&](const auto& probe) {
-        line_fan fan;
+        detail::line_fan fan;
         REQUIRE(fan.assign(probe));
         REQUIRE(fan.size() == probe.lines);
         for (std::uint64_t i = 0; i < 3000; ++i) {
@@ -76,14 +76,14 @@ TEST_CASE("the way from one point to another crosses the lines that it does in d
     check(turned_sector{.lines = 45});
     check(turned_sector{.from = 2, .to = 5, .apex = {7_mm, -3_mm}});
     MESSAGE(compared, " lines compared, ", crossed, " crossed, ", different, " differ");
-    CHECK(different * 100'000 < compared); // ends that lie within rounding of a line
+    CHECK(different * 100'000 < compared); // endpoints within rounding of a line
     CHECK(crossed * 20 > compared);
 }
 
-TEST_CASE("a closed way around crosses each line an even number of times, around the apex an odd number") {
+TEST_CASE("a closed polygon crosses each line an even number of times, an odd number around the apex") {
     using namespace line_fan_test;
     const auto times = [](const auto& probe, vec2 centre, float size) {
-        line_fan fan;
+        detail::line_fan fan;
         REQUIRE(fan.assign(probe));
         std::vector<int> met(probe.lines);
         const auto at = [&](int i) {
@@ -99,32 +99,33 @@ TEST_CASE("a closed way around crosses each line an even number of times, around
     };
     for (std::uint64_t i = 0; i < 200; ++i) {
         const vec2 centre{20_mm * hash_uniform(1, 2 * i) - 10_mm, 20_mm * hash_uniform(1, 2 * i + 1) - 10_mm};
-        if (std::fabs(length(centre) - 4_mm) < 0.1_mm) continue; // the way is a polygon
+        if (std::fabs(length(centre) - 4_mm) < 0.1_mm) continue; // the circle is approximated by a polygon
         for (const int n : times(radial_array{.lines = 64, .radius = 1_mm}, centre, 4_mm))
             CHECK((n % 2 == 1) == (length(centre) < 4_mm));
         for (const int n : times(linear_array{.lines = 64, .width = 20_mm}, centre, 4_mm)) CHECK(n % 2 == 0);
     }
 }
 
-TEST_CASE("where a way crosses a line is as far down as in double precision") {
+TEST_CASE("a segment crosses a line at the same distance as in double precision") {
     const convex_array probe{.lines = 31, .radius = 20_mm, .field_of_view = 80_deg};
-    line_fan fan;
+    detail::line_fan fan;
     REQUIRE(fan.assign(probe));
     for (std::uint32_t i = 0; i < probe.lines; ++i)
         for (const float depth : {0.0F, 1_mm, 37_mm, 150_mm}) {
             const vec2 on = fan[i].origin + depth * fan[i].along, across{fan[i].along.y, -fan[i].along.x};
-            const auto meet = [&](vec2 p, vec2 q) { // of this line and those after it, this one
+            const auto crossing = [&](vec2 p, vec2 q) { // lane 0 is line i
                 float distance[simd_width];
-                store(fan.from<simd_width>(i).meet(p, q), distance);
+                store(fan.from<simd_width>(i).intersect(p, q), distance);
                 return distance[0];
             };
-            CHECK(meet(on - 3_mm * across, on + 1_mm * across) == doctest::Approx(depth).epsilon(1e-6));
-            CHECK(std::fabs(meet(on - 1_mm * across + 2_mm * fan[i].along, on + 3_mm * across - 6_mm * fan[i].along) -
-                            depth) < 1e-7F);
+            CHECK(crossing(on - 3_mm * across, on + 1_mm * across) == doctest::Approx(depth).epsilon(1e-6));
+            CHECK(
+                std::fabs(crossing(on - 1_mm * across + 2_mm * fan[i].along, on + 3_mm * across - 6_mm * fan[i].along) -
+                          depth) < 1e-7F);
         }
 }
 
-TEST_CASE("lines that are no fan are refused") {
+TEST_CASE("lines that are not a fan are refused") {
     using namespace line_fan_test;
     struct out_of_plane : linear_array {
         ray beam(float line) const {
@@ -140,10 +141,10 @@ TEST_CASE("lines that are no fan are refused") {
             return {.origin = linear_array::beam(line).origin, .direction = {std::sin(angle), 0, std::cos(angle)}};
         }
     };
-    CHECK_FALSE(line_fan{}.assign(out_of_plane{}));
-    CHECK_FALSE(line_fan{}.assign(from_right{}));
-    CHECK_FALSE(line_fan{}.assign(no_point{{.lines = 8}}));
-    CHECK_FALSE(line_fan{}.assign(radial_array{.lines = 2}));                  // back to back
-    CHECK_FALSE(line_fan{}.assign(turned_sector{.backwards = true}));          // towards one point
-    CHECK_FALSE(line_fan{}.assign(turned_sector{.lines = 100, .to = 4 * pi})); // twice around
+    CHECK_FALSE(detail::line_fan{}.assign(out_of_plane{}));
+    CHECK_FALSE(detail::line_fan{}.assign(from_right{}));
+    CHECK_FALSE(detail::line_fan{}.assign(no_point{{.lines = 8}}));
+    CHECK_FALSE(detail::line_fan{}.assign(radial_array{.lines = 2}));                  // opposite
+    CHECK_FALSE(detail::line_fan{}.assign(turned_sector{.backwards = true}));          // converging
+    CHECK_FALSE(detail::line_fan{}.assign(turned_sector{.lines = 100, .to = 4 * pi})); // twice around
 }

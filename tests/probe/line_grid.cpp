@@ -17,7 +17,7 @@ TEST_CASE("line_grid: values lie line after line, addressed by line and sample")
     CHECK(scan_lines{}.values.empty());
 }
 
-TEST_CASE("line_grid: two are equal where shape, depth and every value are") {
+TEST_CASE("line_grid: grids are equal if shape, depth and all values are") {
     const scan_lines lines{2, 3, 0.06F};
     CHECK(lines == scan_lines{2, 3, 0.06F});
     CHECK(lines != scan_lines{3, 2, 0.06F});

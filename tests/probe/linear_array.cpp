@@ -29,7 +29,7 @@ TEST_CASE("linear_array: locate finds the line and the depth of a point") {
     CHECK(probe.locate({30_mm, 0}).x == doctest::Approx(4.5)); // outside the field too
 }
 
-TEST_CASE("linear_array: the defaults pass, a width that is no width is refused") {
+TEST_CASE("linear_array: the defaults pass, a width out of range is refused") {
     CHECK_NOTHROW(linear_array{}.check());
     for (const float bad :
          {0.0F, -38_mm, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()})

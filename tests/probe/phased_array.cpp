@@ -8,7 +8,7 @@ using namespace insonify;
 namespace phased_array_test {
 static_assert(transducer<phased_array>);
 
-TEST_CASE("phased_array: every line starts in the middle of the face, steered in equal steps") {
+TEST_CASE("phased_array: every line starts at the centre of the face, steered in equal steps") {
     const phased_array probe{.lines = 3, .field_of_view = 90_deg};
     for (std::uint32_t i = 0; i < 3; ++i) CHECK(probe.beam(static_cast<float>(i)).origin == vec3{0, 0, 0});
     CHECK(probe.beam(1).direction == vec3{0, 0, 1});
@@ -25,7 +25,7 @@ TEST_CASE("phased_array: locate finds the line and the distance from the face") 
     CHECK(probe.locate({0, 0}).y == 0);
 }
 
-TEST_CASE("phased_array: the defaults pass, senseless width and field of view are refused") {
+TEST_CASE("phased_array: the defaults pass, a width or field of view out of range is refused") {
     CHECK_NOTHROW(phased_array{}.check());
     CHECK_NOTHROW(phased_array{.field_of_view = 180_deg}.check());
     for (const float bad :
@@ -33,7 +33,7 @@ TEST_CASE("phased_array: the defaults pass, senseless width and field of view ar
         CHECK_THROWS_AS((phased_array{.width = bad}.check()), usage_error);
         CHECK_THROWS_AS((phased_array{.field_of_view = bad}.check()), usage_error);
     }
-    CHECK_THROWS_AS((phased_array{.field_of_view = 90}.check()), usage_error); // degrees taken for radians
+    CHECK_THROWS_AS((phased_array{.field_of_view = 90}.check()), usage_error); // degrees instead of radians
     CHECK_THROWS_AS((phased_array{.lines = 0}.check()), usage_error);
 }
 

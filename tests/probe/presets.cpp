@@ -4,7 +4,7 @@
 
 using namespace insonify;
 
-TEST_CASE("presets: the four real probes are as published") {
+TEST_CASE("presets: the four real probes have the published values") {
     struct {
         float frequency, bandwidth, height, focus;
         double megahertz, percent, height_mm, focus_mm;

@@ -9,7 +9,7 @@ using namespace insonify;
 
 static_assert(transducer<radial_array>);
 
-TEST_CASE("radial_array: lines leave the axis on all sides, from the face outwards") {
+TEST_CASE("radial_array: lines run outwards from the face on all sides") {
     const radial_array probe{.lines = 8, .radius = 1_mm};
     const double pi_d = std::acos(-1.0);
     for (int i = 0; i < 8; ++i) {
@@ -36,7 +36,7 @@ TEST_CASE("radial_array: locate is the inverse of beam, all around") {
     CHECK(probe.locate({0, 0}).y == -0.7_mm); // on the axis, behind the face
 }
 
-TEST_CASE("radial_array: the field ends where it begins, as that of a convex array of 360 degrees does") {
+TEST_CASE("radial_array: its field of view is a full circle, as is that of a convex array of 360 degrees") {
     CHECK(is_full_circle(radial_array{}));
     CHECK(is_full_circle(refined<radial_array>{radial_array{}, 3}));
     CHECK(is_full_circle(convex_array{.field_of_view = 360_deg}));
@@ -44,7 +44,7 @@ TEST_CASE("radial_array: the field ends where it begins, as that of a convex arr
     CHECK_FALSE(is_full_circle(radial_array{.lines = 1}));
 }
 
-TEST_CASE("radial_array: a senseless setting is refused") {
+TEST_CASE("radial_array: a setting out of range is refused") {
     CHECK_NOTHROW(radial_array{}.check());
     CHECK_THROWS_AS(radial_array{.lines = 0}.check(), usage_error);
     for (const float bad : {0.0F, -1.0F, std::numeric_limits<float>::infinity()}) {

@@ -7,7 +7,7 @@ using namespace insonify;
 
 static_assert(transducer<refined<linear_array>>);
 
-TEST_CASE("a refined probe covers the same field with more lines") {
+TEST_CASE("a refined probe covers the same field of view with more lines") {
     const convex_array probe{.lines = 10, .radius = 50_mm, .field_of_view = 60_deg};
     const refined<convex_array> fine{probe, 4};
     const convex_array expected{.lines = 40, .radius = 50_mm, .field_of_view = 60_deg};

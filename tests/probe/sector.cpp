@@ -9,7 +9,7 @@ namespace sector_test {
 TEST_CASE("sector: locate is the inverse of beam, all the way round") {
     for (const float radius : {0.0F, 0.010F, 0.060F})
         for (const float field : {0.5F, 1.5F, 3.1F, 6.2F}) {
-            const sector fan{.lines = 64, .radius = radius, .field_of_view = field};
+            const detail::sector fan{.lines = 64, .radius = radius, .field_of_view = field};
             for (float line = -0.5F; line <= 63.5F; line += 1.75F)
                 for (const float depth : {0.001F, 0.04F, 0.2F}) {
                     const ray beam = fan.beam(line);
@@ -22,8 +22,8 @@ TEST_CASE("sector: locate is the inverse of beam, all the way round") {
         }
 }
 
-TEST_CASE("sector: all lines, drawn backwards, meet in the apex behind the face") {
-    const sector fan{.lines = 32, .radius = 0.05F, .field_of_view = 1.2F};
+TEST_CASE("sector: all lines, extended backwards, intersect in the apex behind the face") {
+    const detail::sector fan{.lines = 32, .radius = 0.05F, .field_of_view = 1.2F};
     for (float line = 0; line < 32; line += 1) {
         const vec3 apex = fan.beam(line).at(-0.05F);
         CHECK(length(apex - vec3{0, 0, -0.05F}) < 1e-7F);

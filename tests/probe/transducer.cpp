@@ -10,7 +10,7 @@ using namespace insonify;
 namespace transducer_test {
 namespace {
 
-/// The least that is a transducer: one line, straight down.
+/// A minimal transducer: one line along z.
 struct pencil {
     std::uint32_t lines = 1;
     float frequency = 1e6F;
@@ -56,32 +56,32 @@ std::string complaint(const Change& change) {
 
 } // namespace
 
-TEST_CASE("transducer: lines stand in the middle of equal parts of the aperture") {
-    CHECK(share_of_line(0, 4) == -0.375F);
-    CHECK(share_of_line(3, 4) == 0.375F);
-    CHECK(share_of_line(0, 1) == 0);
-    CHECK(share_of_line(1, 3) == 0);
-    CHECK(share_of_line(-0.5F, 192) == -0.5F);
-    CHECK(share_of_line(191.5F, 192) == 0.5F);
+TEST_CASE("transducer: lines are at the centres of equal parts of the aperture") {
+    CHECK(aperture_fraction(0, 4) == -0.375F);
+    CHECK(aperture_fraction(3, 4) == 0.375F);
+    CHECK(aperture_fraction(0, 1) == 0);
+    CHECK(aperture_fraction(1, 3) == 0);
+    CHECK(aperture_fraction(-0.5F, 192) == -0.5F);
+    CHECK(aperture_fraction(191.5F, 192) == 0.5F);
     for (const float line : {-0.5F, 0.0F, 17.25F, 191.0F})
-        CHECK(line_of_share(share_of_line(line, 192), 192) == doctest::Approx(line).epsilon(1e-5));
+        CHECK(line_at_fraction(aperture_fraction(line, 192), 192) == doctest::Approx(line).epsilon(1e-5));
 }
 
-TEST_CASE("transducer: a senseless setting is named in the complaint") {
+TEST_CASE("transducer: a setting out of range is named in the error") {
     CHECK(complaint([](linear_array&) {}).empty());
-    CHECK(complaint([](linear_array& a) { a.lines = 0; }).find("`lines`") != std::string::npos);
+    CHECK(complaint([](linear_array& a) { a.lines = 0; }).find("lines is 0") != std::string::npos);
     const float infinite = std::numeric_limits<float>::infinity();
     for (const float bad : {-1.0F, infinite, std::numeric_limits<float>::quiet_NaN()}) {
-        CHECK(complaint([=](linear_array& a) { a.frequency = bad; }).find("`frequency`") != std::string::npos);
-        CHECK(complaint([=](linear_array& a) { a.fnumber = bad; }).find("`fnumber`") != std::string::npos);
-        CHECK(complaint([=](linear_array& a) { a.focus = bad; }).find("`focus`") != std::string::npos);
-        CHECK(complaint([=](linear_array& a) { a.elevation_height = bad; }).find("`elevation_height`") !=
+        CHECK(complaint([=](linear_array& a) { a.frequency = bad; }).find("frequency is ") != std::string::npos);
+        CHECK(complaint([=](linear_array& a) { a.fnumber = bad; }).find("fnumber is ") != std::string::npos);
+        CHECK(complaint([=](linear_array& a) { a.focus = bad; }).find("focus is ") != std::string::npos);
+        CHECK(complaint([=](linear_array& a) { a.elevation_height = bad; }).find("elevation_height is ") !=
               std::string::npos);
-        CHECK(complaint([=](linear_array& a) { a.elevation_focus = bad; }).find("`elevation_focus`") !=
+        CHECK(complaint([=](linear_array& a) { a.elevation_focus = bad; }).find("elevation_focus is ") !=
               std::string::npos);
     }
     CHECK(complaint([](linear_array& a) { a.focus = 0; }).empty());
-    CHECK(complaint([](linear_array& a) { a.fnumber = 0; }).find("`fnumber`") != std::string::npos);
+    CHECK(complaint([](linear_array& a) { a.fnumber = 0; }).find("fnumber is ") != std::string::npos);
 }
 
 } // namespace transducer_test

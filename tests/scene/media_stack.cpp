@@ -2,14 +2,15 @@
 #include <insonify/scene/media_stack.hpp>
 #include <doctest/doctest.h>
 #include <set>
+#include <vector>
 
 using namespace insonify;
 
 TEST_CASE("the object of lowest rank that contains the point gives the medium, whatever the number of objects") {
     for (const std::size_t objects : {1U, 2U, 31U, 32U, 33U, 64U, 65U, 200U}) {
-        media_stack stack;
-        stack.clear(objects);
-        std::set<std::uint32_t> inside; // what the stack stands for
+        std::vector<std::uint32_t> ranks(objects);
+        media_stack stack{.ranks = view<std::uint32_t>{ranks}};
+        std::set<std::uint32_t> inside; // what the stack represents
         CHECK(stack.top() == media_stack::none);
         for (std::uint64_t step = 0; step < 2000; ++step) {
             const auto rank = static_cast<std::uint32_t>(hash_bits(objects, step) % objects);
@@ -20,18 +21,34 @@ TEST_CASE("the object of lowest rank that contains the point gives the medium, w
             REQUIRE(stack.contains(rank) == (inside.count(rank) == 1));
             REQUIRE(stack.contains(other) == (inside.count(other) == 1));
         }
-        stack.clear(objects);
+        CHECK_FALSE(stack.overflow);
+        stack.clear();
         CHECK(stack.top() == media_stack::none);
     }
 }
 
 TEST_CASE("an object alone on the stack gives the medium, whatever its rank") {
-    media_stack stack;
-    stack.clear(200);
+    std::uint32_t one = 0;
+    media_stack stack{.ranks = {&one, 1}};
     for (std::uint32_t rank = 0; rank < 200; ++rank) {
         stack.toggle(rank);
         CHECK(stack.top() == rank);
         stack.toggle(rank);
         CHECK(stack.top() == media_stack::none);
     }
+}
+
+TEST_CASE("a stack that is too small says so, as does a copy") {
+    std::uint32_t two[2] = {}, one = 0;
+    media_stack stack{.ranks = {two, 2}}, copy{.ranks = {&one, 1}};
+    stack.toggle(3);
+    stack.toggle(1);
+    CHECK_FALSE(stack.overflow);
+    copy.assign(stack);
+    CHECK(copy.overflow);
+    stack.toggle(2);
+    CHECK(stack.overflow);
+    CHECK(stack.top() == 1);
+    stack.clear();
+    CHECK_FALSE(stack.overflow);
 }

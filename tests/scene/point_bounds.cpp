@@ -5,6 +5,7 @@
 #include <vector>
 
 using namespace insonify;
+using detail::bounds_of;
 
 TEST_CASE("the box around points is that of their smallest and greatest coordinates, of any number of points") {
     std::vector<vec3> points;

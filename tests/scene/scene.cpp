@@ -1,6 +1,7 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/scene/line_layers.hpp>
+#include <insonify/scene/scene.hpp>
+#include "line_memory.hpp"
 #include <doctest/doctest.h>
 #include <limits>
 
@@ -15,18 +16,21 @@ struct stretch {
     float begin;
 };
 std::vector<layer> along(const scene& body, const ray& line, float depth = 0.1F) {
-    line_crossings found;
-    std::vector<layer> layers;
-    find_crossings(body, line, depth, found);
-    stack_layers(body, {.origin = line.origin, .along = line.direction}, depth, found, layers);
-    return layers;
+    line_memory memory;
+    line_crossings found = memory.found();
+    const scene_view flat = body.view_for_rays(exec::seq);
+    REQUIRE(find_crossings(flat, line, depth, found));
+    const view<const layer> layers =
+        stack_layers(flat, {.origin = line.origin, .along = line.direction}, depth, found, view<layer>{memory.layers});
+    return {layers.begin(), layers.end()};
 }
 
-void check_layers(const std::vector<layer>& layers, const std::vector<stretch>& expected, float depth = 0.1F) {
+void check_layers(const std::vector<layer>& layers, const std::vector<stretch>& expected, float depth = 0.1F,
+                  double tolerance = 1e-5) {
     REQUIRE(layers.size() == expected.size());
     for (std::size_t i = 0; i < layers.size(); ++i) {
         CHECK(layers[i].object == expected[i].object);
-        CHECK(layers[i].begin == doctest::Approx(expected[i].begin).epsilon(1e-5));
+        CHECK(layers[i].begin == doctest::Approx(expected[i].begin).epsilon(tolerance));
         CHECK(layers[i].end == (i + 1 < layers.size() ? layers[i + 1].begin : depth));
     }
 }
@@ -56,9 +60,10 @@ TEST_CASE("a line through nested objects finds each medium on the way in and on 
                                       {outside, 90_mm}});
     CHECK(body.media()[layers[3].medium] == tissue::blood);
     CHECK(body.media()[layers[6].medium] == tissue::gel);
+    const scene_view flat = body.view_for_rays(exec::par);
     for (const layer& one : layers) {
-        REQUIRE(one.place <= body.objects().size());
-        CHECK((one.place == 0 ? outside : id(body.objects()[one.place - 1].id)) == one.object);
+        REQUIRE(one.place < flat.places.size());
+        CHECK((one.place == 0 ? outside : flat.objects[one.place - 1].id) == one.object);
     }
 }
 
@@ -197,17 +202,78 @@ TEST_CASE("placing moves an object rigidly, at once; moving vertices takes an up
     CHECK(std::as_const(body).positions(box)[0].z == doctest::Approx(body[box].surface.positions[0].z));
 }
 
-TEST_CASE("update rebuilds a tree that refitting has worn off, and leaves objects at rest alone") {
+TEST_CASE("trees follow vertices that moved, however far, as soon as rays are traced") {
     scene body{tissue::water};
     const object_id moving = body.add(make_sphere({0, 0, 0}, 10_mm, 4), tissue::bone);
     const object_id resting = body.add(make_sphere({50_mm, 0, 0}, 10_mm, 4), tissue::bone);
     body.build(exec::par);
-    const double before = body[resting].tree.statistics().cost;
+    const aabb before = body.box(resting);
     std::span<vec3> now = body.positions(moving);
-    for (std::size_t i = 0; i < now.size(); ++i) std::swap(now[i], now[(i * 7919) % now.size()]);
+    for (vec3& p : now) p.z += 30_mm;
     body.update(exec::par);
-    CHECK(body[moving].tree.degradation() == 1); // built anew
-    CHECK(body[resting].tree.statistics().cost == before);
+    CHECK(body.box(resting).lower == before.lower);
+    CHECK(body.box(moving).upper.z == doctest::Approx(40_mm).epsilon(1e-4));
+    std::size_t current = 0;
+    for (const object_view& one : body.view_for_slices(exec::par).objects) current += one.tree_is_current;
+    CHECK(current == 1);
+    for (const object_view& one : body.view_for_rays(exec::par).objects) CHECK(one.tree_is_current);
+    scene_test::check_layers(scene_test::along(body, {.origin = {1_mm, 2_mm, 0}}),
+                             {{scene_test::outside, 0},
+                              {scene_test::id(moving), 30_mm - std::sqrt(95.0F) * 1_mm},
+                              {scene_test::outside, 30_mm + std::sqrt(95.0F) * 1_mm}},
+                             0.1F, 2e-3);
+}
+
+TEST_CASE("an object at rest for some updates, or sliced a few times, gets its tree back") {
+    const auto current = [](const scene& body) { return body.view_for_slices(exec::seq).objects[0].tree_is_current; };
+    scene body{tissue::water};
+    const object_id ball = body.add(make_sphere({0, 0, 0}, 10_mm, 3), tissue::bone);
+    body.build(exec::seq);
+    body.positions(ball)[0].x += 1_mm;
+    body.update(exec::seq);
+    CHECK_FALSE(current(body));
+    body.update(exec::seq);
+    body.update(exec::seq);
+    CHECK(current(body));
+    body.positions(ball)[0].x += 1_mm;
+    body.update(exec::seq);
+    for (int frame = 0; frame < 3; ++frame) CHECK_FALSE(current(body));
+    CHECK(current(body));
+}
+
+TEST_CASE("many threads may bring a scene's trees up to date at once") {
+    scene body{tissue::water};
+    for (int i = 0; i < 20; ++i) body.add(make_sphere({static_cast<float>(i) * 5_mm, 0, 30_mm}, 2_mm, 3), tissue::bone);
+    body.build(exec::par);
+    for (int round = 0; round < 20; ++round) {
+        for (const object& one : body.objects())
+            for (vec3& p : body.positions(one.id)) p.z += 0.1_mm;
+        body.update(exec::par);
+        const scene& shared = body;
+        std::vector<std::uint8_t> all(8);
+        for_each_index(exec::par.threads(8), all.size(), [&](std::size_t i) {
+            const scene_view flat = i % 2 == 0 ? shared.view_for_rays(exec::seq) : shared.view_for_slices(exec::par);
+            bool trees = true;
+            for (const object_view& one : flat.objects) trees = trees && one.tree_is_current;
+            all[i] = (trees || i % 2 == 1) && flat.objects.size() == 20;
+        });
+        for (const std::uint8_t one : all) REQUIRE(one == 1);
+    }
+}
+
+TEST_CASE("set_medium takes effect at once, before and after build") {
+    scene body{tissue::water};
+    const object_id box = body.add(scene_test::cube(10_mm, 20_mm), tissue::bone);
+    body.set_medium(box, tissue::fat);
+    body.build(exec::par);
+    CHECK(body.media()[scene_test::along(body, {})[1].medium] == tissue::fat);
+    body.set_medium(box, tissue::liver);
+    CHECK(body.media().size() == 2);
+    CHECK(body.media()[scene_test::along(body, {})[1].medium] == tissue::liver);
+    CHECK(body[box].inside == tissue::liver);
+    CHECK_THROWS_AS(body.set_medium(box, medium{.density = 0}), usage_error);
+    CHECK_THROWS_AS(body.set_medium(object_id{7}, tissue::fat), usage_error);
+    CHECK(body[box].inside == tissue::liver);
 }
 
 TEST_CASE("a copy of a scene is deep: it lives on when the original has gone or moved") {
@@ -272,7 +338,7 @@ TEST_CASE("bad meshes, media and poses are refused with a sentence") {
     mesh wild = scene_test::cube(0, 1);
     wild.positions[3].y = std::numeric_limits<float>::quiet_NaN();
     CHECK_THROWS_WITH_AS(body.add(wild, tissue::fat, {.name = "lump"}),
-                         "object 'lump': vertex 3 is not finite; repair the mesh (`validate` tells more)",
+                         "object 'lump': vertex 3 is not finite; repair the mesh (`validate` reports more)",
                          geometry_error);
     mesh astray = scene_test::cube(0, 1);
     astray.faces[2].y = 99;

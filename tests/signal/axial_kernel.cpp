@@ -6,11 +6,11 @@
 
 using namespace insonify;
 
-TEST_CASE("axial_kernel: a Gaussian of peak 1, silence beyond the ends, each result in the middle of its samples") {
+TEST_CASE("axial_kernel: a Gaussian with peak 1 and zero padding, each result at the centre of its samples") {
     for (const std::size_t decimation : {1U, 2U, 3U, 4U})
         for (const std::size_t samples : {12U, 24U, 300U})
             for (const float sigma : {1.0F, 4.3F, 20.0F}) {
-                const axial_kernel kernel{samples, {.sigma = sigma}, decimation};
+                const detail::axial_kernel kernel{samples, {.sigma = sigma}, decimation};
                 const std::size_t count = samples / decimation;
                 std::vector<vec2> line(samples), layout(kernel.layout_size()), results(count), wide(count);
                 for (std::size_t i = 0; i < samples; ++i) line[i] = hash_normal(samples, i);
@@ -26,7 +26,7 @@ TEST_CASE("axial_kernel: a Gaussian of peak 1, silence beyond the ends, each res
                         x += weight * static_cast<double>(line[i].x);
                         y += weight * static_cast<double>(line[i].y);
                     }
-                    for (const vec2 result : {results[k], wide[k]}) { // the kernel is cut off at 4 sigma: 3.4e-4
+                    for (const vec2 result : {results[k], wide[k]}) { // the kernel is truncated at 4 sigma: 3.4e-4
                         REQUIRE(std::fabs(static_cast<double>(result.x) - x) < 5e-3);
                         REQUIRE(std::fabs(static_cast<double>(result.y) - y) < 5e-3);
                     }
@@ -34,10 +34,10 @@ TEST_CASE("axial_kernel: a Gaussian of peak 1, silence beyond the ends, each res
             }
 }
 
-TEST_CASE("axial_kernel: a sample alone becomes the Gaussian itself") {
+TEST_CASE("axial_kernel: the impulse response is the Gaussian") {
     for (const std::size_t decimation : {1U, 2U, 3U}) {
         constexpr float sigma = 5;
-        const axial_kernel kernel{120, {.sigma = sigma}, decimation};
+        const detail::axial_kernel kernel{120, {.sigma = sigma}, decimation};
         std::vector<vec2> line(120), layout(kernel.layout_size()), results(120 / decimation);
         line[61] = {1, -2};
         kernel.lay_out(line.data(), layout.data());

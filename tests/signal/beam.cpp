@@ -55,7 +55,7 @@ TEST_CASE("beam: the width away from the focus follows a simulated array that re
     CHECK(worst < 0.15);
 }
 
-TEST_CASE("beam: the aperture opens with depth, as far as it goes") {
+TEST_CASE("beam: the active aperture grows with depth up to its limit") {
     const linear_array probe{.width = 20_mm, .frequency = 5_MHz, .fnumber = 2, .focus = 10_mm};
     const beam_model beam = beam_of(probe, 100_mm);
     CHECK(beam.fnumber(10_mm) == 2);
@@ -69,12 +69,12 @@ TEST_CASE("beam: the aperture opens with depth, as far as it goes") {
     CHECK(beam_of(phased_array{.width = 15_mm}, 0.1F).aperture == 15_mm);
 }
 
-TEST_CASE("beam: a focus of 0 is half the depth of the picture") {
+TEST_CASE("beam: a focus of 0 is half the image depth") {
     CHECK(beam_of(linear_array{}, 80_mm).focus == 40_mm);
     CHECK(beam_of(linear_array{.focus = 18_mm}, 80_mm).focus == 18_mm);
 }
 
-TEST_CASE("beam: the slice is thinnest at the lens's focus and spreads like the aperture's shadow") {
+TEST_CASE("beam: the slice is thinnest at the elevation focus and spreads like the geometric shadow of the aperture") {
     const beam_model beam =
         beam_of(linear_array{.frequency = 5_MHz, .elevation_height = 5_mm, .elevation_focus = 20_mm}, 60_mm);
     CHECK(beam.elevation_fnumber() == doctest::Approx(4));
@@ -86,7 +86,7 @@ TEST_CASE("beam: the slice is thinnest at the lens's focus and spreads like the 
     }
 }
 
-TEST_CASE("beam: a probe that states nothing has the usual beam") {
+TEST_CASE("beam: a probe without optional members has the default beam") {
     const beam_model beam = beam_of(bare_probe{}, 80_mm);
     CHECK(beam.fnumber(10) == 2);
     CHECK(beam.focus == 40_mm);
@@ -94,7 +94,31 @@ TEST_CASE("beam: a probe that states nothing has the usual beam") {
     CHECK(beam.elevation_fnumber() == doctest::Approx(4));
 }
 
-TEST_CASE("beam: lines of a flat array keep their distance, those of a sector are the longer apart the deeper") {
+TEST_CASE("beam: a probe without `elevation_height` has the default slice thickness, not zero") {
+    struct with_height : bare_probe {
+        float elevation_height = 5_mm, elevation_focus = 20_mm;
+    };
+    for (const float depth : {1_mm, 20_mm, 60_mm}) {
+        const float sigma = beam_of(bare_probe{}, 80_mm).elevation_sigma(depth);
+        CHECK(sigma > 0.1_mm);
+        CHECK(sigma == beam_of(with_height{}, 80_mm).elevation_sigma(depth));
+    }
+}
+
+TEST_CASE("beam: the members of a user's probe are checked, even where its own `check` accepts anything") {
+    struct flat : bare_probe {
+        float elevation_height = 0;
+    };
+    struct slow : bare_probe {
+        slow() { frequency = 5; }
+    };
+    CHECK_THROWS_WITH_AS(beam_of(flat{}, 80_mm), "probe: elevation_height is 0 m; it must be from 1 nm to 1 m",
+                         usage_error);
+    CHECK_THROWS_WITH_AS(beam_of(slow{}, 80_mm), "probe: frequency is 5 Hz: did you mean 5_MHz?", usage_error);
+    CHECK_THROWS_WITH_AS(beam_of(bare_probe{}, 80), "beam_of: depth is 80 m: did you mean 80_mm?", usage_error);
+}
+
+TEST_CASE("beam: the line spacing of a flat array is constant, that of a sector grows with depth") {
     CHECK(line_spacing(linear_array{.lines = 128, .width = 38.4_mm}, 5_mm) == doctest::Approx(0.3e-3));
     CHECK(line_spacing(linear_array{.lines = 1, .width = 2_mm}, 5_mm) == doctest::Approx(2e-3));
     CHECK(line_spacing(bare_probe{}, 50_mm) == doctest::Approx(1e-3));
@@ -110,7 +134,7 @@ TEST_CASE("beam: lines of a flat array keep their distance, those of a sector ar
         }
 }
 
-TEST_CASE("beam: senseless probes and depths are refused") {
+TEST_CASE("beam: probes and depths out of range are refused") {
     for (const float depth : {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN()})
         CHECK_THROWS_AS(beam_of(linear_array{}, depth), usage_error);
     CHECK_THROWS_AS(beam_of(linear_array{.fnumber = 0}, 0.1F), usage_error);

@@ -27,9 +27,9 @@ double amplitude(const iq_lines& lines, std::uint32_t line, std::uint32_t sample
 void add_echo(iq_lines& lines, std::uint32_t line, float depth, float level) {
     const float place = depth / lines.depth * static_cast<float>(lines.samples) - 0.5F;
     const auto above = static_cast<std::uint32_t>(place);
-    const float share = place - static_cast<float>(above);
-    lines(line, above) += vec2{0.6F, -0.8F} * level * (1 - share);
-    lines(line, above + 1) += vec2{0.6F, -0.8F} * level * share;
+    const float fraction = place - static_cast<float>(above);
+    lines(line, above) += vec2{0.6F, -0.8F} * level * (1 - fraction);
+    lines(line, above + 1) += vec2{0.6F, -0.8F} * level * fraction;
 }
 
 iq_lines white_noise(std::uint32_t lines, std::uint32_t samples, float depth, std::uint64_t seed) {
@@ -38,7 +38,7 @@ iq_lines white_noise(std::uint32_t lines, std::uint32_t samples, float depth, st
     return noise;
 }
 
-/// Width at half height of values around their largest, in steps, the flanks taken as straight between two.
+/// Full width at half maximum, in steps, with linear interpolation.
 double half_width(const std::vector<double>& values) {
     std::size_t peak = 0;
     for (std::size_t i = 0; i < values.size(); ++i)
@@ -55,10 +55,10 @@ double decibels(double ratio) { return 20 * std::log10(ratio); }
 
 } // namespace
 
-TEST_CASE("convolve: the axial kernel is right at three sampling rates") {
+TEST_CASE("convolve: the axial kernel is correct at three sampling rates") {
     const linear_array probe{.lines = 1, .frequency = 5_MHz};
     const double sigma = static_cast<double>(pulse{}.sigma_z(5_MHz));
-    for (const std::uint32_t samples : {340U, 600U, 2000U}) { // of 30 mm: 1.01, 1.8 and 6 a sigma
+    for (const std::uint32_t samples : {340U, 600U, 2000U}) { // of 30 mm: 1.01, 1.8 and 6 per sigma
         iq_lines echoes{1, samples, 30_mm};
         const std::uint32_t at = samples / 2;
         echoes(0, at) = {0.6F, -0.8F};
@@ -71,7 +71,8 @@ TEST_CASE("convolve: the axial kernel is right at three sampling rates") {
     }
 }
 
-TEST_CASE("convolve: the echo of a burst is as long as the burst at half height, and as strong as that of a stroke") {
+TEST_CASE(
+    "convolve: the -6 dB length of a burst's echo is that of the burst, and its peak that of an impulse excitation") {
     const linear_array probe{.lines = 1, .frequency = 5_MHz};
     for (const std::uint32_t samples : {600U, 2000U})
         for (const std::uint32_t decimation : {1U, 2U}) {
@@ -152,7 +153,7 @@ TEST_CASE("convolve: a plate keeps its amplitude on 64, 192 and 384 lines, at an
     }
 }
 
-TEST_CASE("convolve: a reflector on one line alone is as weak as it is narrow against the beam") {
+TEST_CASE("convolve: a reflector on a single line is attenuated by the ratio of line spacing to beam width") {
     const double two_pi = 2 * std::acos(-1.0);
     for (const std::uint32_t lines : {400U, 800U}) {
         const linear_array probe{.lines = lines, .width = 20_mm, .frequency = 5_MHz, .focus = 20_mm};
@@ -165,7 +166,7 @@ TEST_CASE("convolve: a reflector on one line alone is as weak as it is narrow ag
     }
 }
 
-TEST_CASE("convolve: a full circle has no ends") {
+TEST_CASE("convolve: a full circle has no border") {
     const radial_array probe{.lines = 128, .radius = 2_mm, .frequency = 10_MHz};
     iq_lines echoes{128, 1200, 10_mm}, turned = echoes;
     for (std::uint32_t k = 100; k < 1100; k += 50) {
@@ -178,7 +179,7 @@ TEST_CASE("convolve: a full circle has no ends") {
         for (std::uint32_t k = 0; k < 1200; ++k) REQUIRE(lines((line + 64) % 128, k) == expected(line, k));
 }
 
-TEST_CASE("convolve: decimated lines are the others, looked at more coarsely") {
+TEST_CASE("convolve: decimated lines equal the full ones, resampled") {
     const linear_array probe{.lines = 24, .width = 5_mm, .frequency = 5_MHz};
     const iq_lines echoes = white_noise(24, 3600, 30_mm, 3);
     const iq_lines fine = convolve(exec::seq, echoes, pulse{}, probe);
@@ -203,7 +204,7 @@ TEST_CASE("convolve: decimated lines are the others, looked at more coarsely") {
     }
 }
 
-TEST_CASE("convolve: bit-equal on any number of threads, and scalar and SIMD alike within rounding") {
+TEST_CASE("convolve: bit-equal for any number of threads, scalar and SIMD equal within rounding") {
     for (const std::uint32_t decimation : {1U, 2U}) {
         const phased_array probe{.lines = 67, .frequency = 2.5_MHz};
         const iq_lines echoes = white_noise(67, 1202, 60_mm, 4);
@@ -223,13 +224,13 @@ TEST_CASE("convolve: bit-equal on any number of threads, and scalar and SIMD ali
     }
 }
 
-TEST_CASE("convolve: white noise becomes speckle of the known statistics") { // V9
+TEST_CASE("convolve: white noise becomes speckle with the statistics of fully developed speckle") { // V9
     const linear_array probe{.lines = 600, .width = 90_mm, .frequency = 5_MHz, .focus = 10_mm};
     const iq_lines echoes = white_noise(600, 1600, 60_mm, 5);
     const scan_lines speckle = envelope(exec::par, convolve(exec::par_unseq, echoes, six_tenths, probe));
     double n = 0, sum = 0, squares = 0, fourth = 0, db = 0, db_squares = 0;
     for (std::uint32_t line = 10; line < 590; ++line)
-        for (std::uint32_t k = 700; k < 1590; ++k) { // beyond 26 mm, where the width is the same everywhere
+        for (std::uint32_t k = 700; k < 1590; ++k) { // beyond 26 mm, where the width is constant
             const double a = static_cast<double>(speckle(line, k)), level = decibels(a);
             n += 1;
             sum += a;
@@ -285,7 +286,7 @@ TEST_CASE("convolve: the speckle's intensity autocovariance is as wide as the po
     CHECK(axial == doctest::Approx(0.2265).epsilon(0.03));
 }
 
-TEST_CASE("convolve: lines that break the sampling rule are refused, with the number that it takes") {
+TEST_CASE("convolve: undersampled lines are refused with the number of samples needed") {
     const linear_array probe{.lines = 4, .frequency = 5_MHz};
     std::string complaint;
     try {
@@ -299,7 +300,7 @@ TEST_CASE("convolve: lines that break the sampling rule are refused, with the nu
     CHECK_THROWS_AS(convolve(exec::seq, iq_lines{4, 1004, 45_mm}, pulse{}, probe, {.decimation = 2}), usage_error);
 }
 
-TEST_CASE("convolve: echoes of another probe and senseless settings are refused") {
+TEST_CASE("convolve: echoes of another probe and settings out of range are refused") {
     const linear_array probe{.lines = 4, .frequency = 5_MHz};
     const iq_lines echoes{4, 1000, 45_mm};
     CHECK_NOTHROW(convolve(exec::seq, echoes, pulse{.frequency = 5_MHz}, probe));

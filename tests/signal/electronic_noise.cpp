@@ -4,7 +4,7 @@
 
 using namespace insonify;
 
-TEST_CASE("electronic noise has its level, is another in each frame, and the same on any number of threads") {
+TEST_CASE("electronic noise has the given level, differs from frame to frame, and is equal for any number of threads") {
     const iq_lines silence{64, 2000, 0.04F};
     const iq_lines noise = add_electronic_noise(exec::seq, silence, {.level_db = -100});
     double power = 0;

@@ -26,7 +26,7 @@ TEST_CASE("envelope: the amplitude of each complex sample") {
     CHECK(envelope(exec::par, iq_lines{}).values.empty());
 }
 
-TEST_CASE("envelope: of the oscillating signal by Hilbert transform it is that of the IQ lines") { // V24
+TEST_CASE("envelope: that of RF lines by Hilbert transform equals that of IQ lines") { // V24
     const linear_array probe{.lines = 33, .width = 8_mm, .frequency = 5_MHz};
     for (const std::uint32_t samples : {1400U, 2048U, 5000U}) {
         iq_lines echoes{33, samples, 50_mm};

@@ -21,7 +21,7 @@ scan_lines ramp_of_decibels() {
 
 } // namespace
 
-TEST_CASE("log_compress: 30 dB below the reference of a range of 60 dB is the middle grey of 8 bits") {
+TEST_CASE("log_compress: 30 dB below the reference with a range of 60 dB is the middle grey of 8 bits") {
     for (const float reference : {-25.0F, 0.0F, 12.5F}) {
         const log_compress_settings settings{.dynamic_range_db = 60, .reference_db = reference};
         const auto amplitude = static_cast<float>(std::pow(10.0, (static_cast<double>(reference) - 30) / 20));
@@ -30,7 +30,7 @@ TEST_CASE("log_compress: 30 dB below the reference of a range of 60 dB is the mi
     }
 }
 
-TEST_CASE("log_compress: decibels become grey in a straight line, cut off at black and white") {
+TEST_CASE("log_compress: brightness is linear in decibels and clamped to black and white") {
     const scan_lines lines = ramp_of_decibels();
     const scan_lines grey = log_compress(exec::seq, lines, {.dynamic_range_db = 50, .reference_db = -10, .gain_db = 4});
     CHECK(grey.count == 3);
@@ -43,7 +43,7 @@ TEST_CASE("log_compress: decibels become grey in a straight line, cut off at bla
     }
 }
 
-TEST_CASE("log_compress: no amplitude is black, an endless one white, and nothing is NaN") {
+TEST_CASE("log_compress: zero is black, infinity white, and nothing is NaN") {
     const log_compress_settings settings{};
     const float infinite = std::numeric_limits<float>::infinity();
     for (const float none : {0.0F, -0.0F, -1.0F, -infinite, std::numeric_limits<float>::quiet_NaN()})
@@ -53,7 +53,7 @@ TEST_CASE("log_compress: no amplitude is black, an endless one white, and nothin
     CHECK(settings.grey(std::numeric_limits<float>::max()) == 1);
 }
 
-TEST_CASE("log_compress: levels below the rejection are black, those above keep their grey") {
+TEST_CASE("log_compress: levels below the rejection are black, those above are unchanged") {
     const log_compress_settings all{.dynamic_range_db = 60, .reference_db = 0, .gain_db = 10};
     log_compress_settings some = all;
     some.reject_db = -20;
@@ -63,7 +63,7 @@ TEST_CASE("log_compress: levels below the rejection are black, those above keep 
     CHECK(some.grey(0.02F) == 0);
 }
 
-TEST_CASE("log_compress: any number of threads gives the same bits, and a moved buffer is kept") {
+TEST_CASE("log_compress: bit-equal for any number of threads, and a moved buffer is reused") {
     const scan_lines lines = ramp_of_decibels();
     const scan_lines reference = log_compress(exec::seq, lines);
     for (const std::uint32_t threads : {1U, 2U, 3U, 8U})
@@ -75,7 +75,7 @@ TEST_CASE("log_compress: any number of threads gives the same bits, and a moved 
     CHECK(log_compress(exec::seq, scan_lines{}).values.empty());
 }
 
-TEST_CASE("log_compress: senseless settings are refused") {
+TEST_CASE("log_compress: settings out of range are refused") {
     const float infinite = std::numeric_limits<float>::infinity();
     const float not_a_number = std::numeric_limits<float>::quiet_NaN();
     for (const float bad : {0.0F, -60.0F, infinite, not_a_number})
@@ -87,13 +87,13 @@ TEST_CASE("log_compress: senseless settings are refused") {
     }
 }
 
-TEST_CASE("tgc: the automatic gain is 2 a f z, up to the most") {
+TEST_CASE("tgc: the automatic gain is 2 a f z, up to its limit") {
     const scan_lines ones = [] {
         scan_lines lines{2, 1000, 0.1F};
         for (float& value : lines.values) value = 0.5F;
         return lines;
     }();
-    const scan_lines lines = tgc(exec::par, ones, 5e6F, {.attenuation = 70, .most_db = 40});
+    const scan_lines lines = tgc(exec::par, ones, 5e6F, {.attenuation = 70, .max_db = 40});
     CHECK(lines.count == 2);
     CHECK(lines.depth == 0.1F);
     for (std::uint32_t k = 0; k < 1000; ++k) {
@@ -104,7 +104,7 @@ TEST_CASE("tgc: the automatic gain is 2 a f z, up to the most") {
     CHECK(tgc(exec::seq, ones, 0) == ones);
 }
 
-TEST_CASE("tgc: eight sliders from the face to the end add their gain, linear between two") {
+TEST_CASE("tgc: eight sliders from the face to the end add their gain, interpolated linearly") {
     const tgc_settings settings{.attenuation = 0, .sliders = {0, 6, -3, 0, 0, 0, 0, 7}};
     CHECK(settings.gain_db(0, 0.07F, 5e6F) == 0);
     CHECK(settings.gain_db(0.01F, 0.07F, 5e6F) == doctest::Approx(6));
@@ -117,7 +117,7 @@ TEST_CASE("tgc: eight sliders from the face to the end add their gain, linear be
     CHECK(with_automatic.gain_db(0.01F, 0.07F, 5e6F) == doctest::Approx(6 + 5));
 }
 
-TEST_CASE("tgc: a curve of one's own takes the place of the automatic gain") {
+TEST_CASE("tgc: a curve replaces the automatic gain") {
     const tgc_settings settings{.sliders = {1, 1, 1, 1, 1, 1, 1, 1}, .curve = {{0.01F, 3}, {0.03F, 13}, {0.04F, 8}}};
     CHECK(settings.gain_db(0, 0.05F, 5e6F) == doctest::Approx(4));
     CHECK(settings.gain_db(0.02F, 0.05F, 5e6F) == doctest::Approx(9));
@@ -130,13 +130,13 @@ TEST_CASE("tgc: a curve of one's own takes the place of the automatic gain") {
     CHECK(iq(0, 49).y == doctest::Approx(-40));
 }
 
-TEST_CASE("tgc: senseless settings are refused") {
+TEST_CASE("tgc: settings out of range are refused") {
     const float infinite = std::numeric_limits<float>::infinity();
     const float not_a_number = std::numeric_limits<float>::quiet_NaN();
     for (const float bad : {-1.0F, infinite, not_a_number}) {
         CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, bad), usage_error);
         CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.attenuation = bad}), usage_error);
-        CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.most_db = bad}), usage_error);
+        CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.max_db = bad}), usage_error);
     }
     for (const float bad : {infinite, not_a_number}) {
         CHECK_THROWS_AS(tgc(exec::seq, scan_lines{}, 5e6F, {.sliders = {0, 0, bad}}), usage_error);

@@ -8,7 +8,7 @@ using namespace insonify;
 namespace hilbert_test {
 namespace {
 
-/// A burst around the middle of n samples, `cycles` a sample, its phase turned back by `turns`.
+/// A burst at the centre of n samples, with `cycles` per sample and its phase shifted by -`turns` cycles.
 double burst(std::size_t i, std::size_t n, double cycles, double turns) {
     const double from_middle = static_cast<double>(i) - static_cast<double>(n) / 2;
     const double sigmas = from_middle / (static_cast<double>(n) / 14);
@@ -17,7 +17,7 @@ double burst(std::size_t i, std::size_t n, double cycles, double turns) {
 
 template <int Width>
 void check_bursts(std::size_t n) {
-    const hilbert_transform transform{n};
+    const detail::hilbert_transform transform{n};
     CHECK(transform.size() >= n + n / 4);
     std::vector<float> one(transform.size()), other(transform.size());
     for (std::size_t i = 0; i < n; ++i) {
@@ -35,16 +35,16 @@ void check_bursts(std::size_t n) {
 
 } // namespace
 
-TEST_CASE("hilbert_transform: turns bursts back by a quarter of a cycle, two at a time") {
+TEST_CASE("hilbert_transform: shifts bursts by -90 degrees, two at a time") {
     for (const std::size_t n : {200U, 256U, 1000U, 4096U}) {
         check_bursts<1>(n);
         check_bursts<simd_width>(n);
     }
 }
 
-TEST_CASE("hilbert_transform: silence and single samples are legal") {
+TEST_CASE("hilbert_transform: zeros and single samples are legal") {
     for (const std::size_t n : {0U, 1U, 2U, 3U}) {
-        const hilbert_transform transform{n};
+        const detail::hilbert_transform transform{n};
         std::vector<float> one(transform.size()), other(transform.size());
         transform.apply<simd_width>(one.data(), other.data());
         for (const float value : one) CHECK(value == 0);

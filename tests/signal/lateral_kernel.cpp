@@ -12,7 +12,7 @@ using namespace insonify;
 namespace lateral_kernel_test {
 namespace {
 
-/// The weights of all lines on one, in double precision: Gaussian in metres along the arc, summing to 1.
+/// The weights of all lines on one line, in double precision: Gaussian in metres along the arc, normalized.
 template <class Probe>
 std::vector<double> reference(const Probe& probe, float end, double depth, int line) {
     const auto lines = static_cast<int>(probe.lines);
@@ -35,12 +35,12 @@ template <class Probe>
 void check_weights(const Probe& probe) {
     constexpr std::uint32_t samples = 1200;
     constexpr float end = 60_mm;
-    const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = end, .samples = samples});
-    const auto covariance = [](float apart) { return greater(0, 1 - apart / 0.31_mm); };
+    const detail::lateral_kernel kernel = detail::make_lateral_kernel(probe, {.depth = end, .samples = samples});
+    const auto covariance = [](float apart) { return max(0, 1 - apart / 0.31_mm); };
     const auto gain = [](std::uint32_t line) { return 1 + 0.25F * static_cast<float>(line % 3); };
     const auto lines = static_cast<int>(probe.lines);
     for (const std::uint32_t sample : {4U, 100U, 604U, 1196U}) {
-        const lateral_weights weights = kernel.at(sample);
+        const detail::lateral_weights weights = kernel.at(sample);
         const double depth = (sample / 8 * 8 + 4.0) * static_cast<double>(end) / samples;
         for (const int line : {0, 1, lines / 3, lines - 1}) {
             const std::vector<double> expected = reference(probe, end, depth, line);
@@ -82,39 +82,40 @@ TEST_CASE("lateral_kernel: weights are Gaussian in metres and sum to 1 over the 
     check_weights(linear_array{.lines = 3, .width = 0.5_mm, .frequency = 5_MHz});
 }
 
-TEST_CASE("lateral_kernel: weights are linear in depth between the middles of two steps") {
+TEST_CASE("lateral_kernel: weights are linear in depth between the centres of two steps") {
     const phased_array probe{.lines = 64, .frequency = 2.5_MHz};
-    const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = 60_mm, .samples = 1203});
+    const detail::lateral_kernel kernel = detail::make_lateral_kernel(probe, {.depth = 60_mm, .samples = 1203});
     for (const std::uint32_t sample : {0U, 3U, 4U, 500U, 1199U, 1202U}) {
         const double place = std::min(std::max((sample + 0.5) / 8 - 0.5, 0.0), 150.0); // of 151 steps
         const auto step = static_cast<std::uint32_t>(place);
-        const lateral_weights above = kernel.at(8 * step), below = kernel.at(std::min(8 * step + 8, 1200U));
-        const lateral_kernel::blend blend = kernel.blend_at(sample);
+        const detail::lateral_weights above = kernel.at(8 * step), below = kernel.at(std::min(8 * step + 8, 1200U));
+        const detail::lateral_kernel::blend blend = kernel.blend_at(sample);
         CHECK(blend.above.first == above.half.first);
         CHECK(blend.above.size() == above.half.size());
         CHECK(blend.below.first == below.half.first);
         CHECK(blend.below.size() == below.half.size());
-        CHECK(blend.share == doctest::Approx(place - step).epsilon(1e-4));
+        CHECK(blend.fraction == doctest::Approx(place - step).epsilon(1e-4));
     }
 }
 
-TEST_CASE("lateral_kernel: one made in the memory of another is the same as a new one") {
+TEST_CASE("lateral_kernel: one made in reused memory equals a new one") {
     const acquisition scan{.depth = 60_mm, .samples = 1203};
-    const lateral_kernel anew = make_lateral_kernel(phased_array{.lines = 64}, scan);
-    const lateral_kernel again =
-        make_lateral_kernel(phased_array{.lines = 64}, scan,
-                            make_lateral_kernel(linear_array{.lines = 200}, {.depth = 30_mm, .samples = 50}));
-    CHECK(again.weights == anew.weights);
-    CHECK(again.entries.size() == anew.entries.size());
+    const detail::lateral_kernel fresh = detail::make_lateral_kernel(phased_array{.lines = 64}, scan);
+    const detail::lateral_kernel again = detail::make_lateral_kernel(
+        phased_array{.lines = 64}, scan,
+        detail::make_lateral_kernel(linear_array{.lines = 200}, {.depth = 30_mm, .samples = 50}));
+    CHECK(again.weights == fresh.weights);
+    CHECK(again.entries.size() == fresh.entries.size());
     CHECK(again.lines == 64);
 }
 
-TEST_CASE("lateral_kernel: a line alone keeps all of its own") {
-    const lateral_kernel kernel = make_lateral_kernel(linear_array{.lines = 1}, {.depth = 10_mm, .samples = 20});
-    CHECK(kernel.reach() == 0);
+TEST_CASE("lateral_kernel: a single line has the weight 1") {
+    const detail::lateral_kernel kernel =
+        detail::make_lateral_kernel(linear_array{.lines = 1}, {.depth = 10_mm, .samples = 20});
+    CHECK(kernel.half_width() == 0);
     CHECK(kernel.at(19).half[0] == 1);
     CHECK(kernel.at(0).existing(0) == 1);
-    CHECK_THROWS_AS(make_lateral_kernel(linear_array{}, {.depth = 10_mm}), usage_error);
+    CHECK_THROWS_AS(detail::make_lateral_kernel(linear_array{}, {.depth = 10_mm}), usage_error);
 }
 
 } // namespace lateral_kernel_test

@@ -15,7 +15,7 @@ scan_lines frame_of(float grey, std::uint32_t lines = 3) {
 
 } // namespace
 
-TEST_CASE("persistence: what is shown fades from frame to frame") {
+TEST_CASE("persistence: the output decays exponentially from frame to frame") {
     persistence fade{0.75F};
     CHECK(fade.add(exec::seq, frame_of(0.8F), pose{}).values[5] == 0.8F);
     double expected = 0.8;
@@ -28,13 +28,13 @@ TEST_CASE("persistence: what is shown fades from frame to frame") {
     }
 }
 
-TEST_CASE("persistence: by default every frame is shown as it is") {
+TEST_CASE("persistence: by default every frame is shown unchanged") {
     persistence none{};
     none.add(exec::seq, frame_of(0.8F), pose{});
     CHECK(none.add(exec::seq, frame_of(0.2F), pose{}) == frame_of(0.2F));
 }
 
-TEST_CASE("persistence: the past is forgotten where the probe moves or the grid changes, and on request") {
+TEST_CASE("persistence: restarts where the probe moves or the grid changes, and on request") {
     persistence fade{0.5F};
     pose moved{};
     moved.translation = {0.001F, 0, 0};
@@ -53,7 +53,7 @@ TEST_CASE("persistence: the past is forgotten where the probe moves or the grid 
     CHECK(fade.add(exec::seq, frame_of(0.25F), moved).values[0] == 0.25F);
 }
 
-TEST_CASE("persistence: senseless shares are refused") {
+TEST_CASE("persistence: weights out of range are refused") {
     for (const float bad : {-0.1F, 1.0F, 2.0F, std::numeric_limits<float>::quiet_NaN()})
         CHECK_THROWS_AS(persistence{bad}, usage_error);
 }

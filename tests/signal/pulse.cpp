@@ -7,7 +7,7 @@
 
 using namespace insonify;
 
-TEST_CASE("pulse: so many cycles of the carrier lie between the points where the envelope is a tenth") {
+TEST_CASE("pulse: `cycles` of the carrier lie between the -20 dB points of the envelope") {
     for (const float cycles : {1.5F, 2.5F, 6.0F})
         for (const float carrier : {2.5_MHz, 7.5_MHz}) {
             const double depth = 1540.0 / 2 * static_cast<double>(cycles) / static_cast<double>(carrier) / 2;
@@ -16,7 +16,7 @@ TEST_CASE("pulse: so many cycles of the carrier lie between the points where the
         }
 }
 
-TEST_CASE("pulse: the bandwidth is the width of the spectrum at half its height") {
+TEST_CASE("pulse: the bandwidth is the -6 dB width of the spectrum") {
     const double pi_d = std::acos(-1.0);
     for (const float cycles : {1.5F, 2.5F, 6.0F}) {
         const pulse sent{.cycles = cycles};
@@ -28,12 +28,13 @@ TEST_CASE("pulse: the bandwidth is the width of the spectrum at half its height"
     CHECK(pulse{}.frequency == 0);
 }
 
-TEST_CASE("pulse: a burst's envelope is a box smoothed by the ring's Gaussian, of peak 1 and as long as its cycles") {
+TEST_CASE(
+    "pulse: the envelope of a burst is a rectangle smoothed by a Gaussian, with peak 1 and the length of the burst") {
     for (const float burst : {0.0F, 0.5F, 4.0F, 16.0F}) {
         const pulse sent{.cycles = 2.5F, .burst = burst};
         const pulse_envelope envelope = sent.envelope(5_MHz);
         const auto sigma = static_cast<double>(sent.sigma_z(5_MHz)), length = 1540 / 2.0 * burst / 5e6;
-        const auto smoothed = [&](double x) { // midpoint sum over the box in double
+        const auto smoothed = [&](double x) { // midpoint rule over the rectangle, in double precision
             constexpr int parts = 4000;
             double sum = 0;
             for (int i = 0; i < parts; ++i) {
@@ -48,23 +49,23 @@ TEST_CASE("pulse: a burst's envelope is a box smoothed by the ring's Gaussian, o
             CHECK(envelope(static_cast<float>(x)) == doctest::Approx(envelope(static_cast<float>(-x))).epsilon(1e-4));
         }
         CHECK(envelope(0) == doctest::Approx(1));
-        CHECK(envelope(envelope.reach()) < 4e-4F);
-        if (burst > 10) // where the box is long it is at half height at its ends
+        CHECK(envelope(envelope.half_length()) < 4e-4F);
+        if (burst > 10) // a long burst is at -6 dB at its ends
             CHECK(static_cast<double>(envelope(static_cast<float>(length / 2))) == doctest::Approx(0.5).epsilon(1e-3));
     }
 }
 
-TEST_CASE("pulse: it reaches four deviations of the ring beyond the ends of the burst") {
+TEST_CASE("pulse: the envelope ends four standard deviations beyond the ends of the burst") {
     const float sigma = pulse{}.sigma_z(5_MHz), cycle = 1540 / 2.0F / 5_MHz;
     CHECK(pulse{}.burst == 0);
-    CHECK(pulse_envelope{}.sigma == 1); // by itself the Gaussian of deviation 1
+    CHECK(pulse_envelope{}.sigma == 1); // a Gaussian with standard deviation 1
     CHECK(pulse_envelope{}.burst == 0);
-    CHECK(pulse{}.envelope(5_MHz).reach() == doctest::Approx(4 * sigma));
-    CHECK(pulse{.burst = 3}.envelope(5_MHz).reach() == doctest::Approx(4 * sigma + 1.5F * cycle));
+    CHECK(pulse{}.envelope(5_MHz).half_length() == doctest::Approx(4 * sigma));
+    CHECK(pulse{.burst = 3}.envelope(5_MHz).half_length() == doctest::Approx(4 * sigma + 1.5F * cycle));
     CHECK(pulse_envelope{.sigma = 1, .burst = 0.012F}(1) == doctest::Approx(std::exp(-0.5)).epsilon(1e-4));
 }
 
-TEST_CASE("pulse: a probe's bandwidth makes its nominal pulse, and a probe without one has the usual pulse") {
+TEST_CASE("pulse: the bandwidth of a probe determines its nominal pulse; a probe without one has the default pulse") {
     struct pencil {
         std::uint32_t lines = 1;
         float frequency = 1_MHz;
@@ -78,7 +79,7 @@ TEST_CASE("pulse: a probe's bandwidth makes its nominal pulse, and a probe witho
     CHECK(nominal_pulse(linear_array{}).frequency == 0);
 }
 
-TEST_CASE("pulse: what is not at the probe's frequency, or makes no sense, is refused") {
+TEST_CASE("pulse: a frequency other than that of the probe and settings out of range are refused") {
     CHECK_NOTHROW(pulse{}.check(5_MHz));
     CHECK_NOTHROW(pulse{.frequency = 5_MHz}.check(5_MHz));
     CHECK_NOTHROW(pulse{.frequency = 5.00004_MHz}.check(5_MHz)); // rounded on its way

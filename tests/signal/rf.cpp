@@ -7,10 +7,10 @@
 
 using namespace insonify;
 
-TEST_CASE("to_rf: an echo oscillates at 2 f0 / c0 cycles a metre of displayed depth, with its peak at the echo") {
+TEST_CASE("to_rf: an echo oscillates at 2 f0 / c0 cycles per metre of displayed depth, with its peak at the echo") {
     constexpr double pi_d = 3.14159265358979324;
     constexpr double echo = 20.013e-3, sigma = 0.09e-3, cycles_a_metre = 2 * 5e6 / 1540;
-    for (const std::uint32_t samples : {1040U, 2000U, 5000U}) { // of 40 mm: 4 to 19 a cycle
+    for (const std::uint32_t samples : {1040U, 2000U, 5000U}) { // of 40 mm: 4 to 19 per cycle
         iq_lines iq{2, samples, 40_mm};
         for (std::uint32_t k = 0; k < samples; ++k) {
             const double z = (k + 0.5) * 40e-3 / samples;
@@ -32,7 +32,7 @@ TEST_CASE("to_rf: an echo oscillates at 2 f0 / c0 cycles a metre of displayed de
     }
 }
 
-TEST_CASE("to_rf: fewer than four samples a cycle are refused, with the number that it takes") {
+TEST_CASE("to_rf: fewer than four samples per cycle are refused with the number of samples needed") {
     const iq_lines coarse{1, 1000, 40_mm};
     std::string complaint;
     try {

@@ -2,6 +2,7 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/ground_truth.hpp>
+#include <insonify/tracing/pixels.hpp>
 #include "solids.hpp"
 #include <cmath>
 #include <doctest/doctest.h>
@@ -27,7 +28,8 @@ scene with_box(const medium& background, const medium& inside, float from, float
     return body;
 }
 
-float transmitted_at(const scene& body, float frequency, float depth, insonify::grid grid = insonify::grid::geometric) {
+float transmitted_at(const scene& body, float frequency, float depth,
+                     enum label_settings::grid grid = label_settings::grid::geometric) {
     const auto k = static_cast<std::uint32_t>(depth / 0.1_mm);
     return ground_truth(exec::par, body, middle_line(frequency), pose{}, {.depth = 80_mm, .samples = 800, .grid = grid})
         .transmitted(0, k);
@@ -82,17 +84,17 @@ TEST_CASE(
         double displayed, steep; // dB/cm
     } const rows[] = {{2.5_MHz, 5.13, 3.9528}, {5_MHz, 10.26, 11.1803}, {7.5_MHz, 15.39, 20.5396}};
     for (const auto& row : rows) {
-        const auto slope = [&](const scene& one, grid grid) {
+        const auto slope = [&](const scene& one, enum label_settings::grid grid) {
             return (decibels(transmitted_at(one, row.frequency, 10.05_mm, grid)) -
                     decibels(transmitted_at(one, row.frequency, 60.05_mm, grid))) /
                    5;
         };
-        MESSAGE((row.frequency * 1e-6F), " MHz: ", slope(body, grid::displayed), " dB a displayed cm, expected ",
-                row.displayed);
-        CHECK(slope(body, grid::displayed) == doctest::Approx(row.displayed).epsilon(1e-3));
-        CHECK(slope(body, grid::geometric) ==
+        MESSAGE((row.frequency * 1e-6F), " MHz: ", slope(body, label_settings::grid::displayed),
+                " dB a displayed cm, expected ", row.displayed);
+        CHECK(slope(body, label_settings::grid::displayed) == doctest::Approx(row.displayed).epsilon(1e-3));
+        CHECK(slope(body, label_settings::grid::geometric) ==
               doctest::Approx(2 * static_cast<double>(row.frequency) * 1e-6).epsilon(1e-4));
-        CHECK(slope(steep, grid::geometric) == doctest::Approx(row.steep).epsilon(1e-4));
+        CHECK(slope(steep, label_settings::grid::geometric) == doctest::Approx(row.steep).epsilon(1e-4));
     }
 }
 
@@ -191,7 +193,7 @@ TEST_CASE("a ball of water in water has labels but no surface, and casts no shad
     body.build(exec::par);
     const scene nothing = scene{tissue::water}.build(exec::par);
     const linear_array probe{.lines = 33, .width = 30_mm};
-    const label_settings settings{.depth = 60_mm, .samples = 300, .grid = grid::displayed};
+    const label_settings settings{.depth = 60_mm, .samples = 300, .grid = label_settings::grid::displayed};
     const ground_truth_lines truth = ground_truth(exec::par, body, probe, pose{}, settings);
     const ground_truth_lines empty = ground_truth(exec::par, nothing, probe, pose{}, settings);
     CHECK(truth.label(16, 150) == static_cast<label_id>(ball));
@@ -210,7 +212,7 @@ TEST_CASE("depth is geometric on both grids: 20 mm of fat, 10 mm of bone, then m
     label_settings settings{.depth = 40_mm, .samples = 1000};
     const ground_truth_lines geometric =
         ground_truth(exec::par, body, ground_truth_test::middle_line(2_MHz), pose{}, settings);
-    settings.grid = grid::displayed;
+    settings.grid = label_settings::grid::displayed;
     const ground_truth_lines displayed =
         ground_truth(exec::par, body, ground_truth_test::middle_line(2_MHz), pose{}, settings);
     for (std::uint32_t k = 0; k < 1000; ++k) {
@@ -240,16 +242,17 @@ TEST_CASE("label is that of `label`, medium that of the object, attenuation that
                                          solids::sphere({0.002, 0, 0.03}, 0.004, alike_but_for(0.15_dB_per_cm, 1.2F))}};
     const scene body = formulas.scene();
     const convex_array probe{.lines = 41, .radius = 30_mm, .field_of_view = 40_deg, .frequency = 4_MHz};
-    for (const grid grid : {grid::geometric, grid::displayed}) {
+    for (const auto grid : {label_settings::grid::geometric, label_settings::grid::displayed}) {
         const label_settings settings{.depth = 50_mm, .samples = 500, .grid = grid};
         const ground_truth_lines truth = ground_truth(exec::par, body, probe, pose{}, settings);
         CHECK(truth.label == label(exec::par, body, probe, pose{}, settings));
         for (std::uint32_t line = 0; line < probe.lines; line += 4) {
-            const solids::walk walk{formulas, world_beam(probe, pose{}, static_cast<float>(line)), 0.051, 4};
+            const solids::walk walk{formulas, detail::world_beam(probe, pose{}, static_cast<float>(line)), 0.051, 4};
             for (std::uint32_t k = 0; k < 500; ++k) {
                 REQUIRE(body.media()[truth.medium(line, k)] == formulas.medium_of(truth.label(line, k)));
                 const double depth = (k + 0.5) * 1e-4;
-                const std::size_t i = grid == grid::displayed ? walk.at_displayed(depth) : walk.at_geometric(depth);
+                const std::size_t i =
+                    grid == label_settings::grid::displayed ? walk.at_displayed(depth) : walk.at_geometric(depth);
                 REQUIRE(std::fabs(ground_truth_test::decibels(truth.transmitted(line, k)) + walk.lost[i]) < 0.02);
             }
         }
@@ -261,7 +264,7 @@ TEST_CASE("every sample of every map is a number, whatever the media") {
     body.add(make_sphere({0, 0, 30_mm}, 10_mm, 3), medium{.density = 1e-3F, .sound_speed = 10, .attenuation = 1e6F});
     body.add(make_sphere({0, 0, 30_mm}, 5_mm, 3), medium{.density = 1e5F, .sound_speed = 1e5F});
     body.build(exec::par);
-    for (const grid grid : {grid::geometric, grid::displayed}) {
+    for (const auto grid : {label_settings::grid::geometric, label_settings::grid::displayed}) {
         const ground_truth_lines truth =
             ground_truth(exec::par, body, linear_array{}, pose{}, {.depth = 60_mm, .samples = 400, .grid = grid});
         for (std::size_t i = 0; i < truth.depth.values.size(); ++i) {
@@ -281,7 +284,7 @@ TEST_CASE("ground truth is equal on any number of threads, and refuses what `lab
     body.add(make_sphere({0, 0, 30_mm}, 10_mm, 4), tissue::bone);
     body.add(make_sphere({-15_mm, 0, 25_mm}, 4_mm, 4), tissue::blood);
     const linear_array probe{.lines = 101};
-    const label_settings settings{.depth = 60_mm, .samples = 333, .grid = grid::displayed};
+    const label_settings settings{.depth = 60_mm, .samples = 333, .grid = label_settings::grid::displayed};
     CHECK_THROWS_AS(ground_truth(exec::par, body, probe, pose{}, settings), usage_error);
     body.build(exec::par);
     CHECK_THROWS_AS(ground_truth(exec::par, body, probe, pose{}, {.depth = -1}), usage_error);

@@ -65,9 +65,9 @@ TEST_CASE("water in water has no echo along any path, random ones among them") {
     scene body{tissue::water};
     body.add(make_sphere({1_mm, 0, 20_mm}, 8_mm, 4), tissue::water);
     body.build(exec::par);
-    for (const std::uint32_t samples : {0U, 20U})
+    for (const std::uint32_t paths : {0U, 20U})
         for (const vec2 v : trace_paths(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{},
-                                        {.depth = 40_mm, .samples = 1600}, {.samples = samples})
+                                        {.depth = 40_mm, .samples = 1600}, {.paths_per_line = paths})
                                 .values)
             CHECK(v == vec2{0, 0});
 }
@@ -147,7 +147,7 @@ TEST_CASE("a target below a tilted plane is seen where refraction puts it") { //
     body.build(exec::par);
     const linear_array probe{.lines = 401, .width = 20.05_mm, .frequency = 5_MHz}; // 50 um apart
     const auto model =
-        physical<>{.specular = {.lobe = specular_lobe::cosine, .power = 1}}.with_scattering(no_scatterers{});
+        physical<>{.specular = {.lobe = specular_return::lobe::cosine, .power = 1}}.with_scattering(no_scatterers{});
     const iq_lines lines =
         trace_paths(exec::par, body, probe, pose{}, model, {.depth = 66_mm, .samples = 3300}, {.bounces = 0});
     double sum = 0, moment = 0;
@@ -203,7 +203,7 @@ TEST_CASE("random paths average to the split ones, and no path gains amplitude")
     path_estimate random;
     for (std::uint64_t frame = 0; frame < 50; ++frame)
         random.add(exec::par, trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan,
-                                          {.bounces = 6, .samples = 40, .seed = frame}));
+                                          {.bounces = 6, .paths_per_line = 40, .seed = frame}));
     CHECK(random.frames() == 50);
     int outside = 0;
     for (std::size_t i = 0; i < split.values.size(); ++i) {
@@ -214,20 +214,20 @@ TEST_CASE("random paths average to the split ones, and no path gains amplitude")
     CHECK(outside <= 2);
 }
 
-TEST_CASE("paths are bit-equal on any number of threads, and refuse senseless settings") {
+TEST_CASE("paths are bit-equal on any number of threads, and refuse settings out of range") {
     scene body{tissue::muscle};
     body.add(make_sphere({0, 0, 20_mm}, 6_mm, 3), tissue::bone);
     body.add(make_sphere({-10_mm, 0, 15_mm}, 4_mm, 3), tissue::fat);
     body.build(exec::par);
     const acquisition scan{.depth = 40_mm, .samples = 800};
-    for (const path_settings& settings : {path_settings{}, path_settings{.samples = 5}}) {
+    for (const path_settings& settings : {path_settings{}, path_settings{.paths_per_line = 5}}) {
         const iq_lines reference =
             trace_paths(exec::seq, body, linear_array{.lines = 48}, pose{}, physical<>{}, scan, settings);
         for (const std::uint32_t threads : {2U, 3U, 8U})
             CHECK(trace_paths(exec::par.threads(threads), body, linear_array{.lines = 48}, pose{}, physical<>{}, scan,
                               settings) == reference);
     }
-    CHECK_THROWS_AS(trace_paths(exec::par, body, linear_array{}, pose{}, physical<>{}, scan, {.least_amplitude = 0}),
+    CHECK_THROWS_AS(trace_paths(exec::par, body, linear_array{}, pose{}, physical<>{}, scan, {.min_amplitude = 0}),
                     usage_error);
     CHECK_THROWS_AS(trace_paths(exec::par, body, linear_array{}, pose{}, physical<>{}, scan, {.face_reflection = 2}),
                     usage_error);

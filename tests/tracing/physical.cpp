@@ -288,7 +288,7 @@ TEST_CASE("a tilted plate, traced and convolved, fades as a simulated aperture's
             body.add(make_box({-60_mm, -60_mm, 0}, {60_mm, 60_mm, 40_mm}), medium{.density = 1200, .sound_speed = 1540},
                      {.at = turned});
             body.build(exec::par);
-            const physical<> model{.specular = {.lobe = specular_lobe::exact}};
+            const physical<> model{.specular = {.lobe = specular_return::lobe::exact}};
             const acquisition scan{.depth = 40_mm, .samples = 4000};
             const scan_lines seen = envelope(
                 exec::par, convolve(exec::par, trace(exec::par, body, probe, pose{}, model, scan), pulse{}, probe));
@@ -311,7 +311,7 @@ TEST_CASE("a plate that is tilted out of the slice fades by the aperture's heigh
                              .focus = 30_mm,
                              .elevation_height = 7.5_mm,
                              .elevation_focus = 30_mm}; // F/4
-    const specular_return lobe{.lobe = specular_lobe::exact};
+    const specular_return lobe{.lobe = specular_return::lobe::exact};
     for (const std::uint32_t planes : {1U, 5U, 7U}) {
         double level[4];
         for (int i = 0; i < 4; ++i) {
@@ -392,7 +392,7 @@ TEST_CASE("every part of the model can be a user's own, and works in it") {
           doctest::Approx(0.2).epsilon(1e-3));
 }
 
-TEST_CASE("a field of a user's may emit single scatterers, and senseless settings are refused") {
+TEST_CASE("a field of a user's may emit single scatterers, and settings out of range are refused") {
     const scene body = scene{tissue::muscle}.build(exec::seq);
     const linear_array probe{.lines = 3};
     const acquisition scan{.depth = 20_mm, .samples = 800};
@@ -454,14 +454,14 @@ TEST_CASE("a model changes its law, its texture and its options, and keeps the r
     const physical<> base{.angle = angle::normal, .texture_db = -300};
     const auto silent = base.with_scattering(no_scatterers{});
     CHECK(silent.angle == angle::normal);
-    CHECK(first_echo(silent) == doctest::Approx(1.0 / 11)); // (1.2 - 1) / (1.2 + 1), as if met head on
+    CHECK(first_echo(silent) == doctest::Approx(1.0 / 11)); // (1.2 - 1) / (1.2 + 1), as at normal incidence
     CHECK(first_echo(silent.with_boundary(mirror{})) == doctest::Approx(0.5));
     CHECK(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, silent.with_boundary(fresnel{}), scan) ==
           trace(exec::par, body, physical_test::probe(5_MHz), pose{}, silent, scan));
     const physical<fresnel, no_scatterers> oblique{};
     CHECK(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, oblique, scan).values ==
           std::vector<vec2>(16 * 4000, vec2{0, 0})); // 17 degrees off: beside the aperture
-    const physical<fresnel, no_scatterers> broad{.band = pulse_band::broad}, narrow{};
+    const physical<fresnel, no_scatterers> broad{.bandwidth = pulse_bandwidth::broad}, narrow{};
     scene lossy{medium{.density = 1000, .sound_speed = 1540, .attenuation = 50}};
     lossy.add(physical_test::slab(40_mm, 60_mm), tissue::air);
     lossy.build(exec::par);

@@ -65,7 +65,7 @@ TEST_CASE("beams and pixels agree with brute force in double precision on 24 ran
         double worst = 0;
         int doubtful = 0;
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
-            const reference::line line = reference::trace(body, world_beam(probe, at, static_cast<float>(i)));
+            const reference::line line = reference::trace(body, detail::world_beam(probe, at, static_cast<float>(i)));
             for (std::uint32_t k = 0; k < scan.samples; ++k) {
                 const double depth = (k + 0.5) / scan.samples * static_cast<double>(scan.depth);
                 if (reference::in_doubt(line, depth, static_cast<double>(model.reflection_length))) {
@@ -143,7 +143,7 @@ TEST_CASE("a camera sees the slice where its rays meet it") {
         REQUIRE(p == 0);
 }
 
-TEST_CASE("cameras refuse senseless settings") {
+TEST_CASE("cameras refuse settings out of range") {
     const scene body = scene{}.build(exec::seq);
     const auto see = [&](const auto& camera) {
         trace_pixels(exec::seq, body, linear_array{}, pose{}, law2011{}, {}, camera);

@@ -8,14 +8,17 @@
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/pixels.hpp>
-#include <insonify/tracing/slice.hpp>
 #include <insonify/tracing/trace.hpp>
+#include "../scene/line_memory.hpp"
 #include "reference.hpp"
 #include <algorithm>
 #include <doctest/doctest.h>
 #include <limits>
 
 using namespace insonify;
+using detail::slice_finder;
+using detail::touching_distance;
+using detail::world_beam;
 
 namespace slice_test {
 namespace {
@@ -26,7 +29,7 @@ vec3 random_point(std::uint64_t seed, std::uint64_t i) {
 }
 
 // Balls, boxes and cylinders in random poses: they nest, overlap and hold the probe.
-scene random_scene(std::uint64_t seed, trees upkeep) {
+scene random_scene(std::uint64_t seed) {
     scene body{tissue::water};
     const auto objects = 2 + hash_bits(seed, 1) % 6;
     for (std::uint64_t i = 0; i < objects; ++i) {
@@ -42,7 +45,14 @@ scene random_scene(std::uint64_t seed, trees upkeep) {
     }
     body.add(make_sphere({0, 0, 0}, 12_mm, 3), tissue::muscle); // the probe stands in it
     body.add(mesh{}, tissue::bone);                             // an empty one as well
-    body.build(exec::par, upkeep);
+    body.build(exec::par);
+    return body;
+}
+// The same, its trees out of date.
+scene treeless_scene(std::uint64_t seed) {
+    scene body = random_scene(seed);
+    for (const object& one : body.objects()) body.positions(one.id);
+    body.update(exec::par);
     return body;
 }
 
@@ -66,36 +76,42 @@ struct trapezoid : linear_array {
 using line_lists = std::vector<std::vector<crossing>>;
 template <class Probe>
 line_lists by_slices(const scene& body, const Probe& probe, const pose& at, const std::vector<float>& offsets,
-                     float reach) {
-    slice_lines slices;
-    REQUIRE(slices.take(probe));
-    slices.choose(body, at, true);
-    slices.cut(exec::par, body, at, offsets, reach);
+                     float depth) {
+    slice_finder slices;
+    REQUIRE(slices.assign(probe));
+    const scene_view flat = body.view_for_slices(exec::par);
+    slices.choose(flat, at, view<const float>{offsets}, true);
+    slices.cut(exec::par, flat, at, view<const float>{offsets}, depth);
     line_lists lists;
-    slice_lines::block_crossings own;
-    line_crossings found;
+    slice_finder::block_crossings own;
+    line_memory memory;
     for (std::uint32_t i = 0; i < probe.lines; ++i) {
-        if (i % slice_lines::block == 0) slices.start(i, own);
-        for (std::size_t plane = 0; plane < offsets.size(); ++plane) {
-            const vec3 shift = offsets[plane] * at.direction({0, 1, 0});
-            slices.find(i, plane, world_beam(probe, at, static_cast<float>(i)).origin + shift, own, found);
+        if (i % slice_finder::block == 0) slices.find_block(i, own);
+        for (std::uint32_t plane = 0; plane < offsets.size(); ++plane) {
+            line_crossings found = memory.found();
+            slices.view_of(own).find(i, plane, [&](const crossing& one) {
+                if (one.distance <= depth) found.add(one);
+            });
             found.sort();
-            lists.push_back(found.crossings);
+            REQUIRE(found.complete());
+            lists.emplace_back(found.sorted().begin(), found.sorted().end());
         }
     }
     return lists;
 }
 template <class Probe>
 line_lists by_rays(const scene& body, const Probe& probe, const pose& at, const std::vector<float>& offsets,
-                   float reach) {
+                   float depth) {
     line_lists lists;
-    line_crossings found;
+    line_memory memory;
+    const scene_view flat = body.view_for_rays(exec::par);
     for (std::uint32_t i = 0; i < probe.lines; ++i)
         for (const float offset : offsets) {
             ray beam = world_beam(probe, at, static_cast<float>(i));
             beam.origin += offset * at.direction({0, 1, 0});
-            find_crossings(body, beam, reach, found);
-            lists.push_back(found.crossings);
+            line_crossings found = memory.found();
+            REQUIRE(find_crossings(flat, beam, depth, found));
+            lists.emplace_back(found.sorted().begin(), found.sorted().end());
         }
     return lists;
 }
@@ -150,7 +166,7 @@ TEST_CASE("slices find the crossings that rays find, on random scenes and poses,
     comparison seen;
     std::size_t crossings = 0;
     for (std::uint64_t seed = first_seed; seed < first_seed + 30; ++seed) {
-        const scene body = random_scene(seed, trees::follow), treeless = random_scene(seed, trees::wait);
+        const scene body = random_scene(seed), treeless = treeless_scene(seed);
         const vec3 face = 8_mm * random_point(seed, 7);
         const pose at = look_at(face, {0, 0, 30_mm}, random_point(seed, 8));
         const std::vector<float> offsets = random_offsets(seed);
@@ -170,7 +186,7 @@ TEST_CASE("slices find the crossings of brute force in double precision") {
     using namespace slice_test;
     std::size_t lines = 0, doubtful = 0;
     for (std::uint64_t seed = 7; seed < 11; ++seed) {
-        const scene body = random_scene(seed, trees::wait);
+        const scene body = random_scene(seed);
         const pose at = look_at(8_mm * random_point(seed, 7), {0, 0, 30_mm}, random_point(seed, 8));
         with_every_probe([&](const auto& probe) {
             const line_lists slices = by_slices(body, probe, at, {0.7_mm}, 60_mm);
@@ -178,10 +194,11 @@ TEST_CASE("slices find the crossings of brute force in double precision") {
                 const ray beam = world_beam(probe, at, static_cast<float>(i));
                 const vec3 origin = beam.origin + 0.7_mm * at.direction({0, 1, 0});
                 std::vector<std::pair<double, std::uint32_t>> expected;
-                for (const object& one : body.objects())
-                    for (const double distance :
-                         reference::crossings(one, glm::dvec3{origin}, glm::dvec3{beam.direction}))
-                        if (distance <= 0.06) expected.push_back({distance, one.rank});
+                const scene_view flat = body.view_for_rays(exec::par);
+                for (std::uint32_t rank = 0; rank < flat.objects.size(); ++rank)
+                    for (const double distance : reference::crossings(body[object_id{flat.objects[rank].id}],
+                                                                      glm::dvec3{origin}, glm::dvec3{beam.direction}))
+                        if (distance <= 0.06) expected.push_back({distance, rank});
                 std::sort(expected.begin(), expected.end());
                 bool same = expected.size() == slices[i].size();
                 for (std::size_t k = 0; same && k < expected.size(); ++k)
@@ -202,21 +219,23 @@ TEST_CASE("every line crosses a closed surface in and out by turns, also through
     scene body{tissue::water};
     body.add(make_box({-8_mm, -8_mm, 12_mm}, {8_mm, 8_mm, 28_mm}, 4), tissue::bone);
     body.add(make_sphere({0, 0, 20_mm}, 16_mm, 4), tissue::fat);
-    body.build(exec::par, trees::wait);
+    body.build(exec::par);
+    const scene_view flat = body.view_for_rays(exec::par);
     const linear_array grid{.lines = 81, .width = 40.5_mm}; // a line each half millimetre, on the vertices
     std::size_t lines = 0, crossings = 0;
     const auto check = [&](const auto& probe, const pose& at, const std::vector<float>& offsets) {
         const line_lists lists = by_slices(body, probe, at, offsets, 1.0F);
         for (std::size_t i = 0; i < lists.size(); ++i) {
             const ray beam = world_beam(probe, at, static_cast<float>(i / offsets.size()));
-            for (const object& one : body.objects()) {
+            for (std::uint32_t rank = 0; rank < 2; ++rank) {
+                const object_view& one = flat.objects[rank];
                 float level = 0; // 1 inside, 0 outside
                 float before = 0;
                 for (const crossing& c : lists[i]) {
-                    if (c.rank != one.rank) continue;
+                    if (c.rank != rank) continue;
                     // Two places within rounding of each other may have changed their order.
                     if (level < 0 || level > 1) REQUIRE(c.distance - before < touching_distance);
-                    const vec3 normal = one.at.direction(area_vector(mesh_view{one.surface}[c.primitive]));
+                    const vec3 normal = one.at.direction(area_vector(one.surface[c.primitive]));
                     if (std::fabs(dot(normalize(normal), beam.direction)) < 1e-3F)
                         level = 1 - level; // along a face: either way
                     else
@@ -265,14 +284,13 @@ TEST_CASE("what lies in a slice, or is open, empty or not finite, does not distu
 
     body.positions(box)[0].x = std::numeric_limits<float>::quiet_NaN();
     body.positions(box)[1].z = std::numeric_limits<float>::infinity();
-    for (const trees upkeep : {trees::wait, trees::follow}) {
-        body.positions(box);
-        body.update(exec::par, upkeep);
+    for (int frame = 0; frame < 5; ++frame) { // by a linear pass, then by a tree
+        body.update(exec::par);
         for (const auto& list : by_slices(body, probe, pose{}, {2_mm}, 60_mm))
             for (const crossing& c : list) CHECK(is_finite(c.distance));
         CHECK(is_finite(body.box()));
     }
-    const scene nothing = scene{tissue::water}.build(exec::seq, trees::wait);
+    const scene nothing = scene{tissue::water}.build(exec::seq);
     for (const auto& list : by_slices(nothing, probe, pose{}, {0}, 60_mm)) CHECK(list.empty());
 }
 
@@ -281,7 +299,7 @@ TEST_CASE("slices, beams and pixels make the same samples") {
     const acquisition scan{.depth = 60_mm, .samples = 500};
     std::size_t samples = 0, different = 0; // beside an interface, or on a line through an edge
     for (std::uint64_t seed = 90; seed < 96; ++seed) {
-        const scene body = random_scene(seed, trees::follow);
+        const scene body = random_scene(seed);
         const pose at = look_at(8_mm * random_point(seed, 7), {0, 0, 30_mm}, random_point(seed, 8));
         with_every_probe([&](const auto& probe) {
             const scan_lines slices = trace_slice(exec::par_unseq, body, probe, at, law2011{}, scan);
@@ -301,17 +319,21 @@ TEST_CASE("slices are bit-equal on any number of threads, with trees and without
     using namespace slice_test;
     const acquisition scan{.depth = 60_mm, .samples = 300, .planes = 5};
     const convex_array probe{.lines = 101, .radius = 40_mm, .field_of_view = 60_deg};
-    for (const trees upkeep : {trees::follow, trees::wait}) {
-        scene body = random_scene(5, upkeep);
+    for (const bool moved : {false, true}) {
+        scene body = random_scene(5);
         body.add(make_sphere({0, 0, 35_mm}, 20_mm, 6), tissue::liver); // 81920 faces: work for several threads
-        body.build(exec::par, upkeep);
+        body.build(exec::par);
+        if (moved) {
+            for (const object& one : body.objects()) body.positions(one.id);
+            body.update(exec::par);
+        }
         const iq_lines reference = trace_slice(exec::seq, body, probe, pose{}, physical<>{}, scan);
         for (const std::uint32_t threads : {1U, 2U, 3U, 8U})
             CHECK(trace_slice(exec::par.threads(threads), body, probe, pose{}, physical<>{}, scan) == reference);
     }
 }
 
-TEST_CASE("while a tree waits slices are traced, and rays refused; then the tree follows") {
+TEST_CASE("after vertices have moved, slices need no tree, and rays bring it up to date by themselves") {
     using namespace slice_test;
     scene body{tissue::water};
     const object_id ball = body.add(make_sphere({0, 0, 30_mm}, 10_mm, 5), tissue::bone, {.name = "ball"});
@@ -320,49 +342,39 @@ TEST_CASE("while a tree waits slices are traced, and rays refused; then the tree
     scene fresh{tissue::water};
     fresh.add(body[ball].surface, tissue::bone);
     fresh.build(exec::par);
-    body.update(exec::par, trees::wait);
+    body.update(exec::par);
     const linear_array probe{};
     const acquisition scan{.depth = 60_mm, .samples = 300};
     const scan_lines expected = trace_slice(exec::par, fresh, probe, pose{}, law2011{}, scan);
     CHECK(trace_slice(exec::par, body, probe, pose{}, law2011{}, scan) == expected);
     CHECK(trace(exec::par, body, probe, pose{}, law2011{}, scan) == expected);
-    CHECK(body[ball].box.upper.z == doctest::Approx(37_mm).epsilon(1e-4));
-    CHECK_THROWS_WITH_AS(
-        trace_beams(exec::par, body, probe, pose{}, law2011{}, scan),
-        "scene: the tree of object 'ball' waits; call update(policy) before tracing rays, or trace slices",
-        usage_error);
-    CHECK_THROWS_AS(trace_pixels(exec::par, body, probe, pose{}, law2011{}, scan), usage_error);
-    CHECK_THROWS_AS(trace_paths(exec::par, body, probe, pose{}, physical<>{}, scan), usage_error);
-    body.update(exec::par);
+    CHECK_FALSE(body.view_for_slices(exec::par).objects[0].tree_is_current);
+    CHECK(body.box(ball).upper.z == doctest::Approx(37_mm).epsilon(1e-4));
     CHECK(trace_beams(exec::par, body, probe, pose{}, law2011{}, scan) ==
           trace_beams(exec::par, fresh, probe, pose{}, law2011{}, scan));
-
-    scene never{tissue::water}; // built without trees, which the first update with `follow` makes
-    never.add(body[ball].surface, tissue::bone);
-    never.build(exec::par, trees::wait);
-    CHECK_THROWS_AS(trace_beams(exec::par, never, probe, pose{}, law2011{}, scan), usage_error);
-    never.update(exec::par);
-    CHECK(trace_beams(exec::par, never, probe, pose{}, law2011{}, scan) ==
-          trace_beams(exec::par, fresh, probe, pose{}, law2011{}, scan));
+    CHECK(body.view_for_rays(exec::par).objects[0].tree_is_current);
 }
 
 TEST_CASE("lines that are no fan are traced as beams") {
     using namespace slice_test;
-    const scene body = random_scene(3, trees::follow);
+    const scene body = random_scene(3);
     const trapezoid focused{{.lines = 40, .width = 20_mm}, -25_mm};
     const acquisition scan{.depth = 50_mm, .samples = 300};
-    CHECK_FALSE(slice_lines{}.take(focused));
+    CHECK_FALSE(slice_finder{}.assign(focused));
     CHECK(trace_slice(exec::par, body, focused, pose{}, law2011{}, scan) ==
           trace_beams(exec::par, body, focused, pose{}, law2011{}, scan));
-    const scene treeless = random_scene(3, trees::wait);
-    CHECK_THROWS_AS(trace_slice(exec::par, treeless, focused, pose{}, law2011{}, scan), usage_error);
+    const scene treeless = treeless_scene(3);
+    CHECK(trace_slice(exec::par, treeless, focused, pose{}, law2011{}, scan) ==
+          trace_beams(exec::par, body, focused, pose{}, law2011{}, scan));
 }
 
-TEST_CASE("slices are cut for many lines, and where a tree waits; rays are traced for a few lines on a fine mesh") {
-    const auto cuts = [](std::uint32_t lines, const scene& body) {
-        slice_lines slices;
-        REQUIRE(slices.take(linear_array{.lines = lines, .width = 30_mm}));
-        return slices.choose(body, pose{}, false);
+TEST_CASE(
+    "slices are cut for many lines, and where a tree is out of date; rays are traced for a few lines on a fine mesh") {
+    const float middle = 0;
+    const auto cuts = [&middle](std::uint32_t lines, const scene& body) {
+        slice_finder slices;
+        REQUIRE(slices.assign(linear_array{.lines = lines, .width = 30_mm}));
+        return slices.choose(body.view_for_slices(exec::seq), pose{}, view<const float>{&middle, 1}, false);
     };
     scene body{tissue::muscle};
     body.add(make_sphere({0, 0, 30_mm}, 20_mm, 5), tissue::bone);
@@ -370,7 +382,7 @@ TEST_CASE("slices are cut for many lines, and where a tree waits; rays are trace
     CHECK_FALSE(cuts(16, body));
     CHECK(cuts(512, body));
     body.positions(body.objects()[0].id)[0].z += 1_mm;
-    body.update(exec::seq, trees::wait);
+    body.update(exec::seq);
     CHECK(cuts(16, body));
 }
 
@@ -380,11 +392,13 @@ TEST_CASE("where some objects are cut and rays are traced through others, lines 
     body.add(make_box({-9_mm, -8_mm, 5.2_mm}, {8_mm, 9_mm, 24.7_mm}), tissue::fat, {.priority = 1}); // coarse: cut
     body.build(exec::seq);
     const linear_array probe{.lines = 48, .width = 30_mm};
-    slice_lines slices;
-    REQUIRE(slices.take(probe));
-    REQUIRE(slices.choose(body, pose{}, false));
-    REQUIRE(slices.left_to_rays().size() == 1);
-    REQUIRE(slices.left_to_rays()[0] == 0);
+    slice_finder slices;
+    const float middle = 0;
+    REQUIRE(slices.assign(probe));
+    REQUIRE(slices.choose(body.view_for_slices(exec::seq), pose{}, view<const float>{&middle, 1}, false));
+    REQUIRE(slices.leaves_rays());
+    REQUIRE(slices.chosen()[0] == 1); // by rank: the box has priority
+    REQUIRE(slices.chosen()[1] == 0);
     const acquisition settings{.depth = 60_mm, .samples = 600};
     const scan_lines mixed = trace(exec::seq, body, probe, pose{}, law2011{}, settings);
     const scan_lines rays = trace_beams(exec::seq, body, probe, pose{}, law2011{}, settings);
@@ -420,10 +434,12 @@ TEST_CASE("a vertex at the end of what floats hold does not disturb the choice b
     body.build(exec::seq);
     const pose turned = look_at({0, 0, 0}, {1, 0, 1}, {1, 0, -1});
     for (const std::uint32_t lines : {1U, 5U, 200U}) {
-        slice_lines slices;
-        REQUIRE(slices.take(linear_array{.lines = lines, .width = 30_mm}));
-        slices.choose(body, turned, false); // under sanitizers
-        REQUIRE(slices.take(convex_array{.lines = lines + 1}));
-        slices.choose(body, turned, false);
+        slice_finder slices;
+        const float middle = 0;
+        REQUIRE(slices.assign(linear_array{.lines = lines, .width = 30_mm}));
+        slices.choose(body.view_for_slices(exec::seq), turned, view<const float>{&middle, 1},
+                      false); // under sanitizers
+        REQUIRE(slices.assign(convex_array{.lines = lines + 1}));
+        slices.choose(body.view_for_slices(exec::seq), turned, view<const float>{&middle, 1}, false);
     }
 }

@@ -78,7 +78,7 @@ TEST_CASE("geometry that cannot be used is refused with a sentence") {
         {[&] {
              look_at({0, 0, 0}, {0, 0, 0}, {1, 0, 0});
          },
-         "look_at: `from` and `towards` must be two different points"},
+         "look_at: `from` and `towards` must be different points"},
         {[&] {
              look_at({1e7F, 0, 0}, {0, 0, 0}, {1, 0, 0});
          },
@@ -86,16 +86,16 @@ TEST_CASE("geometry that cannot be used is refused with a sentence") {
         {[&] {
              look_at({0, 0, 0}, {0, 0, 1}, {0, 0, 2});
          },
-         "look_at: `lateral` is parallel to the line from `from`"},
+         "look_at: `lateral` is parallel to the line of sight"},
         {[&] { scene{}.add(astray, tissue::fat, {.name = "a"}); },
          "object 'a': a face names vertex 99, but the mesh has 8"},
-        {[&] { scene{}.add(wild, tissue::fat); }, "vertex 2 is not finite; repair the mesh (`validate` tells more)"},
+        {[&] { scene{}.add(wild, tissue::fat); }, "vertex 2 is not finite; repair the mesh (`validate` reports more)"},
         {[&] { scene{}.add({}, tissue::fat, {.at = {.rotation = mat3{2}}}); },
-         "its pose is no rigid motion; scale the mesh"},
+         "its pose is not a rigid transform; scale the mesh"},
         {[&] {
              body().place(object_id{0}, {.translation = {nan, 0, 0}});
          },
-         "place: the pose is no rigid motion"},
+         "place: the pose is not a rigid transform"},
         {[&] { trace(exec::seq, body(), probe, {.rotation = mat3{0}}, law2011{}, scan); },
          "trace: the pose of the probe"},
         {[&] {
@@ -103,12 +103,12 @@ TEST_CASE("geometry that cannot be used is refused with a sentence") {
          },
          "bvh: a face names vertex 99"},
         {[&] {
-             bvh_storage<mesh_view> tree;
+             detail::bvh_storage<mesh_view> tree;
              tree.build(exec::seq, mesh_view{wild});
              tree.refit(exec::seq, fewer);
          },
          "bvh: refit needs as many primitives as the tree was built over; call rebuild"},
-        {[&] { subdivide(astray); }, "subdivide: face 0 names a vertex that is not there"},
+        {[&] { subdivide(astray); }, "subdivide: face 0 names a vertex out of range"},
         {[&] {
              make_box({0, 0, 0}, {1, 1, -1});
          },
@@ -116,11 +116,11 @@ TEST_CASE("geometry that cannot be used is refused with a sentence") {
         {[&] {
              make_sphere({nan, 0, 0}, 1, 1);
          },
-         "every coordinate must be a number of metres within 1000 km"},
+         "coordinates must be finite and within 1000 km"},
         {[&] {
              make_sphere({0, 0, 0}, 1, 11);
          },
-         "at most 10 subdivisions, each makes four times as many triangles"},
+         "11 subdivisions are more than 10; each makes four times as many triangles"},
         {[&] {
              make_sphere({1e6F, 0, 0}, 1e-3F, 3);
          },
@@ -128,39 +128,49 @@ TEST_CASE("geometry that cannot be used is refused with a sentence") {
         {[&] {
              make_cylinder({0, 0, 0}, {0, 0, 1}, 1, 2);
          },
-         "make_cylinder: it takes 3 to 1,000,000 segments"},
+         "make_cylinder: `segments` is 2; it must be from 3 to 1,000,000"},
+        {[&] {
+             make_cylinder({0, 0, 0}, {0, 0, 1}, 1, 8, 0);
+         },
+         "make_cylinder: `segments_along` is 0; it must be from 1 to 1,000,000"},
         {[&] {
              make_plane({0, 0, 0}, {0, 0, 0}, 1, 0.1F);
          },
-         "make_plane: `normal` must be a direction"},
+         "make_plane: `normal` must be finite and not zero"},
     });
 }
 
-TEST_CASE("settings of scenes and probes that make no sense are refused with a sentence") {
-    scene unbuilt{tissue::fat}, waiting = body();
+TEST_CASE("settings of scenes and probes out of range are refused with a sentence") {
+    scene unbuilt{tissue::fat};
     unbuilt.add(make_box({0, 0, 0}, {1, 1, 1}), tissue::bone);
-    waiting.positions(object_id{0});
-    waiting.update(exec::seq, trees::wait);
     check<usage_error>({
         {[&] { (scene{{.density = -1}}); }, "scene: the background needs a density and a sound speed above 0"},
         {[&] { unbuilt.add({}, {.sound_speed = 0}); }, "its medium needs a density and a sound speed above 0"},
         {[&] { unbuilt.remove(object_id{7}); }, "scene: no object has the id 7"},
         {[&] { unbuilt.update(exec::seq); }, "scene: call build(policy) after the last add or remove"},
         {[&] { trace(exec::seq, unbuilt, probe, pose{}, law2011{}, scan); }, "scene: call build(policy)"},
-        {[&] { trace_beams(exec::seq, waiting, probe, pose{}, law2011{}, scan); },
-         "scene: the tree of object 'bone' waits; call update(policy) before tracing rays, or trace slices"},
-        {[&] { linear_array{.lines = 0}.check(); }, "probe: `lines` must be at least 1"},
-        {[&] { linear_array{.width = 0}.check(); }, "probe: `width` must be a number above 0, between 1e-9 and 1e12"},
-        {[&] { linear_array{.frequency = nan}.check(); }, "probe: `frequency` must be a number above 0"},
-        {[&] { linear_array{.focus = -1}.check(); }, "probe: `focus` must be a number above 0"},
-        {[&] { convex_array{.field_of_view = 60}.check(); }, "convex_array: `field_of_view` is in radians"},
-        {[&] { phased_array{.field_of_view = 90}.check(); }, "phased_array: `field_of_view` is in radians"},
-        {[&] { beam_of(probe, 0); }, "beam_of: the depth of the picture must be from 1 nm to 1000 km"},
-        {[&] { for_each_index(exec::par.threads(1025), 3, [](std::size_t) {}); }, "threads(n): n must be at most 1024"},
+        {[&] { linear_array{.lines = 0}.check(); }, "probe: lines is 0; it must be at least 1"},
+        {[&] { linear_array{.width = 0}.check(); }, "probe: width is 0 m; it must be from 1 nm to 1 m"},
+        {[&] { linear_array{.frequency = nan}.check(); },
+         "probe: frequency is nan Hz; it must be from 1 kHz to 10 GHz"},
+        {[&] { linear_array{.width = 38}.check(); }, "probe: width is 38 m: did you mean 38_mm?"},
+        {[&] { linear_array{.frequency = 5}.check(); }, "probe: frequency is 5 Hz: did you mean 5_MHz?"},
+        {[&] { linear_array{.fnumber = -1}.check(); }, "probe: fnumber is -1; it must be a number from 1e-9 to 1e12"},
+        {[&] { linear_array{.focus = -1}.check(); }, "probe: focus is -1 m; it must be from 1 nm to 10 m"},
+        {[&] { convex_array{.field_of_view = 60}.check(); },
+         "convex_array: field_of_view is 60 rad: did you mean 60_deg?"},
+        {[&] { phased_array{.field_of_view = 90}.check(); },
+         "phased_array: field_of_view is 90 rad: did you mean 90_deg?"},
+        {[&] { phased_array{.field_of_view = -1}.check(); },
+         "phased_array: field_of_view is -1 rad; it must be from 1e-9 rad to 180_deg"},
+        {[&] { beam_of(probe, 0); }, "beam_of: depth is 0 m; it must be from 1 nm to 10 m"},
+        {[&] { beam_of(probe, 80); }, "beam_of: depth is 80 m: did you mean 80_mm?"},
+        {[&] { for_each_index(exec::par.threads(1025), 3, [](std::size_t) {}); },
+         "threads(1025): at most 1024 threads"},
     });
 }
 
-TEST_CASE("settings of traces that make no sense are refused with a sentence") {
+TEST_CASE("settings of traces out of range are refused with a sentence") {
     const scene one = body();
     const auto with = [&](const acquisition& bad, const auto& model) {
         trace(exec::seq, one, probe, pose{}, model, bad);
@@ -168,12 +178,12 @@ TEST_CASE("settings of traces that make no sense are refused with a sentence") {
     path_estimate estimate;
     estimate.add(exec::seq, iq_lines{4, 8, 20_mm});
     check<usage_error>({
-        {[&] { with({.depth = 0}, law2011{}); }, "trace: `depth` must be a number of metres, from 1 nm to 1000 km"},
-        {[&] { with({.depth = 1e6F}, law2011{}); },
-         "m is more than 2^24 wavelengths; give it in metres, such as 80_mm"},
+        {[&] { with({.depth = 0}, law2011{}); }, "trace: depth is 0 m; it must be from 1 nm to 10 m"},
+        {[&] { trace(exec::seq, body(), linear_array{.frequency = 9e9F}, pose{}, law2011{}, {.depth = 9}); },
+         "trace: a depth of 9 m at 9e+09 Hz is more than 2^24 wavelengths; lower the depth or the frequency"},
         {[&] { with({.depth = 1_mm, .samples = ~0U}, law2011{}); },
          "trace: 4 lines of 4294967295 samples are more than 2^28"},
-        {[&] { with({.depth = 1_mm, .planes = 2}, law2011{}); }, "trace: `planes` must be 1, 3, 5 or 7"},
+        {[&] { with({.depth = 1_mm, .planes = 2}, law2011{}); }, "trace: `planes` is 2; it must be 1, 3, 5 or 7"},
         {[&] { with({.depth = 1_mm, .planes = 3}, flags{}); }, "samples of this model's type cannot be averaged"},
         {[&] { with(scan, physical{}.with_scattering(gaussian_field<>{.cell = 0})); }, "cell_field: `cell` must be"},
         {[&] { with(scan, physical<>{.texture_db = nan}); }, "physical: `texture_db` must be a finite number of dB"},
@@ -181,8 +191,8 @@ TEST_CASE("settings of traces that make no sense are refused with a sentence") {
         {[&] { with(scan, physical<>{.specular = {.power = -1}}); },
          "specular_return: `power` must be a finite number"},
         {[&] { poisson_numbers{.density = 0}.check(); }, "poisson"},
-        {[&] { trace_paths(exec::seq, one, probe, pose{}, physical{}, scan, {.least_amplitude = 0}); },
-         "trace_paths: `least_amplitude` and `rough_power` must be above 0, `face_reflection` within 1"},
+        {[&] { trace_paths(exec::seq, one, probe, pose{}, physical{}, scan, {.min_amplitude = 0}); },
+         "trace_paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` within 1"},
         {[&] {
              estimate.add(exec::seq, iq_lines{4, 9, 20_mm});
          },
@@ -191,7 +201,8 @@ TEST_CASE("settings of traces that make no sense are refused with a sentence") {
              orthographic_camera{.size = {0, 5}}.check();
          },
          "camera: `size` must be at least 1 x 1 and at most 2^28"},
-        {[&] { orthographic_camera{.at = {.rotation = mat3{0}}}.check(); }, "camera: its pose is no rigid motion"},
+        {[&] { orthographic_camera{.at = {.rotation = mat3{0}}}.check(); },
+         "camera: its pose is not a rigid transform"},
         {[&] {
              orthographic_camera{.extent = {0, 1}}.check();
          },
@@ -201,7 +212,7 @@ TEST_CASE("settings of traces that make no sense are refused with a sentence") {
     });
 }
 
-TEST_CASE("signals and their settings that make no sense are refused with a sentence") {
+TEST_CASE("signals and their settings out of range are refused with a sentence") {
     const iq_lines echoes{4, 64, 2_mm};
     iq_lines torn = echoes;
     torn.values.pop_back();
@@ -215,82 +226,90 @@ TEST_CASE("signals and their settings that make no sense are refused with a sent
         {[&] {
              convolve(exec::seq, iq_lines{4, 64, 0}, pulse{}, probe);
          },
-         "convolve: the depth of the echoes must be from"},
-        {[&] { convolve(exec::seq, echoes, pulse{}, probe, {.decimation = 7}); }, "convolve: `decimation` must divide"},
+         "convolve: depth is 0 m; it must be from"},
+        {[&] { convolve(exec::seq, echoes, pulse{}, probe, {.decimation = 7}); },
+         "convolve: decimation is 7; it must be a divisor of the number of samples, 64"},
         {[&] {
              convolve(exec::seq, iq_lines{4, 8, 90_mm}, pulse{}, probe);
          },
          "convolve: the samples are too coarse"},
-        {[&] { pulse{.cycles = 0}.check(5_MHz); }, "pulse: `cycles` must be a finite number above 0"},
+        {[&] { pulse{.cycles = 0}.check(5_MHz); }, "pulse: `cycles` must be finite and above 0"},
         {[&] { pulse{.burst = -1}.check(5_MHz); }, "pulse: `burst` must be a finite number of cycles"},
-        {[&] { pulse{.frequency = nan}.check(5_MHz); }, "pulse: `frequency` must be a finite number of hertz"},
-        {[&] { pulse{.frequency = 7_MHz}.check(5_MHz); }, "Hz is not the probe's"},
-        {[&] { make_lateral_kernel(probe, {.depth = 10_mm}); }, "make_lateral_kernel: `samples` must be stated"},
-        {[&] { envelope(exec::seq, short_lines); },
-         "envelope: the lines must have as many values as lines times samples"},
-        {[&] { to_rf(exec::seq, torn, 5_MHz); }, "to_rf: the lines must have samples, and a depth above 0"},
-        {[&] { to_rf(exec::seq, echoes, 0); }, "to_rf: the frequency must be a finite number of hertz above 0"},
+        {[&] { pulse{.frequency = nan}.check(5_MHz); }, "pulse: `frequency` must be finite and above 0"},
+        {[&] { pulse{.frequency = 7_MHz}.check(5_MHz); }, "Hz; make them equal, or leave that of the pulse at 0"},
+        {[&] { detail::make_lateral_kernel(probe, {.depth = 10_mm}); }, "make_lateral_kernel: `samples` is 0"},
+        {[&] { envelope(exec::seq, short_lines); }, "envelope: 4 lines of 64 samples need as many values, not 255"},
+        {[&] { to_rf(exec::seq, torn, 5_MHz); },
+         "to_rf: the lines must have a depth above 0 and a value for every sample"},
+        {[&] { to_rf(exec::seq, echoes, 0); }, "to_rf: the frequency must be finite and above 0"},
         {[&] {
              to_rf(exec::seq, iq_lines{1, 8, 90_mm}, 5_MHz);
          },
-         "to_rf: an oscillating signal needs four samples a cycle"},
+         "to_rf: RF needs four samples per cycle"},
         {[&] { squeeze(log_compress_settings{.dynamic_range_db = 0}); }, "log_compress: `dynamic_range_db` must be"},
         {[&] { squeeze(log_compress_settings{.gain_db = nan}); },
          "log_compress: `reference_db`, `gain_db` and `reject_db`"},
-        {[&] { amplify(tgc_settings{.attenuation = -1}); }, "tgc: `attenuation` and `most_db` must be finite numbers"},
+        {[&] { amplify(tgc_settings{.attenuation = -1}); },
+         "tgc: `attenuation` and `max_db` must be finite and not negative"},
         {[&] {
              amplify(tgc_settings{.sliders = {0, nan}});
          },
-         "tgc: `sliders` must be finite numbers of dB"},
+         "tgc: `sliders` must be finite"},
         {[&] {
              amplify(tgc_settings{.curve = {{0.02F, 1}, {0.01F, 2}}});
          },
          "tgc: the points of `curve` must be finite"},
-        {[&] { tgc(exec::seq, scan_lines{}, nan); }, "tgc: the frequency must be a finite number of hertz, 0 or more"},
-        {[&] { persistence{1}; }, "persistence: the share of the past must be from 0 to below 1"},
+        {[&] { tgc(exec::seq, scan_lines{}, nan); }, "tgc: the frequency must be finite and not negative"},
+        {[&] { persistence{1}; }, "persistence: the weight of the past must be at least 0 and below 1"},
         {[&] { add_electronic_noise(exec::seq, iq_lines{}, {.level_db = nan}); }, "add_electronic_noise: `level_db`"},
     });
 }
 
-TEST_CASE("pictures and their settings that make no sense are refused with a sentence") {
+TEST_CASE("pictures and their settings out of range are refused with a sentence") {
     const auto map_of = [](const acquisition& lines, const scan_convert_settings& settings) {
         return make_scan_map(exec::seq, linear_array{.lines = 4}, lines, settings);
     };
     const scan_map map = map_of(scan, {.size = {8, 8}});
     const image picture{{8, 8}};
     check<usage_error>({
-        {[&] { map_of({.depth = 0, .samples = 1}, {}); }, "scan_convert: the lines need a depth from 1 nm to 1000 km"},
+        {[&] { map_of({.depth = 0, .samples = 1}, {}); }, "scan_convert: depth is 0 m; it must be from 1 nm to 10 m"},
         {[&] { map_of({.depth = 1, .samples = 1U << 30U}, {}); },
          "scan_convert: at most 2^23 lines and 2^23 samples a line"},
-        {[&] { map_of(scan, {.background = nan}); }, "scan_convert: `background` must be a finite grey"},
+        {[&] { map_of(scan, {.background = nan}); }, "scan_convert: `background` must be finite"},
         {[&] {
              map_of(scan, {.size = {1U << 20U, 1U << 20U}});
          },
-         "it must have at least 1 and at most 2^28 pixels"},
+         "scan_convert: size 1048576x1048576 exceeds 16384 pixels a side; the field of view is "},
+        {[&] { map_of({.depth = 8, .samples = 64}, {}); },
+         "scan_convert: size 512x107790 exceeds 16384 pixels a side; depth is 8 m: did you mean 8_mm?"},
+        {[&] {
+             scan_convert(exec::seq, scan_lines{4, 0, 20_mm}, probe);
+         },
+         "scan_convert: the lines have no samples"},
         {[&] {
              make_scan_map(exec::seq, needle{}, scan, {.size = {9, 0}});
          },
-         "scan_convert: the field of view has no width; ask for a number of rows"},
+         "scan_convert: the field of view has no width; give the number of rows"},
         {[&] {
              scan_convert(exec::seq, scan_lines{4, 63, 20_mm}, map);
          },
-         "scan_convert: lines, samples or depth differ"},
+         "scan_convert: the number of lines, of samples or the depth differs from that of the map"},
         {[&] {
              scan_convert(exec::seq, label_lines{4, 63, 20_mm}, map);
          },
-         "scan_convert: lines, samples or depth differ"},
+         "scan_convert: the number of lines, of samples or the depth differs from that of the map"},
         {[&] { radial_blur(exec::seq, square, probe, map); },
-         "radial_blur: the picture must have been made with this map"},
+         "radial_blur: the image must have been made with this map"},
         {[&] { radial_blur(exec::seq, picture, probe, map, {.frames = 0}); },
-         "radial_blur: `lines` must be a finite number"},
+         "radial_blur: `lines` must be finite and not negative"},
         {[&] {
              make_noise(exec::seq, {4, 4}, {.strength = 2});
          },
-         "make_noise: `strength` must lie between 0 and 1"},
-        {[&] { add_noise(exec::seq, picture, square); }, "add_noise: the noise must have the size of the picture"},
-        {[&] { map_grey(exec::seq, square, {.gamma = 0}); }, "grey_map: `gamma` must be a finite number above 0"},
+         "make_noise: `strength` must be from 0 to 1"},
+        {[&] { add_noise(exec::seq, picture, square); }, "add_noise: the noise must have the size of the image"},
+        {[&] { map_grey(exec::seq, square, {.gamma = 0}); }, "grey_map: `gamma` must be finite and above 0"},
         {[&] { map_grey(exec::seq, square, {.contrast = 2}); }, "grey_map: `contrast` must be from 0 to 1"},
-        {[&] { write_png("a.png", image{}); }, "it must have at least 1 and at most 2^28 pixels"},
+        {[&] { write_png("a.png", image{}); }, "write_png: size 0x0 has no pixels; it must be at least 1x1"},
     });
 }
 
@@ -302,7 +321,7 @@ TEST_CASE("a tree says when it is asked for too much") {
     check<usage_error>({
         {[&] { tree.closest(exec::seq, rays, hits); }, "bvh: as many results as rays are needed"},
         {[&] {
-             bvh_storage<endless_range> storage;
+             detail::bvh_storage<endless_range> storage;
              storage.build(exec::seq, endless_range{});
          },
          "bvh: more than 2147483647 primitives in one tree; split them"},

@@ -73,13 +73,13 @@ TEST_CASE("a thousand scenes of random bits are built, moved and traced") {
             mesh at_rest = m;
             for (vec3& p : at_rest.positions) p = {hash_uniform(seed, any.bits()), 0, 0};
             const object_id id = body.add(at_rest, tissue::all[any.below(std::size(tissue::all))].value);
-            body.build(exec::seq, any.below(2) == 0 ? trees::follow : trees::wait);
+            body.build(exec::seq);
             std::copy(m.positions.begin(), m.positions.end(), body.positions(id).begin());
         }
-        body.build(exec::seq, seed % 2 == 0 ? trees::follow : trees::wait);
-        body.update(exec::seq, seed % 4 < 2 ? trees::follow : trees::wait);
-        const linear_array probe{.lines = 4, .frequency = 1};
-        const acquisition scan{.depth = 1 + 1000 * hash_uniform(seed, 0), .samples = 16};
+        body.build(exec::seq);
+        body.update(exec::seq);
+        const linear_array probe{.lines = 4, .frequency = min_frequency};
+        const acquisition scan{.depth = 1 + 9 * hash_uniform(seed, 0), .samples = 16};
         const scan_lines slices = trace_slice(exec::unseq, body, probe, pose{}, law2011{}, scan);
         for (const float value : slices.values) bad_values += is_finite(value) ? 0 : 1;
         const label_lines labels =

@@ -89,7 +89,7 @@ TEST_CASE("far from the origin, 30 m and 1 km, surfaces stay closed to rays and 
 
         scene body{tissue::muscle};
         body.add(ball, tissue::bone);
-        body.build(exec::seq, trees::wait); // cut into slices
+        body.build(exec::seq); // cut into slices
         const pose at{.translation = centre - vec3{0, 0, 30_mm}};
         const label_lines seen =
             label(exec::seq, body, linear_array{.lines = 64, .width = 30_mm}, at, {.depth = 60_mm, .samples = 600});
@@ -142,7 +142,7 @@ TEST_CASE("a NaN vertex among 100,000 changes no other hit") {
     CHECK(lost >= 1);
 }
 
-TEST_CASE("a NaN ray is a miss, and no dearer than 2.5 normal ones") {
+TEST_CASE("a NaN ray is a miss, and costs no more than 2.5 normal ones") {
     const mesh ball = make_sphere({0, 0, 0}, 1, 6);
     const bvh tree{exec::seq, ball};
     std::vector<ray> normal(20'000), bad;

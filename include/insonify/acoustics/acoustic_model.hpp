@@ -7,28 +7,30 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What turns a line into samples. `law2011` is one; write your own with these three:
+/// Computes the samples of a line from its layers, as `physical` and `law2011` do. A model needs three members:
 ///
-///     using sample_type = float;                                  // what a sample holds
-///     std::uint32_t samples(float depth, float frequency) const;  // how many, where the caller does not say
+///     using sample_type = float;                                  // of one sample
+///     std::uint32_t samples(float depth, float frequency) const;  // default number of samples
 ///     void operator()(const auto& policy, const traced_line& line, float spacing, view<sample_type> samples) const;
 ///
-/// The last makes every sample of one line, which all start at 0; sample k stands at depth (k + 1/2) * spacing metres. It
-/// must not throw.
-/// A model whose samples depend on what lies beyond their depth has a fourth, how far lines are to be followed (metres):
+/// The last writes the samples of one line, which start at 0; sample k lies at depth (k + 1/2) * spacing metres. It
+/// must not throw. All other members are optional. If samples depend on what lies beyond `depth`, the length of the
+/// line to trace, in metres:
 ///
-///     float reach(float depth, view<const medium> media) const;
+///     float max_depth(float depth, view<const medium> media) const;
 ///
-/// and one that wants to know the beam (`traced_line::beam`) a fifth, how alike its independent echoes are on two lines
-/// that lie so many metres apart and differ in direction by so many radians, 1 to 0:
+/// For complex echoes that `convolve` follows, a model may emit them to an `echo_line` instead of writing samples; the
+/// tracer then compensates their levels for the kernels. Such a model also gives the covariance, 1 to 0, of its random
+/// echoes on two lines, by their distance in metres and the angle between them in radians:
 ///
-///     float covariance(float apart, float turned) const;
+///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
+///     float covariance(float distance, float angle) const;
 ///
-/// One that takes all incidence as normal may say so; then the angles of its layers (`cosine`, `tilt`) are not looked up:
+/// For a model that assumes normal incidence, angles (`layer::cosine`, `layer::tilt`) are not computed:
 ///
 ///     static constexpr bool normal_incidence = true;
 ///
-/// One whose samples take much less, or more, than 5 nanoseconds may say so; frames that are soon done stay on one thread:
+/// Nanoseconds per sample, if far from 5; short frames are not divided among threads:
 ///
 ///     static constexpr float nanoseconds = 0.5F;
 template <class Model>
@@ -37,25 +39,27 @@ concept acoustic_model = requires(const Model& model, const traced_line& line, v
     model(exec::seq, line, 1e-3F, out);
 };
 
-/// How far a line is followed for samples down to `depth`, metres.
+namespace detail {
+
+/// Length of the line to trace for samples down to `depth`, metres.
 template <acoustic_model Model>
-float reach_of(const Model& model, float depth, view<const medium> media) {
-    if constexpr (requires { model.reach(depth, media); })
-        return model.reach(depth, media);
+float max_depth_of(const Model& model, float depth, view<const medium> media) {
+    if constexpr (requires { model.max_depth(depth, media); })
+        return model.max_depth(depth, media);
     else
         return depth;
 }
 
-/// Whether a model says that it takes all incidence as normal.
+/// True for models that assume normal incidence.
 template <acoustic_model Model>
-constexpr bool takes_normal_incidence() {
+INSONIFY_FN constexpr bool takes_normal_incidence() {
     if constexpr (requires { Model::normal_incidence; })
         return Model::normal_incidence;
     else
         return false;
 }
 
-/// About what a sample of a model takes.
+/// Nanoseconds per sample.
 template <acoustic_model Model>
 constexpr float nanoseconds_of() {
     if constexpr (requires { Model::nanoseconds; })
@@ -64,5 +68,6 @@ constexpr float nanoseconds_of() {
         return 5;
 }
 
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif

@@ -6,52 +6,59 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What an echo loses on each metre of depth, there and back: 2 alpha0 f^b, in dB/m.
+/// Attenuation of an echo per metre of depth, there and back, in dB/m at a frequency in hertz.
 ///
-/// alpha0 in dB/m at 1 MHz, f in MHz, b the medium's `attenuation_power`. Exact for one frequency. Finite for every
-/// medium that is valid: nothing is left of a sound that loses FLT_MAX.
+///     loss = 2 alpha0 f^b
+///
+/// alpha0 = `attenuation` in dB/m at 1 MHz, f in MHz, b = `attenuation_power`. Valid for a single frequency. The result
+/// is finite for every valid medium: it is at most FLT_MAX.
+/// Source: the power law of attenuation in tissue, Szabo, Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
 INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
     const float megahertz = frequency * 1e-6F;
     const float growth = m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power);
-    return lesser(m.attenuation * lesser(2 * growth, FLT_MAX), FLT_MAX);
+    return min(m.attenuation * min(2 * growth, FLT_MAX), FLT_MAX);
 }
 
-/// What an attenuation law must say: law(medium, frequency), the dB that an echo loses a metre of the medium, there and
-/// back.
+/// An attenuation law: law(medium, frequency) is the attenuation of an echo in dB per metre, there and back; the
+/// frequency is in hertz.
 template <class Law>
 concept attenuation_law = requires(const Law& law, const medium& m, float frequency) {
     { law(m, frequency) } -> std::convertible_to<float>;
 };
 
-/// The usual one: `echo_loss`.
+/// The default attenuation law: `echo_loss`.
 struct power_law {
-    /// dB a metre, there and back; the frequency in hertz.
+    /// dB/m, there and back; the frequency in hertz.
     INSONIFY_FN float operator()(const medium& m, float frequency) const { return echo_loss(m, frequency); }
 
     friend bool operator==(const power_law&, const power_law&) = default;
 };
 
-/// A pulse of finite bandwidth on its way through media whose attenuation grows with frequency: the high frequencies
-/// suffer most, so its centre moves down and its peak loses less than one frequency would.
+/// The echo of a pulse of finite bandwidth. Attenuation grows with frequency, so the centre of the spectrum shifts down
+/// and the peak loses less than a single frequency would.
 struct broadband_echo {
-    float loss_db = 0;   ///< of the peak
+    float loss_db = 0;   ///< of the peak, dB
     float frequency = 0; ///< of the centre of the spectrum, hertz
 };
 
-/// A Gaussian pulse after a depth at which one frequency would have lost `narrowband_db`, there and back.
+/// A Gaussian pulse after a path, there and back, on which a single frequency would lose `narrowband_db`.
 ///
-///     beta = echo loss in Np per Hz, over the whole way;  sigma = B f0 / 2.3548, of the amplitude spectrum
-///     loss = beta f0 - beta^2 sigma^2 / 2,   centre = f0 - beta sigma^2
+///     beta = narrowband_db ln(10) / (20 f0)                       Np/Hz
+///     sigma = B f0 / 2.3548                                       Hz, of the amplitude spectrum
+///     loss = beta f0 - beta^2 sigma^2 / 2                         Np, of the peak
+///     centre = f0 - beta sigma^2                                  Hz
 ///
-/// Holds for attenuation linear in f and while the centre stays well above 0; the gain is limited to where the centre
-/// would have fallen by half.
-/// @param bandwidth  fractional, -6 dB: B
-/// Source: the product of a Gaussian and an exponential, completed to a square.
+/// Valid for attenuation linear in f, as long as the centre is well above 0. beta is limited to the value at which the
+/// centre is f0 / 2.
+/// @param frequency  f0, of the carrier, hertz
+/// @param bandwidth  B, fractional, at -6 dB
+/// Source: product of the Gaussian spectrum and exp(-beta f), by completing the square; see also Szabo,
+/// Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
 INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequency, float bandwidth) {
     constexpr float neper_per_db = 0.115129255F; // ln(10) / 20
     const float sigma = bandwidth * frequency / 2.3548F;
-    const float most = 0.5F * frequency / (sigma * sigma); // beta that halves the centre
-    const float beta = lesser(neper_per_db * narrowband_db / frequency, most);
+    const float max_beta = 0.5F * frequency / (sigma * sigma);
+    const float beta = min(neper_per_db * narrowband_db / frequency, max_beta);
     return {.loss_db = narrowband_db - 0.5F * beta * beta * sigma * sigma / neper_per_db,
             .frequency = frequency - beta * sigma * sigma};
 }

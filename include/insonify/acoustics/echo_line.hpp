@@ -7,13 +7,32 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run.
+struct scatterer_echoes {
+    float depth = 0;                  ///< of the first echo, metres
+    float step = 0;                   ///< metres, 0 or more
+    std::uint32_t count = 0;          ///< number of scatterers
+    const float* real = nullptr;      ///< real parts of the amplitudes
+    const float* imaginary = nullptr; ///< imaginary parts
+    float first_level = 0;            ///< factor on the amplitudes at the first scatterer ...
+    float last_level = 0;             ///< ... and one step after its last scatterer
+    vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
+};
+
 /// Writes echoes into one line of complex samples at baseband.
 ///
-/// An echo a at displayed depth z adds a exp(-j 4 pi f0 z / c0) to its two neighbouring samples, divided linearly;
-/// sample k stands at (k + 1/2) * spacing. The phase is reduced in cycles, so it keeps its digits at any depth.
+///     s += a exp(-j 4 pi f0 z / c0)
+///
+/// for an echo of amplitude a at displayed depth z, in metres, f0 in hertz and c0 = `display_speed` in m/s; it is
+/// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
+/// reduced in cycles, in double precision, so it is accurate at any depth.
+///
+/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; the
+/// tracer substitutes one that compensates for the kernels of later stages.
+/// Source: demodulation to baseband of an echo with delay 2 z / c0.
 class echo_line {
   public:
-    /// @param samples    written to; they keep what they hold
+    /// @param samples    to which echoes are added
     /// @param spacing    metres of displayed depth from sample to sample
     /// @param frequency  of the carrier, hertz
     INSONIFY_FN echo_line(view<vec2> samples, float spacing, float frequency)
@@ -25,73 +44,92 @@ class echo_line {
     /// Metres to the end of the last sample.
     INSONIFY_FN float depth() const { return spacing_ * static_cast<float>(samples_.size()); }
 
-    /// One echo at a displayed depth, metres; what lies beyond the ends of the line is dropped.
-    INSONIFY_FN void add(float depth, vec2 amplitude) const { put(depth, turned(amplitude, phase(depth))); }
+    /// Adds one echo at a displayed depth, metres. Echoes beyond the ends of the line are dropped.
+    INSONIFY_FN void add(float depth, vec2 amplitude) const { write(depth, product(amplitude, phase(depth))); }
 
-    /// Echoes at equal steps: number i at depth + i * step, of strength scale * ratio^i times its complex amplitude.
-    /// @param step       not below 0
-    INSONIFY_LAZY INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real,
-                                       const float* imaginary, float scale, float ratio) const {
+    /// Adds the specular echo of a surface. The third argument is the change of its displayed depth per metre across the
+    /// line, in the slice plane and out of it.
+    INSONIFY_FN void surface(float depth, float amplitude, vec2 /* slope */) const { add(depth, {amplitude, 0}); }
+
+    /// Adds the diffuse echo of a rough surface.
+    /// @param amplitude  rms
+    /// @param value      vec2(float offset): the surface's random field, of power 1, `offset` metres deeper
+    template <class Value>
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 /* slope */, const Value& value) const {
+        add(depth, value(0.0F) * amplitude);
+    }
+
+    /// Adds the echoes of scatterers.
+    INSONIFY_FN void scatterers(const scatterer_echoes& run) const {
+        constexpr float min_level = 1e-15F; // -300 dB: the ratio could overflow below
+        const float ratio = run.first_level > min_level && run.last_level > 0
+                                ? std::exp2(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count))
+                                : 1.0F;
+        add(run.depth, run.step, run.count, run.real, run.imaginary, run.first_level, ratio);
+    }
+
+  private:
+    // Echo i lies at depth + i * step, with its amplitude times scale * ratio^i.
+    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
+                         float scale, float ratio) const {
         constexpr int width = simd_width;
         using floats = lanes<width>;
-        const vec2 turn = ratio * phase(step);
+        const vec2 step_factor = ratio * phase(step);
         float powers[2][width];
         vec2 power = scale * phase(depth);
         for (int i = 0; i < width; ++i) {
             powers[0][i] = power.x;
             powers[1][i] = power.y;
-            power = turned(power, turn);
+            power = product(power, step_factor);
         }
-        vec2 turn_on{1, 0};
-        for (int i = 0; i < width; ++i) turn_on = turned(turn_on, turn);
+        vec2 block_factor{1, 0};
+        for (int i = 0; i < width; ++i) block_factor = product(block_factor, step_factor);
         floats carrier_x = load<width>(powers[0]), carrier_y = load<width>(powers[1]);
-        const auto inside = static_cast<std::uint32_t>(samples_.size()) - 1; // of a sample with a next one
-        const floats turn_x(turn_on.x), turn_y(turn_on.y), one(1.0F);
+        const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
+        const floats factor_x(block_factor.x), factor_y(block_factor.y), one(1.0F);
         for (std::uint32_t first = 0; first < count; first += width) {
-            const floats x = some_of(real + first, count - first), y = some_of(imaginary + first, count - first);
+            const floats x = load_some(real + first, count - first), y = load_some(imaginary + first, count - first);
             const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
-            const floats number = floats_of<width>(steps_of_bits<width>(first, 1));
-            const floats place = (floats(depth) + number * floats(step)) * floats(per_spacing_) - floats(0.5F);
+            const floats index = floats_of<width>(steps_of_bits<width>(first, 1));
+            const floats position = (floats(depth) + index * floats(step)) * floats(per_spacing_) - floats(0.5F);
             const bit_lanes<width> below = floor_bits<width>(
-                lesser(greater(place, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
-            const floats share = place - floats_of<width>(below);
+                min(max(position, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
+            const floats weight = position - floats_of<width>(below);
             vec2 here[width], next[width];
-            store_pairs((one - share) * value_x, (one - share) * value_y, here);
-            store_pairs(share * value_x, share * value_y, next);
+            store_pairs((one - weight) * value_x, (one - weight) * value_y, here);
+            store_pairs(weight * value_x, weight * value_y, next);
             std::uint32_t sample[width];
             store_bits<width>(below, sample);
-            if (count - first >= width && sample[0] < inside && sample[width - 1] < inside)
+            if (count - first >= width && sample[0] < last && sample[width - 1] < last)
                 for (int i = 0; i < width; ++i) {
                     samples_[sample[i]] += here[i];
                     samples_[sample[i] + 1] += next[i];
                 }
             else
-                for (std::uint32_t i = 0; i < width && i < count - first; ++i) put_parts(sample[i], here[i], next[i]);
-            const floats turned_x = carrier_x * turn_x - carrier_y * turn_y;
-            carrier_y = carrier_x * turn_y + carrier_y * turn_x;
-            carrier_x = turned_x;
+                for (std::uint32_t i = 0; i < width && i < count - first; ++i) add_pair(sample[i], here[i], next[i]);
+            const floats next_x = carrier_x * factor_x - carrier_y * factor_y;
+            carrier_y = carrier_x * factor_y + carrier_y * factor_x;
+            carrier_x = next_x;
         }
     }
 
-  private:
-    INSONIFY_FN static vec2 turned(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
 
     INSONIFY_FN vec2 phase(float depth) const {
         const double cycles = cycles_ * static_cast<double>(depth);
-        const auto part = static_cast<float>(cycles - std::floor(cycles));
-        return {std::cos(2 * pi * part), -std::sin(2 * pi * part)};
+        const auto fraction = static_cast<float>(cycles - std::floor(cycles));
+        return {std::cos(2 * pi * fraction), -std::sin(2 * pi * fraction)};
     }
 
-    INSONIFY_FN void put(float depth, vec2 value) const {
-        const float place = clamped(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
-        const float below = std::floor(place);
-        const float share = place - below;
-        put_parts(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - share) * value, share * value);
+    INSONIFY_FN void write(float depth, vec2 value) const {
+        const float position = clamp(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
+        const float below = std::floor(position);
+        const float weight = position - below;
+        add_pair(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - weight) * value, weight * value);
     }
 
-    // As many as a register holds; zeros after the last.
-    template <class = void>
-    INSONIFY_FN INSONIFY_INLINE static lanes<simd_width> some_of(const float* from, std::uint32_t count) {
+    // Loads `count` floats, at most a register; the other lanes are 0.
+    INSONIFY_FN INSONIFY_INLINE static lanes<simd_width> load_some(const float* from, std::uint32_t count) {
         if (count >= simd_width) return load<simd_width>(from);
         float some[simd_width] = {};
         for (std::uint32_t i = 0; i < count; ++i) some[i] = from[i];
@@ -106,8 +144,8 @@ class echo_line {
         for (int i = 0; i < simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
     }
 
-    // To a sample, which may lie before the first by wrapping round, and to the next.
-    INSONIFY_FN void put_parts(std::uint32_t sample, vec2 here, vec2 next) const {
+    // Adds to a sample and the next one; an index below 0 wraps around.
+    INSONIFY_FN void add_pair(std::uint32_t sample, vec2 here, vec2 next) const {
         const auto end = static_cast<std::uint32_t>(samples_.size());
         if (sample < end) samples_[sample] += here;
         if (sample + 1 < end) samples_[sample + 1] += next;

@@ -5,13 +5,13 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Cosine of the angle t of the transmitted ray; 0 at and beyond the critical angle, where there is none.
+/// Cosine of the angle of refraction t; 0 at and beyond the critical angle.
 ///
 ///     sin t = (c2 / c1) sin i
 ///     cos^2 t = ((c1 - c2)(c1 + c2) + c2^2 cos^2 i) / c1^2
 ///
-/// The second form, equal to 1 - sin^2 t, keeps its digits at grazing incidence, where speeds that are nearly equal
-/// would leave a difference of two ones. Source: Snell's law, with the speeds of sound c of the two media in m/s.
+/// The second form equals 1 - sin^2 t but does not cancel at grazing incidence between nearly equal speeds.
+/// Source: Snell's law; c1 and c2 are the sound speeds of the two media, m/s.
 /// @param cosine  of the angle of incidence i, 0 to 1
 INSONIFY_FN inline float refracted_cosine(const medium& before, const medium& after, float cosine) {
     const float c1 = before.sound_speed, c2 = after.sound_speed;
@@ -21,12 +21,12 @@ INSONIFY_FN inline float refracted_cosine(const medium& before, const medium& af
     return squared > 0 ? std::sqrt(squared) : 0.0F;
 }
 
-/// Direction in which sound goes on behind an interface; {0, 0, 0} where it is totally reflected.
+/// Propagation direction behind an interface; {0, 0, 0} for total reflection.
 ///
 ///     d_t = eta d + (eta cos i - cos t) n,   eta = c2 / c1,   cos i = -n.d
 ///
-/// @param direction  of the arriving sound, length 1; unchanged where the two speeds are equal
-/// @param normal     of the surface, length 1, towards either side
+/// @param direction  d, of the incident wave, length 1; returned unchanged if the two speeds are equal
+/// @param normal     n, of the surface, length 1, on either side
 /// Source: Snell's law in vector form.
 INSONIFY_FN inline vec3 refracted(vec3 direction, vec3 normal, const medium& before, const medium& after) {
     if (before.sound_speed == after.sound_speed) return direction;
@@ -39,54 +39,54 @@ INSONIFY_FN inline vec3 refracted(vec3 direction, vec3 normal, const medium& bef
     return eta * direction + turn * normal;
 }
 
-/// The plane interface between two fluids, at any angle: the law of nature where roughness and shear are left out.
+/// Reflection and transmission at the plane interface between two fluids, at any angle of incidence. Roughness and
+/// shear waves are neglected.
 ///
-///     r = (Z2 cos i - Z1 cos t) / (Z2 cos i + Z1 cos t)              pressure reflected
-///     p = 2 Z2 cos i / (Z2 cos i + Z1 cos t) = 1 + r                 pressure transmitted
+///     r = (Z2 cos i - Z1 cos t) / (Z2 cos i + Z1 cos t)              reflected pressure
+///     p = 2 Z2 cos i / (Z2 cos i + Z1 cos t) = 1 + r                 transmitted pressure
 ///     R = r^2,  T = 4 Z1 Z2 cos i cos t / (Z2 cos i + Z1 cos t)^2    energy; R + T = 1
 ///
-/// Z = density times speed in rayl, i and t the angles of incidence and of refraction. At and beyond the critical angle
-/// r = 1 and nothing is transmitted (its phase and the evanescent wave are left out). T is also the product of the
-/// pressures p of the ways there and back, hence what an echo keeps when it crosses twice.
+/// Z = density times sound speed in rayl; i and t are the angles of incidence and of refraction. At and beyond the
+/// critical angle r = 1 and T = 0; the phase of the echo and the evanescent wave are neglected. T is also the product
+/// of p there and back: the fraction of an echo's amplitude that survives both crossings. For media of equal sound
+/// speed r = (density2 - density1) / (density2 + density1) at every angle, exactly 0 for equal media.
 ///
-/// All is computed in float: r and T are quotients of the same two terms, so R + T = 1 within a few roundings whatever
-/// the error of those. That error is as if the angle had been given a rounding away: it matters near the critical angle
-/// alone, where r changes infinitely fast.
-/// Source: Kinsler et al., Fundamentals of Acoustics, oblique incidence on a fluid; for media of equal speed of sound
-/// r = (density2 - density1) / (density2 + density1) at every angle: exactly 0 for equal media.
+/// r and T are quotients of the same two terms, so R + T = 1 within a few roundings. The rounding error of these terms
+/// is equivalent to that of the angle; it is noticeable only near the critical angle, where the slope of r is infinite.
+/// Source: Kinsler et al., Fundamentals of Acoustics, 4th edition, chapter 6.
 struct fresnel {
-    /// Signed pressure of the echo, relative to the pressure that arrives: -1 to 1.
-    /// @param cosine  of the angle of incidence, 0 to 1; here and below
+    /// r: signed pressure of the echo relative to the incident pressure, -1 to 1.
+    /// @param cosine  of the angle of incidence, 0 to 1; also below
     INSONIFY_FN float pressure_reflection(const medium& before, const medium& after, float cosine) const {
         const terms at = terms_of(before, after, cosine);
         return at.transmitted == 0 ? 1.0F : (at.incident - at.transmitted) / (at.incident + at.transmitted);
     }
 
-    /// Pressure behind the interface, relative to the pressure that arrives: 0 to 2; 0 where nothing is transmitted.
+    /// p: pressure behind the interface relative to the incident pressure, 0 to 2; 0 for total reflection.
     INSONIFY_FN float pressure_transmission(const medium& before, const medium& after, float cosine) const {
         const terms at = terms_of(before, after, cosine);
         return at.transmitted == 0 ? 0.0F : 2 * (at.incident / (at.incident + at.transmitted));
     }
 
-    /// Share of the energy that is reflected, 0 to 1.
+    /// R: fraction of the energy that is reflected, 0 to 1.
     INSONIFY_FN float energy_reflection(const medium& before, const medium& after, float cosine) const {
         const float r = pressure_reflection(before, after, cosine);
         return r * r;
     }
 
-    /// Share of the energy that is transmitted, 0 to 1: the same in both directions of one ray.
+    /// T: fraction of the energy that is transmitted, 0 to 1; the same for the reversed ray.
     INSONIFY_FN float energy_transmission(const medium& before, const medium& after, float cosine) const {
         const terms at = terms_of(before, after, cosine);
         const float sum = at.incident + at.transmitted;
         return at.transmitted == 0 ? 0.0F : 4 * (at.incident / sum) * (at.transmitted / sum);
     }
 
-    /// Angle of incidence from which on everything is reflected, radians: asin(c1 / c2); pi / 2 where there is none.
+    /// Critical angle of total reflection, radians: asin(c1 / c2); pi / 2 if there is none.
     INSONIFY_FN float critical_angle(const medium& before, const medium& after) const {
         return before.sound_speed < after.sound_speed ? std::asin(before.sound_speed / after.sound_speed) : pi / 2;
     }
 
-    /// As `interface_law` asks: r, and what an echo keeps there and back, T.
+    /// The interface law: r and T.
     INSONIFY_FN response operator()(const incidence& at) const {
         return {.reflected = pressure_reflection(at.before, at.after, at.cosine),
                 .transmitted = energy_transmission(at.before, at.after, at.cosine)};
@@ -95,7 +95,7 @@ struct fresnel {
     friend bool operator==(const fresnel&, const fresnel&) = default;
 
   private:
-    // Z2 cos i and Z1 cos t, up to a factor that cancels; the second is 0 where sound is totally reflected.
+    // Z2 cos i and Z1 cos t, up to a factor that cancels; the second is 0 for total reflection.
     struct terms {
         float incident = 0;
         float transmitted = 0;

@@ -6,21 +6,21 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Sound that arrives at the border between two media.
+/// A wave incident on the interface between two media.
 struct incidence {
-    medium before{};     ///< that the sound comes from
-    medium after{};      ///< that it meets
-    float cosine = 1;    ///< of the angle between the beam and the normal of the surface, 0 to 1
+    medium before{};     ///< on the side of the incident wave
+    medium after{};      ///< on the other side
+    float cosine = 1;    ///< of the angle of incidence, 0 to 1
     float frequency = 0; ///< hertz
 };
 
-/// What becomes of it.
+/// Amplitudes of the reflected and the transmitted wave.
 struct response {
-    float reflected = 0;   ///< signed pressure amplitude of the echo, relative to what arrives
-    float transmitted = 1; ///< share of an echo's amplitude that survives crossing there and back
+    float reflected = 0;   ///< signed pressure amplitude of the echo, relative to the incident wave
+    float transmitted = 1; ///< fraction of an echo's amplitude that survives crossing there and back
 };
 
-/// How an interface reflects: `fresnel`, or one of your own. Called only where the medium changes.
+/// An interface law: law(incidence) is the `response` of the interface. It is called only where the medium changes.
 template <class Law>
 concept interface_law = requires(const Law& law, const incidence& at) {
     { law(at) } -> std::same_as<response>;

@@ -8,81 +8,49 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A stretch of one object along a line. Consecutive layers touch; the last one ends where the line does.
+/// The segment of a line inside one object. Consecutive layers are adjacent, and the last one extends to the end of the
+/// line.
 ///
-/// Two neighbours of equal media have equal `medium`: no interface lies between them.
+/// Adjacent layers with the same `medium` have no interface between them.
 struct layer {
-    float begin = 0;            ///< metres from the face of the probe
-    float end = 0;              ///< metres from the face of the probe
+    float begin = 0;            ///< metres from the probe face
+    float end = 0;              ///< metres from the probe face
     std::uint32_t medium = 0;   ///< index into the media of the line
     std::uint32_t object = ~0U; ///< id of the object, ~0 for the background
     float cosine = 1;           ///< of the angle of incidence on the surface at `begin`; 1 on the first layer
-    vec2 tilt{0, 0};            ///< radians between beam and normal there: within the slice plane, and out of it
-    std::uint32_t place = 0;    ///< index into the places of the line: where the object is
+    vec2 tilt{0, 0}; ///< angle between that surface's normal and the line, radians: in the slice plane, out of it
+    std::uint32_t place = 0; ///< index into the poses of the line
 };
 
-/// Where a line runs in the world. Axes of length 1; the slice plane is normal to `elevation`.
+/// The coordinate frame of a line in the world; axes of length 1.
 struct line_frame {
-    vec3 origin{0, 0, 0};    ///< on the face of the probe, metres
-    vec3 along{0, 0, 1};     ///< the way of the sound
-    vec3 elevation{0, 1, 0}; ///< out of the slice
+    vec3 origin{0, 0, 0};    ///< on the probe face, metres
+    vec3 along{0, 0, 1};     ///< propagation direction
+    vec3 elevation{0, 1, 0}; ///< normal of the slice plane
 };
 
-/// The probe's beam at one depth of a line, as far as a model needs it.
-struct beam_sample {
-    float fnumber = 2;           ///< within the slice plane
-    float elevation_fnumber = 4; ///< out of it
-    float lateral_sigma = 0;     ///< metres, of the Gaussian that `convolve` will apply across the lines; 0: none
-    float line_spacing = 0;      ///< metres to the next line
-    float incoherent = 1;        ///< what keeps the level of independent echoes through that Gaussian and the planes
-    vec2 alike{0, 0}; ///< m^2: mean square distance between what they have in common, across the lines and the planes
-    float surface_incoherent = 1; ///< the same of the diffuse echoes of surfaces
-    vec2 surface_alike{0, 0};     ///< m^2: as `alike`, of the diffuse echoes of surfaces
-    float independent = 1;        ///< the same of echoes that have nothing in common
-};
+/// The receive aperture of a line, as a function of displayed depth.
+struct line_aperture {
+    view<const float> fnumbers{}; ///< in the slice plane, at equal steps of displayed depth
+    float spacing = 1;            ///< length of a step, metres of displayed depth
+    float elevation_fnumber = 4;  ///< out of the slice plane
 
-/// Beam samples for equal parts of the displayed depth, from the face on.
-struct line_beam {
-    view<const beam_sample> samples{}; ///< from the face on
-    float spacing = 1;                 ///< metres
-    view<const float> plane_offsets{}; ///< metres out of the slice plane
-    view<const float> plane_weights{}; ///< for each sample those of all planes; together 1
-
-    /// The beam at a displayed depth, metres; the default one where none was made.
-    INSONIFY_FN beam_sample at(float depth) const {
-        if (samples.empty()) return {};
-        return samples[index(depth)];
-    }
-
-    /// What the planes leave of echoes whose depth changes by `slope` metres a metre out of the slice: the sum of their
-    /// weights, each as high on a pulse of deviation `sigma` and turned by as much phase as its depth is off.
-    INSONIFY_FN float across_the_planes(float depth, float slope, float sigma, float phase_per_metre) const {
-        if (plane_offsets.empty() || slope == 0) return 1;
-        const float* weights = plane_weights.first + index(depth) * plane_offsets.size();
-        float sum = 0;
-        for (std::size_t i = 0; i < plane_offsets.size(); ++i) {
-            const float deeper = slope * plane_offsets[i], sigmas = deeper / sigma;
-            sum += weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre * deeper);
-        }
-        return std::fabs(sum);
-    }
-
-  private:
-    INSONIFY_FN std::size_t index(float depth) const {
-        return static_cast<std::size_t>(clamped(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
+    /// F-number in the slice plane at a displayed depth, metres; 2 if none is given.
+    INSONIFY_FN float fnumber(float depth) const {
+        if (fnumbers.empty()) return 2;
+        return fnumbers[static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(fnumbers.size() - 1)))];
     }
 };
 
-/// One line as an acoustic model sees it: what it runs through, where, and with what beam.
+/// One traced line, the input of an acoustic model: its layers, frame, pulse and aperture.
 struct traced_line {
-    view<const layer> layers{}; ///< from the face on, without gaps
+    view<const layer> layers{}; ///< from the probe face on, without gaps
     view<const medium> media{}; ///< of the scene, the background first
-    float frequency = 0;        ///< hertz
-    view<const pose> places{};  ///< object to world: of the background (the world itself), then of the objects
-    line_frame frame{};         ///< where it runs
-    line_beam beam{};           ///< empty for models without `covariance`
-    float pulse_sigma = 0; ///< metres of displayed depth, of the Gaussian that `convolve` will apply along the line
-    float height = 0;      ///< metres out of the slice plane that the line stands for, where there are several planes
+    float frequency = 0;        ///< of the carrier, hertz
+    view<const pose> places{};  ///< object to world: of the background (identity), then of the objects
+    line_frame frame{};         ///< in the world
+    line_aperture aperture{};   ///< of the receiving array
+    float pulse_sigma = 0; ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
 };
 
 } // namespace insonify::inline INSONIFY_ABI

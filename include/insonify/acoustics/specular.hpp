@@ -7,56 +7,59 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What a specular law must say: law(angle, fnumber, wavelengths), the share of a smooth facet's echo that an aperture
-/// collects, as amplitude; see `specular_return`.
+/// A specular law: law(angle, fnumber, wavelengths) is the fraction of a specular echo's amplitude that the aperture
+/// collects; see `specular_return`.
 template <class Law>
 concept specular_law = requires(const Law& law, float x) {
     { law(x, x, x) } -> std::convertible_to<float>;
 };
 
-/// How the echo of a smooth surface fades as the surface turns away from the beam by an angle phi.
-enum class specular_lobe {
-    aperture, ///< max(0, 1 - phi / psi), psi = atan(1 / (2 F)): what of the mirrored aperture covers the aperture
-    cosine,   ///< cos^power phi, the "specularity" of Buerger et al. 2013; of a plate at F/2: power 79, at F/4: 270
-    exact     ///< `aperture` with the diffraction at its edges, in closed form
-};
-
-/// Share of a smooth facet's echo that a focused aperture collects: an amplitude, 1 for a facet across the beam.
+/// Fraction of a specular echo's amplitude that a focused aperture collects; 1 at normal incidence.
 ///
-/// Each element of the aperture sees the others mirrored in the facet. An aperture focused on the facet spans the angles
-/// -psi to psi from there; a facet turned by phi sends the ray that came at angle u back at 2 phi - u. In the sum over
-/// all pairs of elements at angles u and v the path is short of the focused one by d (u + v - 2 phi)^2 / 4, hence
+/// Each element receives the mirror images of the others. Seen from a facet at the focus, at depth d, the aperture
+/// spans the angles -psi to psi; a facet tilted by phi reflects a ray from angle u to angle 2 phi - u. For elements at
+/// angles u and v the path is shorter than the focused one by d (u + v - 2 phi)^2 / 4, so the sum over all pairs of
+/// elements is
 ///
-///     L(phi) ~ | integral of max(0, 1 - |a| / psi) exp(-i k d (phi - a)^2) da |,   k d = 2 pi depth / wavelength
+///     L(phi) ~ | integral of max(0, 1 - |a| / psi) exp(-i k d (phi - a)^2) da |,   k d = 2 pi d / wavelength
 ///
-/// the triangle of `aperture` blurred by the Fresnel zone: `exact` is this integral, `aperture` its limit for short
-/// waves. With x = 2 phi sqrt(d / wavelength), and p the same of psi, two integrations by parts leave the triangle and
-/// three waves from the edges,
+/// the triangle of `lobe::aperture` blurred by the Fresnel zone. `lobe::exact` is this integral, `lobe::aperture` its
+/// limit for short wavelengths. With x = 2 phi sqrt(d / wavelength) and p = 2 psi sqrt(d / wavelength), two
+/// integrations by parts give the triangle and three edge waves,
 ///
 ///     L(phi) = |e(x)| / |e(0)|,   e(x) = (1 - i) max(0, p - |x|) - w(x + p) + 2 w(x) - w(x - p)
 ///     w(x) = (x g(x) + i (1/pi - x f(x))) exp(-i pi x^2 / 2)   for x >= 0,   w(-x) = w(x)
 ///
-/// where f and g are the auxiliary functions of the Fresnel integrals. Small angles and one frequency are assumed.
-/// Against a wide-band simulation of a plate in the focus, 30 mm deep at F/2, for 2.5, 5 and 7.5 MHz: above -12 dB
-/// `exact` is within 0.51, 0.19 and 0.23 dB, `aperture` within 1.22, 0.83 and 0.75 dB; -6 dB, there at 7.71, 7.52 and
-/// 7.43 degrees, lies at 7.71, 7.39 and 7.37 with `exact` and at 7.02 with `aperture`.
+/// where f and g are the auxiliary functions of the Fresnel integrals. Angles are assumed small, and the pulse
+/// narrowband.
+///
+/// Compared with a broadband simulation of a plate at the focus, 30 mm deep, F/2, at 2.5, 5 and 7.5 MHz: above -12 dB
+/// `exact` deviates by at most 0.51, 0.19 and 0.23 dB, `aperture` by 1.22, 0.83 and 0.75 dB. The -6 dB angles are 7.71,
+/// 7.52 and 7.43 degrees in the simulation, 7.71, 7.39 and 7.37 with `exact`, and 7.02 with `aperture`.
 /// Source: the image-source method; Abramowitz & Stegun, section 7.3, for f and g.
 struct specular_return {
-    specular_lobe lobe = specular_lobe::aperture; ///< how it fades
-    float power = 1;                              ///< of `cosine`
+    /// How the echo decreases with the angle phi between the beam and the surface normal.
+    enum class lobe {
+        aperture, ///< max(0, 1 - |phi| / psi), psi = atan(1 / (2 F)): overlap of the aperture and its mirror image
+        cosine,   ///< cos^power phi, the specularity of Buerger et al. 2013; a plate at F/2 has power 79, at F/4 270
+        exact     ///< `aperture` with diffraction at its edges, in closed form
+    };
 
-    /// @param angle        between the beam and the facet's normal, in the plane of the aperture, radians, any sign
-    /// @param fnumber      depth of the facet over the width of the aperture
-    /// @param wavelengths  depth of the facet over the wavelength, above 0; read by `exact` alone
+    enum lobe lobe = lobe::aperture; ///< shape of the lobe
+    float power = 1;                 ///< exponent of `lobe::cosine`
+
+    /// @param angle        phi: from the beam to the surface normal, in the plane of beam and aperture, radians
+    /// @param fnumber      F: depth of the facet over the width of the aperture
+    /// @param wavelengths  depth of the facet over the wavelength, above 0; used by `lobe::exact` only
     INSONIFY_FN float operator()(float angle, float fnumber, float wavelengths) const {
-        if (lobe == specular_lobe::cosine) return std::pow(greater(std::cos(angle), 0), power);
+        if (lobe == lobe::cosine) return std::pow(max(std::cos(angle), 0), power);
         const float edge = std::atan(1 / (2 * fnumber));
-        if (lobe == specular_lobe::aperture) return greater(0, 1 - std::fabs(angle) / edge);
+        if (lobe == lobe::aperture) return max(0, 1 - std::fabs(angle) / edge);
         const float scale = 2 * std::sqrt(wavelengths);
         return length(collected(scale * std::fabs(angle), scale * edge)) / length(collected(0, scale * edge));
     }
 
-    /// @throws usage_error  where the power makes no sense
+    /// @throws usage_error  if `power` is out of range
     void check() const {
         if (!is_finite(power) || !(power >= 0))
             throw usage_error{"specular_return: `power` must be a finite number, 0 or more"};
@@ -65,12 +68,12 @@ struct specular_return {
     friend bool operator==(const specular_return&, const specular_return&) = default;
 
   private:
-    // e(x); real and imaginary part
+    // e(x), as real and imaginary part.
     INSONIFY_FN static vec2 collected(float x, float p) {
-        return greater(0, p - x) * vec2{1, -1} - edge_wave(x + p) + 2.0F * edge_wave(x) - edge_wave(std::fabs(x - p));
+        return max(0, p - x) * vec2{1, -1} - edge_wave(x + p) + 2.0F * edge_wave(x) - edge_wave(std::fabs(x - p));
     }
 
-    // w(x) for x >= 0, within 2e-4: both polynomials fall off with the powers of x that x g and 1/pi - x f fall off with.
+    // w(x) for x >= 0, within 2e-4. The polynomials decay with the same powers of x as x g and 1/pi - x f.
     INSONIFY_FN static vec2 edge_wave(float x) {
         const float t = 1 / (1 + x / 1.4F);
         const float real =

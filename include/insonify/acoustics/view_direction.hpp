@@ -3,43 +3,44 @@
 
 #include <insonify/core/random.hpp>
 
-/// Scatterers are laid out for the direction that they are looked at from, along it finely and across it coarsely. There
-/// are layouts for some directions only, and a line takes one of those around its own: so the texture stays while a probe
-/// is turned a little, and turns into another one bit by bit.
-namespace insonify::inline INSONIFY_ABI {
+/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
+/// directions; each line uses, slab by slab, a random one of the four around its own. Thus speckle persists while a
+/// probe turns a little, and decorrelates gradually as it turns further.
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Directions on the six sides of a cube, an eighth of half an edge apart: 7 degrees in the middle of a side.
+/// Lattice directions lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a
+/// face.
 inline constexpr float view_steps = 8;
 
-/// How alike the choices of two lines are whose directions lie so many radians apart: they agree with this probability in
-/// the middle of a side; towards the edges of the cube, where the directions lie closer, less often.
-INSONIFY_FN inline float same_view(float radians) { return greater(0, 1 - view_steps * std::fabs(radians)); }
+/// Probability that two lines at this angle, radians, choose the same direction in a slab. Exact in the middle of a
+/// face; an upper bound towards the edges of the cube, where directions are closer.
+INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - view_steps * std::fabs(angle)); }
 
-/// One of the four directions of the lattice around `towards`, the nearer the likelier.
+/// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
 /// @param towards  not 0
-/// @param chance   32 random bits
+/// @param bits     32 random bits
 /// @return         length 1
-INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t chance) {
-    const vec3 size = absolute(towards);
+INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t bits) {
+    const vec3 size = abs(towards);
     const int main = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
     const int next = (main + 1) % 3, last = (main + 2) % 3;
-    const auto rounded = [&](int axis, std::uint32_t bits) {
-        return std::floor(view_steps * towards[axis] / size[main] + (static_cast<float>(bits) + 0.5F) * 0x1p-16F);
+    const auto rounded = [&](int axis, std::uint32_t random) {
+        return std::floor(view_steps * towards[axis] / size[main] + (static_cast<float>(random) + 0.5F) * 0x1p-16F);
     };
     vec3 chosen{};
     chosen[main] = std::copysign(view_steps, towards[main]);
-    chosen[next] = rounded(next, chance & 0xFFFFU);
-    chosen[last] = rounded(last, chance >> 16U);
+    chosen[next] = rounded(next, bits & 0xFFFFU);
+    chosen[last] = rounded(last, bits >> 16U);
     return normalize(chosen);
 }
 
-/// Space in oblique slabs, each of which makes its own choice.
+/// Parallel oblique slabs that fill space; the view direction is chosen once for each.
 struct view_slabs {
-    static constexpr float thickness = 2e-3F;
+    static constexpr float thickness = 2e-3F; ///< metres
 
-    /// Where a point stands, in slabs; its floor is the number of the slab.
-    INSONIFY_FN static float place(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
+    /// Position of a point in slabs; its floor is the index of the slab.
+    INSONIFY_FN static float position(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

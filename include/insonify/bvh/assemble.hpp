@@ -2,26 +2,25 @@
 #define INSONIFY_BVH_ASSEMBLE_HPP
 
 #include <insonify/bvh/node.hpp>
-#include <insonify/core/algorithm.hpp>
-#include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
+#include <algorithm>
 #include <array>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Makes a wide tree from a way to split a group of primitives in two.
+/// Builds a wide BVH by repeated binary splits.
 ///
 ///     [      all      ]  ->  [   a   |   b   ]  ->  [   a   | b1 | b2 ]  ->  ...  Width children of a node
 ///
-/// Which child is split next: of those that take more than one node even so the heaviest; then, of those whose leaves
-/// all find room in this node, since that saves a node. So nodes are full where it costs nothing.
+/// The next child to split is the heaviest of those that need more than one node; then one whose leaves all fit into
+/// this node, which saves a node. So nodes are full where that is free.
 ///
-///     1  [ large groups, one after the other, each by all threads ]         the top
-///     2  [ small | small | small | small | ... ]                            a part each, all at once
+///     1  [ large groups, one after the other, each split by all threads ]   the top
+///     2  [ small | small | small | small | ... ]                            one part each, in parallel
 ///
-/// How the work is cut depends on the number of primitives alone, so the tree does not depend on the policy.
-/// @tparam Splitter  has a `group` with `size()`; `split(policy, group, level, below, above)`, neither empty;
-///                   `weight(group, level)`, a number above 0; `list(group, slots)` that writes its primitives
+/// The partition of the work depends only on the number of primitives, so the tree does not depend on the policy.
+/// @tparam Splitter  `group` with `size()`; `split(policy, group, level, below, above)` into two that are not empty;
+///                   `weight(group, level)` above 0; `list(group, slots)` writes the primitives
 template <int Width, class Splitter>
 class tree_assembler {
   public:
@@ -40,8 +39,8 @@ class tree_assembler {
         else
             add_node(policy, top, all, 1, &postponed);
         std::vector<piece> pieces(postponed.size());
-        // The largest first, lest one be left over at the end.
-        later_t<Policy, std::vector<std::size_t>> order(postponed.size());
+        // The largest first, for load balance.
+        std::vector<std::size_t> order(postponed.size());
         for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
         std::sort(order.begin(), order.end(), [&postponed](std::size_t a, std::size_t b) {
             const std::size_t one = postponed[a].all.size(), other = postponed[b].all.size();
@@ -59,14 +58,14 @@ class tree_assembler {
     }
 
   private:
-    // Nodes and leaves with indices of their own.
+    // Nodes and leaves with local indices.
     struct piece {
-        std::vector<std::array<std::uint32_t, Width>> nodes{}; // the codes of the children
+        std::vector<std::array<std::uint32_t, Width>> nodes{}; // child references
         std::vector<std::uint32_t> slots{};
         std::uint32_t levels = 0;
     };
 
-    // A piece to come, and where it will hang.
+    // A postponed piece and its place in the top.
     struct subtree {
         group all{};
         std::uint32_t level = 0;
@@ -95,7 +94,7 @@ class tree_assembler {
         return node;
     }
 
-    // @return how many children
+    // Splits until the node is full. @return the number of children
     template <class Policy>
     std::uint32_t divide(const Policy& policy, const group& all, std::uint32_t level, group (&children)[Width]) {
         using weight = decltype(splitter_.weight(all, level));
@@ -129,7 +128,7 @@ class tree_assembler {
         return static_cast<std::uint32_t>(begin / Width) | leaf_bit;
     }
 
-    // The top, then the pieces one after the other; node 0 of a piece is hung under its parent.
+    // Concatenates the top and the pieces, and links node 0 of each piece to its parent.
     template <class Policy>
     static topology<Width> joined(const Policy& policy, piece& top, const std::vector<piece>& pieces,
                                   const std::vector<subtree>& where) {
@@ -167,5 +166,5 @@ class tree_assembler {
     std::size_t small_ = 0;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

@@ -3,23 +3,25 @@
 
 #include <insonify/bvh/assemble.hpp>
 #include <insonify/bvh/morton_order.hpp>
-#include <insonify/core/algorithm.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Builds a wide tree from primitives sorted along a curve, by halving cells of space: several times faster than
-/// `build_sah`, and rays take somewhat longer. For primitives that move so much that refitting does not keep up.
+/// Builds a wide BVH by splitting primitives in Morton order: several times faster than `build_sah`, and somewhat slower
+/// to trace. For primitives that move so far that refits degrade the tree.
 ///
-///     cells in order:  0010 0010 0011 | 0100 0101     halved where the highest bit that differs changes, then
-///     places:             0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
+///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
+///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
 ///
-/// The tree depends on the boxes alone, not on the policy. Boxes that are empty or not finite are left out.
+/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
 struct build_morton {
     template <int Width, exec::policy Policy, class Range>
     topology<Width> operator()(const Policy& policy, const Range& range) const;
 };
 
-/// Splits groups for `tree_assembler`: stretches of the order.
+namespace detail {
+
+/// Splits ranges of the Morton order for `tree_assembler`.
 template <int Width>
 class morton_splitter {
   public:
@@ -39,7 +41,7 @@ class morton_splitter {
         for (std::size_t i = 0; i < held.size(); ++i) slots[i] = order_.primitive(held.begin + i);
     }
 
-    /// The largest cell first, of equal ones the fullest.
+    /// Larger cells are heavier, then those with more primitives.
     std::uint64_t weight(const group& g, std::uint32_t level) const {
         return std::uint64_t{cell_bits(g, level)} << 32U | g.size();
     }
@@ -52,7 +54,7 @@ class morton_splitter {
     }
 
   private:
-    // The highest bit in which cells of the group differ, counted from 1; 0 where it is to be halved by number.
+    // The highest bit in which codes of the group differ, counted from 1; 0 for a median split.
     std::uint32_t cell_bits(const group& g, std::uint32_t level) const {
         if (level >= free_levels) return 0;
         return order_.highest_step(g.begin, g.end);
@@ -69,10 +71,12 @@ class morton_splitter {
     morton_order order_;
 };
 
+} // namespace detail
+
 template <int Width, exec::policy Policy, class Range>
 topology<Width> build_morton::operator()(const Policy& policy, const Range& range) const {
-    morton_splitter<Width> splitter{policy, range};
-    return tree_assembler<Width, morton_splitter<Width>>{splitter}.assemble(policy, splitter.all());
+    detail::morton_splitter<Width> splitter{policy, range};
+    return detail::tree_assembler<Width, detail::morton_splitter<Width>>{splitter}.assemble(policy, splitter.all());
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -4,29 +4,29 @@
 #include <insonify/bvh/assemble.hpp>
 #include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/bvh/sah_bins.hpp>
-#include <insonify/core/later.hpp>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Builds a wide tree from the top by the surface area heuristic over bins.
+/// Builds a wide BVH from the top down by binned SAH. The cost of a child is its area times its number of leaves.
 ///
-/// The tree depends on the boxes alone, not on the policy. Boxes that are empty or not finite are left out.
-/// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies"; the cost of a child is its area
-/// times the number of leaves that it takes.
+/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
+/// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
 struct build_sah {
     template <int Width, exec::policy Policy, class Range>
     topology<Width> operator()(const Policy& policy, const Range& range) const;
 };
 
-/// Splits groups for `tree_assembler`. Boxes travel through two arrays: a split writes its two sides into the other.
+namespace detail {
+
+/// Splits groups for `tree_assembler`. Boxes alternate between two arrays: a split partitions from one into the other.
 template <int Width>
 class sah_splitter {
   public:
     struct group {
         std::size_t begin = 0;
         std::size_t end = 0;
-        int source = 0; ///< which of the two arrays it lies in
+        int source = 0; ///< which of the two arrays holds it
         build_box box = build_box::none();
         centre_range centres{};
 
@@ -48,10 +48,10 @@ class sah_splitter {
             for (std::size_t i = begin; i < end; ++i) {
                 const build_box box = leaf<Range, Width>::box(range, i);
                 if (box.empty()) continue;
-                minus_lower = greater(minus_lower, box.minus_lower());
-                upper = greater(upper, box.upper());
-                first = lesser(first, box.half_centre());
-                last = greater(last, box.half_centre());
+                minus_lower = max(minus_lower, box.minus_lower());
+                upper = max(upper, box.upper());
+                first = min(first, box.half_centre());
+                last = max(last, box.half_centre());
                 *next = box;
                 next++->name(static_cast<std::uint32_t>(i));
             }
@@ -60,7 +60,7 @@ class sah_splitter {
             one.box = {minus_lower, upper};
             one.centres.add(first, last);
         });
-        for (std::size_t b = 0; b < pieces.size(); ++b) { // closes the gaps that primitives left out have made
+        for (std::size_t b = 0; b < pieces.size(); ++b) { // closes the gaps of primitives that were left out
             const build_box* const first = boxes_[0].data() + b * block_size;
             if (all_.end != b * block_size) std::copy(first, first + pieces[b].used, boxes_[0].data() + all_.end);
             all_.end += pieces[b].used;
@@ -68,7 +68,7 @@ class sah_splitter {
             all_.centres.add(load<4>(pieces[b].centres.begin), load<4>(pieces[b].centres.end));
         }
         boxes_[1].resize(all_.end);
-        places_.resize(all_.end);
+        bins_.resize(all_.end);
     }
 
     const group& all() const { return all_; }
@@ -81,16 +81,16 @@ class sah_splitter {
         return level < free_levels ? g.box.half_area() : static_cast<float>(g.size());
     }
 
-    /// The cheapest plane between bins; by number, in the order they are in, where no plane divides them.
+    /// Splits at the plane of minimum SAH cost; at the median of the current order where no plane separates them.
     template <class Policy>
     void split(const Policy& policy, const group& whole, std::uint32_t level, group& below, group& above) {
-        if (level >= free_levels) return halve(whole, below, above);
+        if (level >= free_levels) return median_split(whole, below, above);
         const sah_grid grid{whole.centres, whole.size()};
         const build_box* const from = boxes_[whole.source].data() + whole.begin;
         build_box* const to = boxes_[1 - whole.source].data();
-        std::uint32_t* const places = places_.data() + whole.begin;
+        std::uint32_t* const places = bins_.data() + whole.begin;
         sah_bins bins{grid};
-        later_t<Policy, std::vector<sah_bins>> partial; // of the blocks of a large group
+        std::vector<sah_bins> partial; // one per block of a large group
         if (whole.size() <= block_size) {
             bins.add(grid, from, places, whole.size());
         } else {
@@ -101,7 +101,7 @@ class sah_splitter {
             for (const sah_bins& one : partial) bins.add(one);
         }
         const sah_plane plane = bins.template cheapest<Width>();
-        if (plane.axis < 0) return halve(whole, below, above);
+        if (plane.axis < 0) return median_split(whole, below, above);
         const std::size_t middle = whole.begin + plane.below;
         below = {whole.begin, middle, 1 - whole.source, bins.box_of(plane, false)};
         above = {middle, whole.end, 1 - whole.source, bins.box_of(plane, true)};
@@ -109,7 +109,7 @@ class sah_splitter {
         above.centres = whole.centres.within(above.box);
         if (whole.size() <= block_size)
             return separate(plane, from, places, whole.size(), to + below.begin, to + middle);
-        later_t<Policy, std::vector<std::size_t>> first(partial.size() + 1); // of each block's below
+        std::vector<std::size_t> first(partial.size() + 1); // the first position below the plane, per block
         for (std::size_t b = 0; b < partial.size(); ++b) first[b + 1] = first[b] + partial[b].count_below(plane);
         exec::for_each_block(policy, whole.size(), block_size, 5, [&](std::size_t begin, std::size_t end) {
             const std::size_t under = first[begin / block_size];
@@ -119,22 +119,22 @@ class sah_splitter {
     }
 
   private:
-    static constexpr std::size_t block_size = 8192; // of what one thread bins or moves at a time
+    static constexpr std::size_t block_size = 8192; // boxes that one thread bins or moves at a time
     static constexpr std::size_t blocks(std::size_t count) { return (count + block_size - 1) / block_size; }
 
-    // Moves boxes to the two sides, keeping their order.
+    // Stable partition.
     static void separate(const sah_plane& plane, const build_box* from, const std::uint32_t* places, std::size_t count,
                          build_box* below, build_box* above) {
         const auto apart = static_cast<std::size_t>(above - below);
-        for (std::size_t i = 0, under = 0; i < count; ++i) { // without a branch, which no one could foresee
+        for (std::size_t i = 0, under = 0; i < count; ++i) { // branchless: the branch would mispredict
             const std::size_t up = plane.is_above(places[i]);
             below[under + up * (apart + i - 2 * under)] = from[i];
             under += 1 - up;
         }
     }
 
-    // A whole number of leaves in the first half.
-    void halve(const group& whole, group& below, group& above) const {
+    // Median split, with a whole number of leaves in the first half.
+    void median_split(const group& whole, group& below, group& above) const {
         const std::size_t middle = whole.begin + (whole.size() / 2 + Width - 1) / Width * Width;
         below = {whole.begin, middle, whole.source, build_box::none(), whole.centres};
         above = {middle, whole.end, whole.source, build_box::none(), whole.centres};
@@ -143,14 +143,16 @@ class sah_splitter {
     }
 
     large_array<build_box> boxes_[2]{};
-    large_array<std::uint32_t> places_{}; ///< the bins of each box along x, y and z, as the last split found them
+    large_array<std::uint32_t> bins_{}; ///< bins of each box along x, y and z, from its last split
     group all_{};
 };
 
+} // namespace detail
+
 template <int Width, exec::policy Policy, class Range>
 topology<Width> build_sah::operator()(const Policy& policy, const Range& range) const {
-    sah_splitter<Width> splitter{policy, range};
-    return tree_assembler<Width, sah_splitter<Width>>{splitter}.assemble(policy, splitter.all());
+    detail::sah_splitter<Width> splitter{policy, range};
+    return detail::tree_assembler<Width, detail::sah_splitter<Width>>{splitter}.assemble(policy, splitter.all());
 }
 
 } // namespace insonify::inline INSONIFY_ABI

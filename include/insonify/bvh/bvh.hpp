@@ -3,9 +3,8 @@
 
 #include <insonify/bvh/batch.hpp>
 #include <insonify/bvh/storage.hpp>
-#include <insonify/core/algorithm.hpp>
-#include <insonify/core/later.hpp>
 #include <insonify/geometry/mesh.hpp>
+#include <algorithm>
 #include <span>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -16,12 +15,12 @@ namespace insonify::inline INSONIFY_ABI {
 ///     bvh tree{exec::par, some_mesh};        // triangles, watertight
 ///
 /// Empty, single and identical primitives are legal. Queries are const and may run on many threads at once.
-/// @tparam Width    children of a node and primitives of a leaf; as wide as a SIMD register, 4 to 8
-/// @tparam Builder  makes the topology: `build_sah`, or `build_morton`, which is faster to build and slower to trace
+/// @tparam Width    children per node and primitives per leaf; the SIMD width, 4 to 8
+/// @tparam Builder  `build_sah`, or `build_morton`, which builds faster and traces slower
 template <primitive_range Range, int Width = simd_width, class Builder = build_sah>
 class bvh {
   public:
-    /// @throws geometry_error  where a face of a mesh names a vertex that is not there; here and in `rebuild`
+    /// @throws geometry_error  here and in `rebuild`: a face of a mesh refers to a vertex that does not exist
     template <exec::policy Policy>
     bvh(const Policy& policy, const Range& range) : range_{range} {
         rebuild(policy);
@@ -32,7 +31,7 @@ class bvh {
         : bvh(policy, mesh_view{triangles}) {}
     template <exec::policy Policy>
     bvh(const Policy& policy, const mesh&& triangles) = delete; // the tree refers to the mesh: keep it in a variable
-    /// Over what a span names.
+    /// Over the elements of a span.
     template <exec::policy Policy, class T>
     bvh(const Policy& policy, std::span<T> primitives) requires std::same_as<Range, view<const T>>
         : bvh(policy, Range{primitives.data(), primitives.size()}) {}
@@ -44,85 +43,83 @@ class bvh {
     template <exec::policy Policy, class T>
     bvh(const Policy& policy, const std::vector<T>&& primitives) = delete; // the tree refers to them: keep them
 
-    /// The nearest hit within the ray's limits; of equally near ones the lowest primitive.
+    /// The closest hit within the ray's limits; ties go to the lowest primitive.
     hit closest(const ray& r) const { return view_of().closest(r); }
 
     /// Whether anything is hit within the ray's limits.
     bool any(const ray& r) const { return view_of().any(r); }
 
-    /// Every hit within the ray's limits, nearest first, each primitive once. Replaces what `hits` held.
+    /// Every hit within the ray's limits, nearest first, once per primitive. Replaces the contents of `hits`.
     void all(const ray& r, std::vector<hit>& hits) const {
-        auto& found = later<Range>(hits);
+        auto& found = hits;
         found.clear();
         view_of().for_each_hit(r, [&](const hit& one) { found.push_back(one); });
         std::sort(found.begin(), found.end(), nearer);
     }
 
-    /// One nearest hit for each ray: the same as each gets alone.
+    /// The closest hit of each ray, the same as from a call per ray.
     ///
-    /// Neighbours in the span that go together are asked together (see `ray_packet::prepare`), so keep the lines of a
-    /// fan and the pixels of a row side by side. @throws usage_error  where the sizes differ
+    /// Coherent neighbours in the span are traced in packets, so keep the lines of a fan and the pixels of a row adjacent.
+    /// @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void closest(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
-                 later_t<Policy, std::span<hit>> hits) const {
+    void closest(const Policy& policy, std::span<const ray> rays, std::span<hit> hits) const {
         check_sizes(rays.size(), hits.size());
-        ask(policy, view_of(), rays, closest_query{hits.data()});
+        detail::trace_batch(policy, view_of(), rays, detail::closest_query{hits.data()});
     }
 
     /// 1 for each ray that hits something, 0 for the others. @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void any(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
-             later_t<Policy, std::span<std::uint8_t>> met) const {
+    void any(const Policy& policy, std::span<const ray> rays, std::span<std::uint8_t> met) const {
         check_sizes(rays.size(), met.size());
-        ask(policy, view_of(), rays, any_query{met.data()});
+        detail::trace_batch(policy, view_of(), rays, detail::any_query{met.data()});
     }
 
-    /// Every hit of each ray, nearest first. Replaces what `hits` held, and allocates where that is not enough.
+    /// Every hit of each ray, nearest first. Replaces the contents of `hits`; allocates only where they grow.
     /// @throws usage_error  where the sizes differ
     template <exec::policy Policy>
-    void all(const Policy& policy, later_t<Policy, std::span<const ray>> rays,
-             later_t<Policy, std::span<std::vector<hit>>> hits) const {
+    void all(const Policy& policy, std::span<const ray> rays, std::span<std::vector<hit>> hits) const {
         check_sizes(rays.size(), hits.size());
-        ask(policy, view_of(), rays, all_query{hits.data()});
+        detail::trace_batch(policy, view_of(), rays, detail::all_query{hits.data()});
     }
 
-    /// The primitives whose bounds overlap a box or a plane, in ascending order. Replaces what `primitives` held.
+    /// The primitives whose bounds overlap a box or a plane, in ascending order. Replaces the contents of `primitives`.
     template <class Shape>
     void overlapping(const Shape& shape, std::vector<std::uint32_t>& primitives) const {
-        auto& found = later<Range>(primitives);
+        auto& found = primitives;
         found.clear();
         view_of().for_each_overlap(shape, [&](std::uint32_t p) { found.push_back(p); });
         std::sort(found.begin(), found.end());
     }
 
-    /// Follows primitives that moved; the topology stays.
+    /// Recomputes the boxes after primitives moved; the topology stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     void refit(const Policy& policy) {
         storage_.refit(policy, range_);
     }
 
-    /// Follows primitives that moved, by whichever of three ways pays: see `bvh_storage::update`.
+    /// Refits after primitives moved, and rebuilds once rays have become 1.5 times as expensive: by `build_morton` where the
+    /// tree lasted fewer than 16 updates.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
-    way_of_update update(const Policy& policy) {
+    bvh_update update(const Policy& policy) {
         return storage_.update(policy, range_);
     }
 
-    /// Builds anew over the primitives as they are now.
+    /// Builds a new tree from the current primitives.
     template <exec::policy Policy>
     void rebuild(const Policy& policy) {
-        if constexpr (std::same_as<Range, mesh_view>) check_faces(range_, "bvh: ");
+        if constexpr (std::same_as<Range, mesh_view>) detail::check_faces(range_, "bvh: ");
         storage_.build(policy, range_);
     }
 
-    /// How much dearer a random ray has become since the tree was built: 1 as built.
+    /// The expected cost of a random ray relative to that at the last build: 1 after a build.
     double degradation() const { return storage_.degradation(); }
-    /// Nodes, leaves, levels, bytes.
+    /// Counts and sizes of the tree.
     bvh_statistics statistics() const { return storage_.statistics(); }
     /// The box around all primitives; empty for none.
     aabb box() const { return storage_.box(); }
-    /// A trivially copyable handle that queries are asked of; good until the next rebuild, refit or update.
+    /// A trivially copyable view for queries, valid until the next rebuild, refit or update.
     bvh_view<Range, Width> view_of() const { return storage_.view_of(range_); }
 
   private:
@@ -131,10 +128,10 @@ class bvh {
     }
 
     Range range_{};
-    bvh_storage<Range, Width, Builder> storage_{};
+    detail::bvh_storage<Range, Width, Builder> storage_{};
 };
 
-/// What `bvh tree{policy, primitives}` finds out by itself.
+/// Deduce the range from `bvh tree{policy, primitives}`.
 /// @{
 template <class Policy>
 bvh(const Policy&, const mesh&) -> bvh<mesh_view>;

@@ -10,23 +10,23 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What a tree can hold: anything with `bounds(p)` and `intersect(ray, p)`, found by argument-dependent lookup.
+/// A primitive has `bounds(p)` and `intersect(ray, p)`, found by argument-dependent lookup.
 ///
-/// `intersect` gives at most one hit, and may answer outside the ray's limits: the tree discards what lies there, and
-/// sets the hit's `primitive` itself. A primitive whose bounds are empty or not finite is never hit.
+/// `intersect` returns at most one hit and may ignore the ray's limits: the BVH discards hits outside them, and sets
+/// `hit::primitive`. Primitives whose bounds are empty or not finite are never hit.
 template <class Primitive>
 concept primitive = requires(const Primitive& p, const ray& r) {
     { bounds(p) } -> std::convertible_to<aabb>;
     { intersect(r, p) } -> std::convertible_to<hit>;
 };
 
-/// What `[]` of a range gives.
+/// The element type of a range.
 template <class Range>
 using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
 
-/// A copyable handle to primitives that somebody else owns: `size()` and `[]`. `view<T>` and `mesh_view` are such.
+/// A copyable view of primitives with `size()` and `[]`, such as `view<T>` and `mesh_view`.
 ///
-/// (std::copyable asks for more, and takes a compiler long to find out.)
+/// (std::copyable requires more and is slow to compile.)
 template <class Range>
 concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_assignable_v<Range> &&
     primitive<range_primitive_t<Range>> && requires(const Range& range) {

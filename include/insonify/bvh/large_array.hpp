@@ -21,12 +21,11 @@
 #include <sanitizer/asan_interface.h>
 #endif
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// An array that is walked all over: in large pages where the system gives them on request, since a ray through a large
-/// tree otherwise waits for the address of nearly every node as well as for the node. New elements are left as they
-/// come: write them before they are read, each thread its own.
-/// @tparam T  copied as bytes, and nothing to be done at its end
+/// An array with random access, backed by huge pages where the system provides them: traversal of a large tree otherwise
+/// has a TLB miss at nearly every node. New elements are uninitialised.
+/// @tparam T  trivially copyable
 template <class T>
 class large_array {
   public:
@@ -42,7 +41,7 @@ class large_array {
     }
     ~large_array() { ::operator delete(held_.memory); }
 
-    /// Makes room without more elements. @throws std::bad_alloc  and nothing has changed
+    /// @throws std::bad_alloc  and leaves the array unchanged
     void reserve(std::size_t count) {
         if (count <= room_) return;
         const block larger{count};
@@ -50,7 +49,7 @@ class large_array {
         ::operator delete(std::exchange(held_, larger).memory);
         room_ = count;
     }
-    /// As `reserve`.
+    /// Throws as `reserve` does.
     void resize(std::size_t count) {
         reserve(count);
         size_ = count;
@@ -68,12 +67,12 @@ class large_array {
     const T& operator[](std::size_t i) const { return data()[i]; }
 
   private:
-    static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays get ordinary memory
-    static constexpr std::size_t line = 64;                    ///< of cache
+    static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays use ordinary pages
+    static constexpr std::size_t line = 64;                    ///< a cache line
 
-    /// Memory as `operator new` gives it, and where elements start in it. Aligned here, for an allocator that is asked to
-    /// align seldom finds room in what was freed: each new tree would get pages that the system has to clear first. (It
-    /// does so from some 30 MiB on even so, by glibc's way.)
+    /// Memory from `operator new`, and the aligned start of the elements. Alignment is done here because aligned
+    /// allocations rarely reuse freed memory: the system would clear new pages for every tree (as glibc makes it do from
+    /// about 30 MiB on in any case).
     struct block {
         void* memory = nullptr;
         T* first = nullptr;
@@ -87,10 +86,10 @@ class large_array {
             const std::size_t past = reinterpret_cast<std::uintptr_t>(memory) % alignment;
             void* const aligned = static_cast<char*>(memory) + (alignment - past);
 #if defined(MADV_HUGEPAGE)
-            if (bytes >= page) madvise(aligned, bytes, MADV_HUGEPAGE); // a wish: what it returns changes nothing
+            if (bytes >= page) madvise(aligned, bytes, MADV_HUGEPAGE); // a hint: its result does not matter
 #endif
             first = static_cast<T*>(aligned);
-#if defined(INSONIFY_ADDRESS_SANITIZER) // what lies before and after is nobody's
+#if defined(INSONIFY_ADDRESS_SANITIZER) // the padding before and after the elements
             __asan_poison_memory_region(memory, alignment - past);
             __asan_poison_memory_region(first + count, past);
 #endif
@@ -107,6 +106,6 @@ class large_array {
     std::size_t room_ = 0; ///< elements
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #undef INSONIFY_ADDRESS_SANITIZER
 #endif

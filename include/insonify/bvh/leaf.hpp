@@ -4,17 +4,17 @@
 #include <insonify/bvh/build_box.hpp>
 #include <insonify/bvh/concepts.hpp>
 #include <insonify/bvh/prepared_ray.hpp>
-#include <insonify/core/algorithm.hpp>
 #include <insonify/execution/simd_bits.hpp>
+#include <algorithm>
 #include <cstddef>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Of fewer primitives, some 2 MB of faces and corners, all is in the cache already: they are not asked for ahead
+/// The number of primitives from which faces and corners are prefetched. Smaller meshes, up to some 2 MB, are cached
 /// (bench/bvh.cpp refits a small mesh and a large one).
-inline constexpr std::size_t most_at_hand = std::size_t{1} << 17U;
+inline constexpr std::size_t prefetch_threshold = std::size_t{1} << 17U;
 
-/// A point of each of four primitives, side by side.
+/// One point of each of four primitives, as structure of arrays.
 struct four_points {
     lanes<4> x, y, z;
 
@@ -23,7 +23,7 @@ struct four_points {
     INSONIFY_FN INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
         : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
 
-    /// Negative where one is not finite.
+    /// Negative where a coordinate is not finite.
     INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const {
         return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z);
     }
@@ -41,20 +41,19 @@ struct four_points {
     }
 };
 
-/// The halved centres of the boxes of four primitives, side by side.
+/// The half centres of the boxes of four primitives, as structure of arrays.
 struct four_centres {
     lanes<4> at[3];    ///< by axis
-    bit_lanes<4> wild; ///< negative where a box is empty or not finite: it is left out
+    bit_lanes<4> wild; ///< negative where a box is empty or not finite, and left out
 };
 
-/// What a tree keeps of its primitives for a leaf: which of them can be hit. For the rest the range is asked.
-///
-/// Triangles have their own: leaf_triangles.hpp.
+/// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in the leaf itself: see
+/// leaf_triangles.hpp.
 template <class Range, int Width>
 struct leaf {
-    std::uint32_t primitive[Width]; ///< `no_primitive` where none is, or its bounds are not finite
+    std::uint32_t primitive[Width]; ///< `no_primitive` in empty slots, and where bounds are not finite
 
-    /// Takes over the primitives' present shape; returns the box around them.
+    /// Reads the primitives from the range. @return their box
     aabb fill(const Range& range, const std::uint32_t* slots) {
         aabb whole;
         for (int i = 0; i < Width; ++i) {
@@ -68,13 +67,13 @@ struct leaf {
         return whole;
     }
 
-    /// The box of a primitive as builders take it; empty where it is not finite.
+    /// The box of a primitive; empty where it is not finite.
     static build_box box(const Range& range, std::size_t i) {
         const aabb found = bounds(range[i]);
         return is_finite(found) ? build_box{found} : build_box::none();
     }
 
-    /// Of four primitives from the first on; lanes beyond `last` repeat it.
+    /// The half centres of four primitives from `first` on; lanes beyond `last` repeat it.
     static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
         vec3 at[4];
         bit_lanes<4> wild{};
@@ -89,7 +88,7 @@ struct leaf {
         return {{all.x, all.y, all.z}, wild};
     }
 
-    /// Calls visit(hit) for every primitive met between the ray's min_distance and max_distance, which visit may move.
+    /// Calls visit(hit) for every hit between min_distance and max_distance, which visit may lower.
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range& range,
@@ -104,5 +103,5 @@ struct leaf {
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

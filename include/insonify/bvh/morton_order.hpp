@@ -2,23 +2,21 @@
 #define INSONIFY_BVH_MORTON_ORDER_HPP
 
 #include <insonify/bvh/leaf_triangles.hpp>
-#include <insonify/core/algorithm.hpp>
-#include <insonify/core/later.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/execution/simd_bits.hpp>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
 #include <utility>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Primitives in the order of a curve that stays in a cell of space before it goes on to the next.
+/// Primitives sorted by Morton code. The upper half of a key is the code of the primitive's centre, 10 interleaved bits
+/// per axis, the lower half its index, so the sort is stable.
 ///
-/// Each key has the cell of the primitive's centre above, 10 bits an axis taken in turn, and its index below; primitives
-/// of one cell stay in the order of the range. Source: Morton 1966; Lauterbach et al. 2009, "Fast BVH construction on
-/// GPUs".
+/// Source: Morton 1966; Lauterbach et al. 2009, "Fast BVH construction on GPUs".
 class morton_order {
   public:
     template <class Policy, class Range>
@@ -37,17 +35,15 @@ class morton_order {
     }
 
     std::size_t size() const { return count_; }
-    INSONIFY_LAZY std::uint32_t cell(std::size_t place) const {
-        return static_cast<std::uint32_t>(keys_[place] >> 32U);
-    }
-    INSONIFY_LAZY std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
+    std::uint32_t cell(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place] >> 32U); }
+    std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
-    /// The highest bit in which cells of places from `begin` to before `end` differ, counted from 1; 0 where none does.
-    INSONIFY_LAZY std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
+    /// The highest bit in which codes in [begin, end) differ, counted from 1; 0 if all are equal.
+    std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
         return static_cast<std::uint32_t>(std::bit_width(cell(begin) ^ cell(end - 1)));
     }
-    /// The place where it changes: cells being in order, there is one. @param step  above 0
-    INSONIFY_LAZY std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
+    /// The position where that bit changes; unique, since codes are sorted. @param step  above 0
+    std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
         const void* const found = std::memchr(steps_.data() + begin + 1, static_cast<int>(step), end - begin - 1);
         return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - steps_.data());
     }
@@ -55,9 +51,9 @@ class morton_order {
   private:
     static constexpr float last_cell = 1023; // along each axis
     template <unsigned Bits>
-    using counts = std::array<std::uint32_t, 1U << Bits>; // of each digit; then where the next one goes
+    using counts = std::array<std::uint32_t, 1U << Bits>; // a histogram of digits, then the next position of each
 
-    // A thousand primitives show where all lie, or nearly; seldom it takes another pass, with where they do lie.
+    // Estimates the bounds of all centres from a thousand; a second pass with exact bounds is rarely needed.
     template <class Policy, class Range>
     void find_keys(const Policy& policy, const Range& range) {
         centre_range some;
@@ -69,18 +65,18 @@ class morton_order {
         if (!around.holds(all)) put_keys(policy, range, all);
     }
 
-    // Cells are cubes, in a grid around the halved centres. @return where these lie
+    // Quantises half centres to a grid of cubes. @return their bounds
     template <class Policy, class Range>
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
-        later_t<Policy, std::vector<centre_range>> partial(used_.size());
-        const float widest = lesser(grid.widest(), FLT_MAX);
-        const lanes<4> zero(0.0F), scale(widest > 0 ? lesser(last_cell / widest, FLT_MAX) : 0.0F);
+        std::vector<centre_range> partial(used_.size());
+        const float widest = min(grid.widest(), FLT_MAX);
+        const lanes<4> zero(0.0F), scale(widest > 0 ? min(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;
             lanes<4> first[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, last[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
             for (std::size_t i = begin; i < end; i += 4) {
                 if constexpr (requires { range.prefetch_corners(0); }) {
-                    if (range.size() >= most_at_hand)
+                    if (range.size() >= prefetch_threshold)
                         for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
                 }
                 const four_centres centres = leaf<Range, simd_width>::centres(range, i, end - 1);
@@ -88,8 +84,8 @@ class morton_order {
                 bit_lanes<4> cells{};
                 for (int axis = 0; axis < 3; ++axis) {
                     const lanes<4>& at = centres.at[axis];
-                    first[axis] = lesser(first[axis], select(left_out, lanes<4>(FLT_MAX), at));
-                    last[axis] = greater(last[axis], select(left_out, lanes<4>(-FLT_MAX), at));
+                    first[axis] = min(first[axis], select(left_out, lanes<4>(FLT_MAX), at));
+                    last[axis] = max(last[axis], select(left_out, lanes<4>(-FLT_MAX), at));
                     const lanes<4> start(widest > 0 ? grid.begin[axis] : 0.0F);
                     cells = cells | spread(select(left_out, zero, (at - start) * scale)) << axis;
                 }
@@ -103,7 +99,7 @@ class morton_order {
             }
             centre_range& own = partial[begin / block_size_];
             for (int axis = 0; axis < 3; ++axis)
-                own.begin[axis] = least(first[axis]), own.end[axis] = greatest(last[axis]);
+                own.begin[axis] = reduce_min(first[axis]), own.end[axis] = reduce_max(last[axis]);
             used_[begin / block_size_] = static_cast<std::uint32_t>(next - (keys_.data() + begin));
         });
         centre_range all;
@@ -111,42 +107,42 @@ class morton_order {
         return all;
     }
 
-    // By the highest digit of the cell first, blocks at the same time, each to places of its own, which closes the gaps.
-    // Then keys that share it among themselves: they are few enough to stay at hand, also to find their steps.
+    // Radix sort by the highest digit, blocks in parallel, which also closes the gaps; then the keys of each digit by
+    // themselves, which fit into the cache.
     template <class Policy>
     void sort(const Policy& policy) {
         large_array<std::uint64_t> apart(count_);
-        later_t<Policy, std::vector<counts<10>>> places(used_.size());
+        std::vector<counts<10>> places(used_.size());
         const auto digit = [](std::uint64_t key) { return static_cast<std::uint32_t>(key >> 52U); };
-        exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
+        for_each_index(policy, used_.size(), [&](std::size_t b) {
             places[b] = {};
             const std::uint64_t* const from = keys_.data() + b * block_size_;
             for (std::size_t i = 0; i < used_[b]; ++i) ++places[b][digit(from[i])];
         });
-        counts<10> next = {}; // of all blocks; then where each digit's begin; at last where they end
+        counts<10> next = {}; // the histogram of all blocks, then the begin of each digit, at last its end
         for (const auto& some : places)
             for (std::size_t d = 0; d < next.size(); ++d) next[d] += some[d];
-        add_up(next);
+        exclusive_scan(next);
         for (auto& place : places)
             for (std::size_t d = 0; d < next.size(); ++d) next[d] += std::exchange(place[d], next[d]);
-        exec::for_each_index(policy, used_.size(), [&](std::size_t b) {
+        for_each_index(policy, used_.size(), [&](std::size_t b) {
             const std::uint64_t* const from = keys_.data() + b * block_size_;
-            deal(from, used_[b], digit, places[b], apart.data());
+            scatter(from, used_[b], digit, places[b], apart.data());
         });
-        std::swap(later<Policy>(keys_), later<Policy>(apart)); // what it holds now is no longer needed
+        std::swap(keys_, apart); // the old keys are not needed any more
         const auto first = [&next](std::size_t d) { return d > 0 ? next[d - 1] : 0; };
-        constexpr std::size_t together = 4; // digits handed out at once
+        constexpr std::size_t together = 4; // digits per task
         const float each = 12 * static_cast<float>(count_) / static_cast<float>(next.size());
         exec::for_each_block(policy, next.size(), together, each, [&](std::size_t begin, std::size_t end) {
             for (std::size_t d = begin; d < end; ++d)
                 sort_cells(keys_.data() + first(d), apart.data() + first(d), next[d] - first(d));
             find_steps(first(begin), next[end - 1]);
         });
-        for (std::size_t d = together; d < next.size(); d += together) // where they meet
+        for (std::size_t d = together; d < next.size(); d += together) // at the borders of tasks
             if (first(d) > 0 && first(d) < count_) steps_[first(d)] = step_at(first(d));
     }
 
-    INSONIFY_LAZY static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
+    static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
         if (count < 64)
             std::sort(keys, keys + count);
         else if (count < 512)
@@ -155,7 +151,7 @@ class morton_order {
             sort_by_digits<10>(keys, other, count);
     }
 
-    // By the 20 bits of the cell that are left, through another array and back.
+    // Radix sort by the remaining 20 bits, alternating between two arrays.
     template <unsigned Bits>
     static void sort_by_digits(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
         constexpr unsigned digits = (20 + Bits - 1) / Bits;
@@ -166,25 +162,25 @@ class morton_order {
         for (std::uint32_t i = 0; i < count; ++i)
             for (unsigned k = 0; k < digits; ++k) ++places[k][digit(keys[i], k)];
         for (unsigned k = 0; k < digits; ++k) {
-            add_up(places[k]);
+            exclusive_scan(places[k]);
             const auto this_digit = [&](std::uint64_t key) { return digit(key, k); };
-            deal(keys, count, this_digit, places[k], other);
+            scatter(keys, count, this_digit, places[k], other);
             std::swap(keys, other);
         }
         if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
     }
 
-    // From how many each digit has to where its keys begin.
+    // Turns a histogram into the begin of each digit.
     template <class Counts>
-    static void add_up(Counts& counted) {
+    static void exclusive_scan(Counts& counted) {
         std::uint32_t before = 0;
         for (std::uint32_t& one : counted) before += std::exchange(one, before);
     }
 
-    // Each key to the next place of its digit. Two at a time, lest each wait until the last one's place is counted on.
+    // Writes each key to the next position of its digit, two at a time to shorten the dependency between counters.
     template <class Digit, class Counts>
-    static void deal(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
-                     std::uint64_t* to) {
+    static void scatter(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
+                        std::uint64_t* to) {
         std::uint32_t i = 0;
         for (; i + 1 < count; i += 2) {
             const std::uint32_t one = digit(keys[i]), other = digit(keys[i + 1]);
@@ -197,16 +193,16 @@ class morton_order {
         if (i < count) to[next[digit(keys[i])]++] = keys[i];
     }
 
-    INSONIFY_LAZY void find_steps(std::size_t begin, std::size_t end) {
+    void find_steps(std::size_t begin, std::size_t end) {
         for (std::size_t i = begin + 1; i < end; ++i) steps_[i] = step_at(i);
     }
-    INSONIFY_LAZY std::uint8_t step_at(std::size_t i) const {
+    std::uint8_t step_at(std::size_t i) const {
         return static_cast<std::uint8_t>(std::bit_width(cell(i - 1) ^ cell(i)));
     }
 
-    // The bits of a coordinate; two zeros come after each, for those of the others.
-    INSONIFY_LAZY static bit_lanes<4> spread(const lanes<4>& place) {
-        auto bits = bits_of_whole<4>(greater(lesser(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
+    // Inserts two zeros after each bit of a coordinate.
+    static bit_lanes<4> spread(const lanes<4>& place) {
+        auto bits = bits_of_whole<4>(max(min(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
         bits = (bits | bits << 16) & 0x30000FFU;
         bits = (bits | bits << 8) & 0x300F00FU;
         bits = (bits | bits << 4) & 0x30C30C3U;
@@ -214,11 +210,11 @@ class morton_order {
     }
 
     std::size_t block_size_;
-    std::vector<std::uint32_t> used_; // of the keys in each block: primitives left out leave a gap after them
+    std::vector<std::uint32_t> used_; // keys per block; primitives that were left out leave a gap after them
     large_array<std::uint64_t> keys_;
-    large_array<std::uint8_t> steps_; // the highest bit in which a cell differs from the one before, counted from 1
+    large_array<std::uint8_t> steps_; // the highest bit in which a code differs from the previous one, counted from 1
     std::size_t count_ = 0;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

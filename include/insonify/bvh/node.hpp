@@ -6,38 +6,37 @@
 #include <bit>
 #include <cstdint>
 
-/// A tree in three arrays: the nodes (whose children are whose, made by a builder, and the boxes around them, which
-/// follow moving primitives), the slots, which say whose primitives are whose, and the leaves, which hold what rays ask
-/// for, the indices of usable primitives among it (see leaf.hpp).
+/// A BVH is three arrays: nodes, with child references from the builder and boxes from the last refit; slots, which list
+/// the primitives of each leaf; and leaves, with the data that rays are intersected with (see leaf.hpp).
 ///
 ///     node 0:  [ node 1 | leaf 0 | node 2 | leaf 1 | - | - | - | - ]        Width = 8 children
-///     slots:   leaf 0: 0 5 7 - - - - -   leaf 1: 3 4 - ...                  Width primitives to a leaf
+///     slots:   leaf 0: 0 5 7 - - - - -   leaf 1: 3 4 - ...                  Width primitives per leaf
 namespace insonify::inline INSONIFY_ABI {
 
 /// Marks an empty slot of a leaf.
 inline constexpr std::uint32_t no_primitive = ~0U;
 
-/// A child's code: the index of a node, or this bit and the index of a leaf, or `no_child`.
+/// A child reference is the index of a node, or this bit and the index of a leaf, or `no_child`.
 inline constexpr std::uint32_t leaf_bit = 0x80000000U;
 inline constexpr std::uint32_t no_child = ~0U;
 
-/// The logarithm of a width, to base 2.
+/// The binary logarithm of a width.
 template <int Width>
 inline constexpr auto width_bits = static_cast<std::uint32_t>(std::countr_zero(static_cast<unsigned>(Width)));
 
-/// No tree is deeper, whatever the primitives: builders halve by number once a node stands this far down ...
+/// Bounds the depth for any input: median split below this depth ...
 inline constexpr std::uint32_t free_levels = 24;
 
-/// ... which ends within as many more levels as 2^32 primitives take.
+/// ... which takes at most this many levels in all, for 2^32 primitives.
 template <int Width>
-inline constexpr std::uint32_t most_levels = free_levels + 33 / width_bits<Width>;
+inline constexpr std::uint32_t max_levels = free_levels + 33 / width_bits<Width>;
 
-/// Boxes side by side for SIMD: three rows of lower sides, x, y, z, then three of upper ones.
+/// Boxes as structure of arrays: rows of lower x, y, z, then of upper x, y, z.
 template <int Width>
 struct box_rows {
     float sides[6 * Width];
 
-    /// Where the row of a side begins in `sides`. @param upper  0 or 1
+    /// The index in `sides` where the row of a side begins. @param upper  0 or 1
     INSONIFY_FN static constexpr std::uint32_t row(std::uint32_t upper, std::uint32_t axis) {
         return (3 * upper + axis) * Width;
     }
@@ -57,34 +56,35 @@ struct box_rows {
     }
 };
 
-/// The boxes of the children, and their codes. 256 bytes at a width of 8: four lines of cache.
+/// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
 struct alignas(64) tree_node : box_rows<Width> {
     static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
     std::uint32_t child[Width];
 };
 
-/// Sums of the halved surfaces of boxes, square metres.
+/// Sums of half surface areas, in square metres.
 struct box_areas {
     double nodes = 0;
     double leaves = 0;
 };
 
-/// What a builder makes. Node 0 is the root; a child's index is above its parent's. No nodes: an empty tree.
+/// The output of a builder. Node 0 is the root, children come after their parent; no nodes: an empty tree.
 template <int Width>
 struct topology {
-    /// Consecutive nodes that make a whole tree by themselves: parts may be worked on at the same time.
+    /// Consecutive nodes that form a complete subtree: parts can be processed in parallel.
     struct part {
         std::uint32_t begin = 0;
         std::uint32_t end = 0;
-        std::uint32_t first_leaf = 0; ///< its leaves are consecutive as well
+        std::uint32_t first_leaf = 0; ///< leaves are consecutive as well
         std::uint32_t leaf_end = 0;
-        box_areas areas{}; ///< of its boxes, written by `refit`; here so that it allocates nothing
+        box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
     };
-    large_array<tree_node<Width>> nodes{};
-    large_array<std::uint32_t> slots{}; ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
-    large_array<part> parts{};          ///< the nodes before the first one are above them all
-    std::uint32_t levels = 0;           ///< of nodes on the longest way down, at most `most_levels`
+    detail::large_array<tree_node<Width>> nodes{};
+    detail::large_array<std::uint32_t>
+        slots{};                       ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
+    detail::large_array<part> parts{}; ///< nodes before the first part are ancestors of all
+    std::uint32_t levels = 0;          ///< nodes on the longest path from the root, at most `max_levels`
 
     std::size_t leaves() const { return slots.size() / Width; }
 };

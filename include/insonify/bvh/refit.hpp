@@ -4,33 +4,33 @@
 #include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/execution/for_each.hpp>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// What follows the primitives when they move, beside the boxes in the nodes.
+/// The data that a refit updates, beside the boxes in the nodes.
 template <primitive_range Range, int Width>
 struct tree_shape {
     large_array<leaf<Range, Width>> leaves{};
-    large_array<aabb> boxes{}; ///< of each node, then of each leaf
-    aabb box{};                ///< around all
-    float reach = 0;           ///< no coordinate of a box is further from 0
-    float leaf_size = 0;       ///< metres: the mean of leaves, as squares
-    double cost = 0; ///< expected nodes and leaves below the root that a random ray visits: their areas over the root's
+    large_array<aabb> boxes{};    ///< of each node, then of each leaf
+    aabb box{};                   ///< around all
+    float max_abs_coordinate = 0; ///< of all boxes
+    float leaf_size = 0;          ///< metres: the edge of a square of the mean half area of leaves
+    double cost = 0;              ///< SAH cost: expected visits of a random ray below the root, areas over the root's
 
-    /// So that `refit` allocates nothing.
-    void make_room(const topology<Width>& tree) {
+    /// Allocates what `refit` needs.
+    void reserve(const topology<Width>& tree) {
         leaves.reserve(tree.leaves());
         boxes.reserve(tree.nodes.size() + tree.leaves());
     }
 };
 
-/// Of a large mesh, whose faces lie anywhere: asks for the faces of a leaf further on, and for the corners of those that are
-/// there by now.
+/// Prefetches the faces of a leaf ahead, and the corners of a nearer one whose faces have arrived: in large meshes,
+/// leaves access both at random.
 template <primitive_range Range, int Width>
-INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
-                                const Range& range) {
+INSONIFY_INLINE void prefetch_leaves(const topology<Width>& tree, std::uint32_t leaf, std::uint32_t leaf_end,
+                                     const Range& range) {
     if constexpr (requires { range.prefetch_face(0), range.prefetch_corners(0); }) {
         constexpr std::size_t to_faces = 8, to_corners = 4; // leaves
-        if (range.size() < most_at_hand) return;
+        if (range.size() < prefetch_threshold) return;
         const std::uint32_t* const slots = tree.slots.data() + std::size_t{leaf} * Width;
         if (leaf_end - leaf > to_faces)
             for (const std::uint32_t *slot = slots + to_faces * Width, *end = slot + Width; slot != end; ++slot)
@@ -41,8 +41,8 @@ INSONIFY_INLINE void look_ahead(const topology<Width>& tree, std::uint32_t leaf,
     }
 }
 
-/// Fits the leaves of a part to their primitives, one after the other, and then the boxes in its nodes to their children,
-/// which are leaves, among them, or fitted already. @return the areas of the boxes around each
+/// Refits the leaves of a part, then its nodes from the last to the first, so that children precede their parent.
+/// @return the sums of half areas
 template <primitive_range Range, int Width>
 box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part& part, const Range& range,
                      tree_shape<Range, Width>& shape) {
@@ -50,7 +50,7 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
     aabb* const of_leaves = of_nodes + tree.nodes.size();
     box_areas area;
     for (std::uint32_t i = part.first_leaf; i < part.leaf_end; ++i) {
-        look_ahead(tree, i, part.leaf_end, range);
+        prefetch_leaves(tree, i, part.leaf_end, range);
         of_leaves[i] = shape.leaves[i].fill(range, tree.slots.data() + std::size_t{i} * Width);
         area.leaves += static_cast<double>(of_leaves[i].half_area());
     }
@@ -71,9 +71,9 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
     return area;
 }
 
-/// Moves every box to fit the primitives' present positions; who is whose child stays.
+/// Recomputes all boxes from the current positions of the primitives; the topology stays.
 ///
-/// Cost: one pass over leaves and nodes, bottom up; allocates only when the tree is new.
+/// One pass over leaves and nodes, bottom up. Allocates only after a build.
 /// @param range  same count and order as when the tree was built
 /// Source: Wald, Boulos & Shirley 2007, section 3.
 template <exec::policy Policy, primitive_range Range, int Width>
@@ -81,7 +81,7 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
     shape.leaves.resize(tree.leaves());
     shape.boxes.resize(tree.nodes.size() + tree.leaves());
     shape.box = {};
-    shape.reach = shape.leaf_size = 0;
+    shape.max_abs_coordinate = shape.leaf_size = 0;
     shape.cost = 0;
     if (tree.nodes.empty()) return;
     for_each_index(policy, tree.parts.size(),
@@ -98,9 +98,9 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
     shape.cost = measured ? (area.nodes + area.leaves) / static_cast<double>(root_area) - 1 : 0; // 1: the root's own
     shape.leaf_size = static_cast<float>(std::sqrt(area.leaves / static_cast<double>(tree.leaves())));
     if (shape.box.empty()) return;
-    const vec3 farthest = greater(absolute(shape.box.lower), absolute(shape.box.upper));
-    shape.reach = greater(farthest.x, greater(farthest.y, farthest.z));
+    const vec3 farthest = max(abs(shape.box.lower), abs(shape.box.upper));
+    shape.max_abs_coordinate = max(farthest.x, max(farthest.y, farthest.z));
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

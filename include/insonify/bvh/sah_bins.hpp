@@ -7,30 +7,30 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// How centres fall into bins: fewer bins for fewer primitives, 16 at most.
+/// Maps centres to bins; small groups use fewer of them.
 struct sah_grid {
-    static constexpr int most = 16;
+    static constexpr int max_bins = 16;
 
-    int bins = most;
+    int bins = max_bins;
     float begin[4] = {}, scale[4] = {};
 
     sah_grid(const centre_range& centres, std::size_t count)
-        : bins{count < 64 ? 8 + static_cast<int>(count) / 8 : most} {
+        : bins{count < 64 ? 8 + static_cast<int>(count) / 8 : max_bins} {
         for (int axis = 0; axis < 3; ++axis) {
             const float extent = centres.end[axis] - centres.begin[axis];
             begin[axis] = centres.begin[axis];
-            if (extent > 0) scale[axis] = lesser(static_cast<float>(bins) / extent, FLT_MAX);
+            if (extent > 0) scale[axis] = min(static_cast<float>(bins) / extent, FLT_MAX);
         }
     }
 };
 
-/// A plane between two bins, and what lies on either side of it.
+/// A splitting plane between two bins.
 struct sah_plane {
     int axis = -1;
-    std::uint32_t bin = 0; ///< the first one above
-    std::size_t below = 0; ///< so many primitives
+    std::uint32_t bin = 0; ///< the first bin above the plane
+    std::size_t below = 0; ///< the number of primitives
 
     /// @param places  bins along x, y and z, a byte each
     INSONIFY_INLINE bool is_above(std::uint32_t places) const {
@@ -38,10 +38,10 @@ struct sah_plane {
     }
 };
 
-/// What lies in each bin along each axis.
+/// Bounding box and number of primitives of each bin along each axis.
 class sah_bins {
   public:
-    INSONIFY_LAZY explicit sah_bins(const sah_grid& grid) : bins_{grid.bins} {
+    explicit sah_bins(const sah_grid& grid) : bins_{grid.bins} {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < bins_; ++k) {
                 box_[axis][k] = build_box::none();
@@ -49,17 +49,18 @@ class sah_bins {
             }
     }
 
-    /// Adds boxes, and writes down which bins they fall into, so that those who move them agree.
-    INSONIFY_LAZY void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
+    /// Adds boxes and records their bins, so that the partition uses the very same bins.
+    void add(const sah_grid& grid, const build_box* boxes, std::uint32_t* places, std::size_t count) {
         const lanes<4> begin = load<4>(grid.begin), scale = load<4>(grid.scale), zero(0.0F);
         const lanes<4> last(static_cast<float>(bins_ - 1));
         for (std::size_t i = 0; i < count; ++i) {
             float at[4];
-            store(greater(lesser((boxes[i].half_centre() - begin) * scale, last), zero), at);
+            store(max(min((boxes[i].half_centre() - begin) * scale, last), zero), at);
             const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
             places[i] = static_cast<std::uint32_t>(x | y << 8 | z << 16);
         }
-        const std::size_t quarter = count / 4; // neighbours share bins: each would wait until the last one is in
+        const std::size_t quarter =
+            count / 4; // neighbours share bins: adding them in turn would be a chain of dependent stores
         for (std::size_t i = 0; i < quarter; ++i) {
             add(boxes[i], places[i]);
             add(boxes[quarter + i], places[quarter + i]);
@@ -69,7 +70,7 @@ class sah_bins {
         for (std::size_t i = 4 * quarter; i < count; ++i) add(boxes[i], places[i]);
     }
 
-    INSONIFY_LAZY void add(const sah_bins& other) {
+    void add(const sah_bins& other) {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < bins_; ++k) {
                 box_[axis][k].add(other.box_[axis][k]);
@@ -77,19 +78,19 @@ class sah_bins {
             }
     }
 
-    INSONIFY_LAZY std::size_t count_below(const sah_plane& plane) const {
+    std::size_t count_below(const sah_plane& plane) const {
         std::size_t count = 0;
         for (std::uint32_t k = 0; k < plane.bin; ++k) count += count_[plane.axis][k];
         return count;
     }
-    INSONIFY_LAZY build_box box_of(const sah_plane& plane, bool above) const {
+    build_box box_of(const sah_plane& plane, bool above) const {
         side whole;
         const int begin = above ? static_cast<int>(plane.bin) : 0, end = above ? bins_ : static_cast<int>(plane.bin);
         for (int k = begin; k < end; ++k) whole.add(box_[plane.axis][k], count_[plane.axis][k]);
         return {whole.minus_lower, whole.upper};
     }
 
-    /// The plane of least cost with primitives on both sides; axis -1 where there is none.
+    /// The plane of minimum cost with primitives on both sides; axis -1 if there is none.
     template <int Width>
     sah_plane cheapest() const {
         sides below, above;
@@ -102,18 +103,18 @@ class sah_bins {
                 above.put(axis, back, high[axis]);
             }
         sah_plane best;
-        float least_cost = FLT_MAX;
+        float min_cost = FLT_MAX;
         for (int axis = 0; axis < 3; ++axis) {
-            float cost[sah_grid::most];
-            lanes<simd_width> cheap(FLT_MAX); // the least is found without branches, which no one could foresee
-            for (int k = 0; k < sah_grid::most; k += simd_width) {
+            float cost[sah_grid::max_bins];
+            lanes<simd_width> cheap(FLT_MAX); // branchless: the branches would mispredict
+            for (int k = 0; k < sah_grid::max_bins; k += simd_width) {
                 const auto both = below.template cost<Width>(axis, k) + above.template cost<Width>(axis, k);
                 store(both, cost + k);
-                cheap = lesser(cheap, both);
+                cheap = min(cheap, both);
             }
-            const float here = least(cheap);
-            if (!(here < least_cost)) continue;
-            least_cost = here;
+            const float here = reduce_min(cheap);
+            if (!(here < min_cost)) continue;
+            min_cost = here;
             int k = 1;
             while (cost[k] != here) ++k;
             best = {axis, static_cast<std::uint32_t>(k), below.held[axis][k]};
@@ -122,22 +123,22 @@ class sah_bins {
     }
 
   private:
-    // What lies on one side of a plane, in registers.
+    // The primitives on one side of a plane, kept in registers.
     struct side {
         lanes<4> minus_lower{-FLT_MAX}, upper{-FLT_MAX};
         std::uint32_t held = 0;
 
         INSONIFY_INLINE void add(const build_box& box, std::uint32_t count) {
-            minus_lower = greater(minus_lower, box.minus_lower());
-            upper = greater(upper, box.upper());
+            minus_lower = max(minus_lower, box.minus_lower());
+            upper = max(upper, box.upper());
             held += count;
         }
     };
 
-    // The same side of all planes, by axis and the bin that each lies below.
+    // The same side of all planes, indexed by axis and by the bin above the plane.
     struct sides {
-        float area[3][sah_grid::most] = {}; // halved
-        std::uint32_t held[3][sah_grid::most] = {};
+        float area[3][sah_grid::max_bins] = {}; // halved
+        std::uint32_t held[3][sah_grid::max_bins] = {};
 
         INSONIFY_INLINE void put(int axis, int bin, const side& one) {
             float size[4];
@@ -145,19 +146,18 @@ class sah_bins {
             area[axis][bin] = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
             held[axis][bin] = one.held;
         }
-        // Of several planes: the area times the number of leaves; FLT_MAX where the side is empty.
+        // SAH cost of this side for several planes: area times number of leaves; FLT_MAX for an empty side.
         template <int Width>
         INSONIFY_INLINE lanes<simd_width> cost(int axis, int bin) const {
             using floats = lanes<simd_width>;
             const auto all = load_bits<simd_width>(held[axis] + bin);
             const auto any = floats(0.0F) < floats_of<simd_width>(all);
             const auto leaves = floats_of<simd_width>((all + (Width - 1U)) >> width_bits<Width>);
-            return select(any, load<simd_width>(area[axis] + bin), floats(FLT_MAX)) * greater(leaves, floats(1.0F));
+            return select(any, load<simd_width>(area[axis] + bin), floats(FLT_MAX)) * max(leaves, floats(1.0F));
         }
     };
 
     // @param place  its bins along x, y and z, a byte each
-    template <class = void>
     INSONIFY_INLINE void add(const build_box& box, std::uint32_t place) {
         for (int axis = 0; axis < 3; ++axis) {
             const std::uint32_t bin = place >> (8 * axis) & 0xFFU;
@@ -167,9 +167,9 @@ class sah_bins {
     }
 
     int bins_;
-    build_box box_[3][sah_grid::most];
-    std::uint32_t count_[3][sah_grid::most];
+    build_box box_[3][sah_grid::max_bins];
+    std::uint32_t count_[3][sah_grid::max_bins];
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

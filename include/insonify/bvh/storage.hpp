@@ -5,31 +5,33 @@
 #include <insonify/bvh/build_sah.hpp>
 #include <insonify/bvh/refit.hpp>
 #include <insonify/bvh/traverse.hpp>
-#include <insonify/core/algorithm.hpp>
 #include <insonify/core/error.hpp>
+#include <algorithm>
 #include <new>
 #include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Numbers about a tree.
+/// Statistics of a BVH.
 struct bvh_statistics {
-    std::size_t primitives = 0; ///< in leaves; those with bounds that are not finite are left out
+    std::size_t primitives = 0; ///< in leaves: those with finite bounds
     std::size_t nodes = 0;      ///< with `Width` children each, empty ones included
-    std::size_t leaves = 0;     ///< with up to `Width` primitives each
-    std::uint32_t levels = 0;   ///< nodes on the longest way down
-    double cost = 0;            ///< expected nodes and leaves visited by a random ray that meets the whole
-    std::size_t bytes = 0;      ///< of all arrays: about 64 a triangle; while it is built, 85
+    std::size_t leaves = 0;     ///< with at most `Width` primitives each
+    std::uint32_t levels = 0;   ///< nodes on the longest path from the root
+    double cost = 0;            ///< SAH cost: expected visits of nodes and leaves by a random ray that enters the root
+    std::size_t bytes = 0;      ///< of all arrays: about 64 per triangle, and 85 during a build
 };
 
-/// What an update did.
-enum class way_of_update {
-    refit,        ///< boxes follow, the topology stays
+/// What `bvh::update` did.
+enum class bvh_update {
+    refit,        ///< new boxes, same topology
     rebuild,      ///< by the tree's own builder
     quick_rebuild ///< by `build_morton`
 };
 
-/// The owning arrays of a tree, without the primitives: what a caller that moves its primitives around keeps.
+namespace detail {
+
+/// The arrays of a BVH without its range of primitives, for owners whose range moves in memory.
 template <primitive_range Range, int Width = simd_width, class Builder = build_sah>
 class bvh_storage {
   public:
@@ -44,24 +46,23 @@ class bvh_storage {
     void refit(const Policy& policy, const Range& range) {
         if (range.size() != count_)
             throw geometry_error{"bvh: refit needs as many primitives as the tree was built over; call rebuild"};
-        insonify::refit(policy, tree_, range, shape_);
+        detail::refit(policy, tree_, range, shape_);
         ++refits_;
     }
 
-    /// Follows primitives that moved: refits, and where that has made random rays more than 1.5 times as dear as when
-    /// the tree was built, rebuilds; by `build_morton` where the tree lasted less than 16 updates.
+    /// Refits, and rebuilds once the SAH cost has grown by half since the build: by `build_morton` if the tree lasted fewer
+    /// than 16 updates.
     ///
-    /// Counted in refits, a rebuild by `build_sah` costs 14 to 22, by `build_morton` 3 to 7 (the README's table); the
-    /// latter's trees are about 1.15 times as dear (bench/bvh.cpp). So the former pays where it lasts: spread over 16
-    /// updates it costs about a refit each.
-    /// The choice depends on the primitives' positions alone. Rebuilds as well where a primitive that the tree left out,
-    /// because it was not finite, has become so. Where there is no memory for the former, refitting must do.
+    /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter cost
+    /// rays about 1.15 times as much (bench/bvh.cpp). Spread over 16 updates, `build_sah` adds about one refit each.
+    /// The choice depends on the positions only. Also rebuilds where a primitive that was left out has become finite. If
+    /// memory for a rebuild is not available, the refitted tree stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
-    way_of_update update(const Policy& policy, const Range& range) {
+    bvh_update update(const Policy& policy, const Range& range) {
         refit(policy, range);
         const bool lacks = lacks_usable(range);
-        if (degradation() <= 1.5 && !lacks) return way_of_update::refit;
+        if (degradation() <= 1.5 && !lacks) return bvh_update::refit;
         const bool soon = refits_ < 16;
         try {
             if (soon)
@@ -70,23 +71,23 @@ class bvh_storage {
                 build(policy, range);
         } catch (const std::bad_alloc&) {
             if (lacks) throw;
-            return way_of_update::refit;
+            return bvh_update::refit;
         }
-        return soon ? way_of_update::quick_rebuild : way_of_update::rebuild;
+        return soon ? bvh_update::quick_rebuild : bvh_update::rebuild;
     }
 
-    /// How much dearer a random ray has become since the tree was built: 1 as built.
+    /// The SAH cost relative to that at the last build: 1 after a build.
     double degradation() const { return cost_as_built_ > 0 ? shape_.cost / cost_as_built_ : 1; }
 
-    /// What queries are asked of; good until the next build, refit or update.
+    /// Valid until the next build, refit or update.
     bvh_view<Range, Width> view_of(const Range& range) const {
-        return {tree_.nodes, shape_.leaves, range, shape_.reach, shape_.leaf_size};
+        return {tree_.nodes, shape_.leaves, range, shape_.max_abs_coordinate, shape_.leaf_size, shape_.box};
     }
 
     /// The box around all primitives; empty for none.
     aabb box() const { return shape_.box; }
 
-    /// Counted anew with every call.
+    /// Recomputed by every call.
     bvh_statistics statistics() const {
         return {.primitives = tree_.slots.size() - static_cast<std::size_t>(std::count(
                                                        tree_.slots.begin(), tree_.slots.end(), no_primitive)),
@@ -105,10 +106,10 @@ class bvh_storage {
         if (range.size() >= leaf_bit) throw usage_error{"bvh: more than 2147483647 primitives in one tree; split them"};
         topology<Width> made = builder.template operator()<Width>(policy, range);
         std::vector<std::uint32_t> left_out = left_out_by(made, range.size());
-        shape_.make_room(made); // the last that may throw, so that nothing is half done
+        shape_.reserve(made); // the last call that may throw: strong exception guarantee
         tree_ = std::move(made);
         left_out_ = std::move(left_out);
-        insonify::refit(policy, tree_, range, shape_);
+        detail::refit(policy, tree_, range, shape_);
         cost_as_built_ = shape_.cost;
         count_ = range.size();
         refits_ = 0;
@@ -139,5 +140,6 @@ class bvh_storage {
     std::vector<std::uint32_t> left_out_{}; ///< primitives that were not finite when it was built
 };
 
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif

@@ -4,70 +4,74 @@
 #include <insonify/bvh/node.hpp>
 #include <insonify/execution/pack.hpp>
 
-/// Where a walk through a tree goes next, and what waits until then, as children's codes; in two orders, for two kinds of
-/// questions, both without branches on which children are met, since no one foresees that:
+/// The traversal stack of child references, in two orders. Which children are hit is unpredictable, so neither order
+/// branches on it.
 ///
-///     start()               to the root
-///     go_down(node, ...)    to one of the node's children that are met, of which there is one at least
-///     go_back(limit)        to what has waited; false where nothing does, which is the end of the way
-namespace insonify::inline INSONIFY_ABI {
+///     start()               the root is next
+///     descend(node, ...)    one of the children that were hit, at least one, is next; the others are pushed
+///     pop(limit)            the top of the stack is next; false if the stack is empty
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Each level takes one from what waits and adds at most Width; `pack_lanes` writes as many in any case.
+/// Capacity: each level pops one reference and pushes at most Width, and `pack_lanes` always writes Width.
 template <int Width>
-inline constexpr std::uint32_t most_waiting = most_levels<Width>*(Width - 1) + 1;
+inline constexpr std::uint32_t max_stack = max_levels<Width>*(Width - 1) + 1;
 
-/// To the nearest first, and back to nothing that begins beyond the limit: for the nearest hit.
+/// Front to back, and skips references that begin beyond the limit: for closest hits.
 template <int Width>
 struct nearest_first {
     std::uint32_t next = 0;
-    std::uint32_t waiting = 0;
-    std::uint32_t stack[most_waiting<Width>];
-    std::uint32_t begins[most_waiting<Width>]; // of each, the bits of its distance
+    std::uint32_t size = 0;
+    std::uint32_t references[max_stack<Width>];
+    std::uint32_t distances[max_stack<Width>]; // at which each reference begins, as bits
 
-    INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
+    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
 
-    /// @param distance  where each child begins: FLT_MAX at most, and that for those that are not met
-    /// @param met       a bit for each
-    INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>& distance,
+    /// @param distance  at which the ray enters each child; FLT_MAX for those it misses
+    /// @param met       a bit for each child that is hit
+    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>& distance,
                                              std::uint32_t met) {
-        const std::uint32_t tied = met & bits_of(distance == lanes<Width>(least(distance)));
-        const std::uint32_t nearest = lowest_bit(tied | 1U << (Width - 1)); // no lane beyond, whatever the numbers
+        const std::uint32_t tied = met & bits_of(distance == lanes<Width>(reduce_min(distance)));
+        const std::uint32_t nearest =
+            lowest_bit(tied | 1U << (Width - 1)); // never out of range, whatever the numbers are
         next = node.child[nearest];
         met &= ~(1U << nearest);
-        pack_lanes<Width>(raw_bits<Width>(distance), met, begins + waiting);
-        waiting += pack_lanes<Width>(load_bits<Width>(node.child), met, stack + waiting);
+        pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);
+        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
     }
 
-    INSONIFY_FN INSONIFY_INLINE bool go_back(float limit) {
+    INSONIFY_FN INSONIFY_INLINE bool pop(float limit) {
         do {
-            if (waiting == 0) return false;
-            next = stack[--waiting];
-        } while (__builtin_bit_cast(float, begins[waiting]) > limit);
+            if (size == 0) return false;
+            next = references[--size];
+        } while (entry() > limit);
         return true;
     }
+
+    /// The distance at which `next` begins, after `pop`.
+    INSONIFY_FN INSONIFY_INLINE float entry() const { return __builtin_bit_cast(float, distances[size]); }
 };
 
-/// As they come: for whether anything is hit, and for all that is.
+/// In no order: for any hit, and for all hits.
 template <int Width>
 struct any_order {
     std::uint32_t next = 0;
-    std::uint32_t waiting = 0;
-    std::uint32_t stack[most_waiting<Width>];
+    std::uint32_t size = 0;
+    std::uint32_t references[max_stack<Width>];
 
-    INSONIFY_FN INSONIFY_INLINE void start() { next = waiting = 0; }
+    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
 
-    /// @param met  a bit for each child
-    INSONIFY_FN INSONIFY_INLINE void go_down(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
-        waiting += pack_lanes<Width>(load_bits<Width>(node.child), met, stack + waiting);
-        next = stack[--waiting];
+    /// @param met  a bit for each child that is hit
+    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
+        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
+        next = references[--size];
     }
 
-    INSONIFY_FN INSONIFY_INLINE bool go_back(float) {
-        if (waiting == 0) return false;
-        next = stack[--waiting];
+    INSONIFY_FN INSONIFY_INLINE bool pop(float) {
+        if (size == 0) return false;
+        next = references[--size];
         return true;
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

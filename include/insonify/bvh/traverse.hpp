@@ -8,22 +8,25 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
 template <primitive_range Range, int Width, class Order>
-struct tree_walk;
+struct ray_traversal;
+} // namespace detail
 
-/// A tree as traversal sees it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
+/// A BVH as traversal reads it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
 template <primitive_range Range, int Width = simd_width>
 struct bvh_view {
     view<const tree_node<Width>> nodes{};
-    view<const leaf<Range, Width>> leaves{};
+    view<const detail::leaf<Range, Width>> leaves{};
     Range range{};
-    float reach = 0;     ///< no coordinate of a box is further from 0
-    float leaf_size = 0; ///< metres: the mean of leaves, as squares
+    float max_abs_coordinate = 0; ///< of all boxes: bounds the rounding of slab tests
+    float leaf_size = 0;          ///< metres: the edge of a square of the mean half area of leaves
+    aabb box{};                   ///< around all primitives
 
-    /// Asks for what a child's code stands for, long before it is looked at. Whether that is a leaf is a factor here, since
-    /// a branch no one could foresee. What lies there is not read, so `no_child` may ask as well.
+    /// Prefetches the node or leaf of a child reference. Computes the address without a branch on the kind of child, which
+    /// would mispredict. Nothing is read, so `no_child` is allowed.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
-        constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(leaf<Range, Width>);
+        constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(detail::leaf<Range, Width>);
         constexpr std::size_t of_either = of_node < of_leaf ? of_node : of_leaf, line_size = 64; // of cache
         const std::size_t is_leaf = (child & leaf_bit) != 0, is_larger = of_node < of_leaf ? is_leaf : 1 - is_leaf;
         const std::size_t apart =
@@ -31,47 +34,48 @@ struct bvh_view {
         const std::size_t place = is_leaf * apart + (child & ~leaf_bit) * (of_node + is_leaf * (of_leaf - of_node));
         const char* const what = reinterpret_cast<const char*>(nodes.first) + static_cast<std::ptrdiff_t>(place);
         for (std::size_t line = 0; line < of_node || line < of_leaf; line += line_size)
-            insonify::prefetch(what + (line < of_either ? line : is_larger * line));
+            detail::prefetch(what + (line < of_either ? line : is_larger * line));
     }
 
-    /// The nearest hit; of equally near ones the lowest primitive.
+    /// The closest hit; ties go to the lowest primitive.
     INSONIFY_FN hit closest(const ray& r) const {
         hit best;
-        tree_walk<Range, Width, nearest_first<Width>> walk;
-        for (bool more = walk.start(*this, r); more;) more = walk.step_closest(*this, best);
+        detail::ray_traversal<Range, Width, detail::nearest_first<Width>> traversal;
+        for (bool more = traversal.start(*this, r); more;) more = traversal.step_closest(*this, best);
         return best;
     }
 
     /// Whether anything is hit.
     INSONIFY_FN bool any(const ray& r) const {
         bool met = false;
-        tree_walk<Range, Width, any_order<Width>> walk;
-        for (bool more = walk.start(*this, r); more && !met;) more = walk.step(*this, [&](const hit&) { met = true; });
+        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
+        for (bool more = traversal.start(*this, r); more && !met;)
+            more = traversal.step(*this, [&](const hit&) { met = true; });
         return met;
     }
 
-    /// Calls visit(hit) for every hit, in no order, each primitive once.
+    /// Calls visit(hit) for every hit, in no order, once per primitive.
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void for_each_hit(const ray& r, Visit&& visit) const {
-        tree_walk<Range, Width, any_order<Width>> walk;
-        for (bool more = walk.start(*this, r); more;) more = walk.step(*this, visit);
+        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
+        for (bool more = traversal.start(*this, r); more;) more = traversal.step(*this, visit);
     }
 
     /// Calls visit(primitive) for every primitive whose bounds overlap the shape: an `aabb` or a `plane`.
     template <class Shape, class Visit>
     INSONIFY_FN void for_each_overlap(const Shape& shape, Visit&& visit) const {
         if (nodes.empty()) return;
-        std::uint32_t stack[most_waiting<Width>];
-        std::uint32_t waiting = 0;
-        stack[waiting++] = 0;
-        while (waiting > 0) {
-            const std::uint32_t node = stack[--waiting];
+        std::uint32_t stack[detail::max_stack<Width>];
+        std::uint32_t size = 0;
+        stack[size++] = 0;
+        while (size > 0) {
+            const std::uint32_t node = stack[--size];
             for (int i = 0; i < Width; ++i) {
                 const std::uint32_t child = nodes[node].child[i];
                 if (child == no_child || !overlaps(shape, nodes[node].box(i))) continue;
                 if ((child & leaf_bit) == 0) {
-                    stack[waiting++] = child;
+                    stack[size++] = child;
                     continue;
                 }
                 for (const std::uint32_t primitive : leaves[child ^ leaf_bit].primitive)
@@ -81,47 +85,49 @@ struct bvh_view {
     }
 };
 
-/// One ray on its way through a tree, a node or a leaf at each step. Between two steps the memory that the next one
-/// needs is on its way too, so several rays that take turns wait less than one after the other.
-/// @tparam Order  `nearest_first` where the limit comes nearer on the way, otherwise `any_order`: see traversal_stack.hpp
+namespace detail {
+
+/// The traversal of one ray, one node or leaf per step. Each step prefetches the memory of the next, so interleaved
+/// traversals hide the latency.
+/// @tparam Order  `nearest_first` where hits shorten the ray, otherwise `any_order`: see traversal_stack.hpp
 template <primitive_range Range, int Width, class Order>
-struct tree_walk {
+struct ray_traversal {
     using tree_view = bvh_view<Range, Width>;
 
     prepared_ray<Width> r{};
-    float limit = 0; ///< what a hit must not be beyond; a visitor may lower it
-    Order way;
+    float limit = 0; ///< hits beyond it do not count; a visitor may lower it
+    Order stack;
 
-    /// @return false where there is nothing to meet
+    /// @return false where nothing can be hit
     INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
-        r.prepare(source, tree.reach);
+        r.prepare(source, tree.max_abs_coordinate);
         const bool endless = __builtin_bit_cast(std::uint32_t, source.max_distance) == 0x7F800000U; // read as bits, for
         limit = endless ? FLT_MAX : source.max_distance; // under -ffast-math there is no infinity, and a NaN would trap
-        way.start();
-        return r.legal && !tree.nodes.empty();
+        stack.start();
+        return r.valid && !tree.nodes.empty();
     }
 
-    /// Calls visit(hit) for what is met between the ray's limits, in no order. @return false at the end of the way
+    /// Calls visit(hit) for hits between the ray's limits, in no order. @return false when the traversal is finished
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN INSONIFY_INLINE bool step(const tree_view& tree, Visit&& visit) {
-        if ((way.next & leaf_bit) == 0) {
-            const tree_node<Width>& node = tree.nodes[way.next];
+        if ((stack.next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[stack.next];
             const box_entries<Width> boxes = enter(node, r, limit);
             if (boxes.met != 0) {
-                way.go_down(node, boxes.distance, boxes.met);
-                tree.prefetch(way.next);
+                stack.descend(node, boxes.distance, boxes.met);
+                tree.prefetch(stack.next);
                 return true;
             }
-        } else if (way.next != no_child) {
-            tree.leaves[way.next ^ leaf_bit].intersect_all(r, limit, tree.range, visit);
+        } else if (stack.next != no_child) {
+            tree.leaves[stack.next ^ leaf_bit].intersect_all(r, limit, tree.range, visit);
         }
-        if (!way.go_back(limit)) return false;
-        tree.prefetch(way.next);
+        if (!stack.pop(limit)) return false;
+        tree.prefetch(stack.next);
         return true;
     }
 
-    /// A step towards the nearest hit; of equally near ones the lowest primitive.
+    /// One step of the search for the closest hit; ties go to the lowest primitive.
     INSONIFY_FN INSONIFY_INLINE bool step_closest(const tree_view& tree, hit& best) {
         return step(tree, [&](const hit& found) {
             if (!nearer(found, best)) return;
@@ -131,5 +137,6 @@ struct tree_walk {
     }
 };
 
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif

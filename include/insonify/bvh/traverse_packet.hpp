@@ -4,49 +4,50 @@
 #include <insonify/bvh/ray_packet.hpp>
 #include <insonify/bvh/traverse.hpp>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A packet of rays on its way through a tree, a node or a leaf at each step: see `tree_walk`.
+/// The traversal of a packet, one node or leaf per step: see `ray_traversal`.
 template <class Range, int Width>
-struct packet_walk {
+struct packet_traversal {
     using tree_view = bvh_view<Range, Width>;
     using floats = lanes<Width>;
 
     ray_packet<Width> rays;
-    std::uint32_t best[ray_packet<Width>::most_rays]; ///< what each ray has met, `no_primitive` before: see the steps
-    nearest_first<Width> way;
+    std::uint32_t best[ray_packet<Width>::max_rays]; ///< the hit primitive of each ray, or `no_primitive`
+    nearest_first<Width> stack;
 
-    /// Takes rays from the first of `count` on. @return how many go together: 0 for none
+    /// Loads coherent rays from the first of `count` on. @return how many: 0 for none
     std::size_t start(const tree_view& tree, const ray* first, std::size_t count) {
-        const std::size_t taken = tree.nodes.empty() ? 0 : rays.prepare(first, count, tree.reach, tree.leaf_size);
+        const std::size_t taken = rays.prepare(first, count, tree.box, tree.max_abs_coordinate, tree.leaf_size);
         for (std::size_t k = 0; k < taken; ++k) best[k] = no_primitive;
-        way.start();
+        stack.start();
         return taken;
     }
 
-    /// Calls visit(group, its first ray, primitive, distance) for every triangle that one of a group's rays may meet, with
-    /// the distances of these rays, FLT_MAX for those that miss it, their limits not yet looked at. Nodes are taken nearest
-    /// first; visit returns 0 where it has lowered none. @return false at the end of the way
+    /// Calls visit(group, index of its first ray, primitive, distances) for every triangle that some ray of a group may hit.
+    /// Distances are FLT_MAX for rays that miss; the rays' limits are not applied. visit returns 0 if it lowered no limit.
+    /// Traverses front to back. @return false when the traversal is finished
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
-        if ((way.next & leaf_bit) == 0) {
-            const tree_node<Width>& node = tree.nodes[way.next];
+        if ((stack.next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[stack.next];
             floats entry;
             if (const std::uint32_t met = enter(node, rays, entry); met != 0) {
-                way.go_down(node, entry, met);
-                tree.prefetch(way.next);
+                stack.descend(node, entry, met);
+                tree.prefetch(stack.next);
                 return true;
             }
-        } else if (way.next != no_child) {
-            tree.leaves[way.next ^ leaf_bit].intersect_packet(rays, visit);
+        } else if (stack.next != no_child) {
+            tree.leaves[stack.next ^ leaf_bit].intersect_packet(rays, visit);
         }
-        if (!way.go_back(rays.end - rays.begin)) return false;
-        tree.prefetch(way.next);
+        if (!stack.pop(rays.end - rays.begin)) return false;
+        if ((stack.next & leaf_bit) == 0) rays.narrow(stack.entry());
+        tree.prefetch(stack.next);
         return true;
     }
 
-    /// A step towards the nearest hit of each ray, which ends up in `best` and the ray's limit; as
-    /// `tree_walk::step_closest` finds it.
+    /// One step of the search for the closest hit of each ray, kept in `best` and the ray's limit. The same hits as
+    /// `ray_traversal::step_closest`.
     bool step_closest(const tree_view& tree) {
         return step(tree, [this](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
             const floats limit = load<Width>(group.limit);
@@ -62,13 +63,13 @@ struct packet_walk {
         });
     }
 
-    /// How far along each ray of a group the nearest hit lies, FLT_MAX where there is none.
+    /// The distances of the closest hits of a group; FLT_MAX for rays without one.
     floats nearest(std::size_t g) const {
         const auto met = floats(0.0F) <= floats_of<Width>(load_bits<Width>(best + g * Width));
         return select(met, load<Width>(rays.of[g].limit), floats(FLT_MAX));
     }
 
-    /// A step towards any hit of each ray, which ends up in `best`.
+    /// One step of the search for any hit of each ray, kept in `best`.
     bool step_any(const tree_view& tree) {
         return step(tree, [this](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
             const floats limit = load<Width>(group.limit);
@@ -80,7 +81,7 @@ struct packet_walk {
         });
     }
 
-    /// A step along all hits: visit(ray of the packet, hit), in no order.
+    /// One step of the search for all hits: calls visit(index of the ray, hit), in no order.
     template <class Visit>
     bool step_all(const tree_view& tree, const Visit& visit) {
         return step(tree, [&](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
@@ -95,12 +96,12 @@ struct packet_walk {
     }
 
   private:
-    // For those of a group's rays that have met it.
+    // Records the primitive for the rays of a group that hit it.
     INSONIFY_INLINE void take(const lane_mask<Width>& met, std::uint32_t primitive, std::uint32_t first) {
         std::uint32_t* const held = best + first;
         store_bits<Width>(select_bits<Width>(met, bit_lanes<Width>{} + primitive, load_bits<Width>(held)), held);
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

@@ -6,17 +6,17 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A file could not be read or written, or what it holds makes no sense. The sentence names file and line or object.
+/// A file could not be read or written, or its content is invalid. The message names the file and the line or object.
 struct io_error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// A mesh, a pose or a primitive that cannot be used. `validate` tells more about a mesh.
+/// An invalid mesh, pose or primitive. `validate` reports the defects of a mesh.
 struct geometry_error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// A setting out of its range, or a call out of order (tracing a scene that was not built).
+/// A setting that is out of range, or a call out of order, such as tracing a scene that was not built.
 struct usage_error : std::logic_error {
     using std::logic_error::logic_error;
 };

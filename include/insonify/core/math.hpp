@@ -4,14 +4,14 @@
 #include <insonify/core/config.hpp>
 
 #if defined(__CUDACC__)
-#include <cuda.h> // GLM asks for its version
+#include <cuda.h> // GLM checks its version
 #if !defined(GLM_FORCE_CUDA)
 #define GLM_FORCE_CUDA
 #endif
 #pragma nv_diagnostic push
 #pragma nv_diag_suppress 20012 // GLM annotates functions that it defaults
 #elif !defined(GLM_FORCE_INLINE)
-#define GLM_FORCE_INLINE // in large files GCC would call even operator[]
+#define GLM_FORCE_INLINE // otherwise GCC does not inline even operator[] in large files
 #endif
 #include <glm/glm.hpp>
 #if defined(__CUDACC__)
@@ -24,7 +24,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Vectors and matrices are those of GLM: floats, unless the name says otherwise.
+/// GLM's vectors and matrices, of floats unless the name says otherwise.
 /// @{
 using vec2 = glm::vec2;
 using vec3 = glm::vec3;
@@ -45,36 +45,40 @@ using glm::length;
 using glm::normalize;
 using glm::transpose;
 
-inline constexpr float pi = 3.14159265358979F; ///< half a turn, radians
+/// Half a turn, radians.
+inline constexpr float pi = 3.14159265358979F;
 
-/// False for infinities and NaN; reads the bits, so that it holds under -ffast-math too.
+/// False for infinities and NaN. Tests the bits, so it also works under -ffast-math.
 INSONIFY_FN inline bool is_finite(float value) {
     return (__builtin_bit_cast(std::uint32_t, value) & 0x7F800000U) != 0x7F800000U;
 }
-/// True where all three coordinates are.
+/// True if all three coordinates are finite.
 INSONIFY_FN inline bool is_finite(vec3 v) { return is_finite(v.x) && is_finite(v.y) && is_finite(v.z); }
 
-/// The lesser and the greater of two, and a value kept between two: as std::min, max and clamp, but also on a device.
-/// Of a NaN and a number the first argument. Vectors coordinate by coordinate.
+/// As std::min, std::max and std::clamp, but also in device code; vectors componentwise. If an argument is NaN, min and
+/// max return the first one.
 /// @{
-INSONIFY_FN constexpr float lesser(float a, float b) { return b < a ? b : a; }
-INSONIFY_FN constexpr float greater(float a, float b) { return a < b ? b : a; }
-INSONIFY_FN constexpr float clamped(float value, float low, float high) { return lesser(greater(value, low), high); }
+INSONIFY_FN constexpr float min(float a, float b) { return b < a ? b : a; }
+INSONIFY_FN constexpr float max(float a, float b) { return a < b ? b : a; }
+INSONIFY_FN constexpr float clamp(float value, float low, float high) { return min(max(value, low), high); }
 
-INSONIFY_FN constexpr vec3 lesser(vec3 a, vec3 b) { return {lesser(a.x, b.x), lesser(a.y, b.y), lesser(a.z, b.z)}; }
-INSONIFY_FN constexpr vec3 greater(vec3 a, vec3 b) { return {greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z)}; }
+INSONIFY_FN constexpr vec3 min(vec3 a, vec3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
+INSONIFY_FN constexpr vec3 max(vec3 a, vec3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 /// @}
 
-/// Each coordinate without its sign.
-INSONIFY_FN inline vec3 absolute(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
+/// Componentwise absolute value.
+INSONIFY_FN inline vec3 abs(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 
-/// Two directions across a third of length 1, so that the three make a frame. Source: Duff et al. 2017.
-struct axes_across {
-    vec3 first{1, 0, 0};  ///< across the direction
-    vec3 second{0, 1, 0}; ///< across both
+namespace detail {
 
-    /// @param direction  of length 1
-    INSONIFY_FN explicit axes_across(vec3 direction) {
+/// Two axes that form an orthonormal basis with a direction.
+/// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017.
+struct orthonormal_basis {
+    vec3 first{1, 0, 0};
+    vec3 second{0, 1, 0};
+
+    /// @param direction  length 1
+    INSONIFY_FN explicit orthonormal_basis(vec3 direction) {
         const float side = std::copysign(1.0F, direction.z);
         const float a = -1 / (side + direction.z);
         const float b = direction.x * direction.y * a;
@@ -83,7 +87,7 @@ struct axes_across {
     }
 };
 
-/// The place of the lowest bit that is set, of a number that is not 0.
+/// Index of the lowest set bit; `bits` is not 0.
 INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
 #if defined(__CUDA_ARCH__)
     return static_cast<std::uint32_t>(__ffs(static_cast<int>(bits)) - 1);
@@ -92,12 +96,14 @@ INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {
 #endif
 }
 
-/// a * b + c, rounded once where that is one instruction and twice elsewhere: never the compiler's choice.
+} // namespace detail
+
+/// a * b + c, fused if the instruction set has fused multiply-add, otherwise rounded twice; not left to the compiler.
 INSONIFY_FN inline float multiply_add(float a, float b, float c) {
 #if defined(__clang__)
-#pragma clang fp contract(off) // or constants are rounded once everywhere
+#pragma clang fp contract(off) // otherwise constant expressions are fused everywhere
 #endif
-    if constexpr (has_fma) return std::fma(a, b, c);
+    if constexpr (detail::has_fma) return std::fma(a, b, c);
     return a * b + c;
 }
 

@@ -4,10 +4,11 @@
 #include <insonify/core/math.hpp>
 #include <cstdint>
 
-/// Random numbers by counter: a hash of seed and index, so that any thread may ask for any of them in any order.
+/// Counter-based random numbers: hashes of a seed and an index, without state, so threads can compute them in any
+/// order.
 namespace insonify::inline INSONIFY_ABI {
 
-/// 64 well-mixed bits for one index of one stream.
+/// 64 random bits for one index of a stream.
 /// Source: the finaliser of SplitMix64 (Steele, Lea & Flood 2014), applied twice.
 INSONIFY_FN constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t index) {
     const auto mix = [](std::uint64_t z) {
@@ -18,23 +19,24 @@ INSONIFY_FN constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t 
     return mix(mix(seed + 0x9E3779B97F4A7C15U) + (index + 1) * 0x9E3779B97F4A7C15U);
 }
 
-/// 32 well-mixed bits of 32: cheaper than `hash_bits` where values are made by the million, and fit for SIMD.
-/// Source: the "lowbias32" constants found by C. Wellons, 2018.
+/// A 32-bit integer hash; cheaper than `hash_bits`, and suitable for SIMD.
+/// Source: lowbias32, C. Wellons, 2018.
 INSONIFY_FN constexpr std::uint32_t mix_bits(std::uint32_t h) {
     h = (h ^ (h >> 16U)) * 0x7FEB352DU;
     h = (h ^ (h >> 15U)) * 0x846CA68BU;
     return h ^ (h >> 16U);
 }
 
-/// Uniform in [0, 1), 24 bits.
+/// A uniform random number in [0, 1), with 24 bits.
 INSONIFY_FN constexpr float hash_uniform(std::uint64_t seed, std::uint64_t index) {
     return static_cast<float>(hash_bits(seed, index) >> 40U) * 0x1p-24F;
 }
 
-/// Two independent standard normal numbers. Source: Box & Muller 1958.
+/// Two independent standard normal random numbers. Source: Box & Muller 1958.
 INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
     const std::uint64_t bits = hash_bits(seed, index);
-    const float radius_uniform = static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // (0, 1]: the logarithm stays finite
+    const float radius_uniform =
+        static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // in (0, 1], so that the logarithm is finite
     const float angle = 2 * pi * static_cast<float>(bits & 0xFFFFFFU) * 0x1p-24F;
     const float radius = std::sqrt(-2 * std::log(radius_uniform));
     return {radius * std::cos(angle), radius * std::sin(angle)};

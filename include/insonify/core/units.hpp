@@ -3,8 +3,8 @@
 
 #include <insonify/core/config.hpp>
 
-/// Every public number is SI: metres, seconds, hertz, radians, kg/m^3, m/s, rayl (kg/(m^2 s)), dB/m.
-/// The literals carry the unit where a number is written: `40_mm`, `7.5_MHz`, `60_deg`, `0.54_dB_per_cm`.
+/// All public numbers are in SI units: metres, seconds, hertz, radians, kg/m^3, m/s, rayl (kg/(m^2 s)), dB/m. Literals
+/// convert to them: `40_mm`, `7.5_MHz`, `60_deg`, `0.54_dB_per_cm`.
 namespace insonify::inline INSONIFY_ABI::inline literals {
 
 // clang-format off

@@ -9,8 +9,10 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Asks for the memory of a value long before it is looked at, where the compiler knows how. What calls it should be
-/// inlined likewise: GCC takes a function that does nothing else for one that does nothing.
+namespace detail {
+
+/// Prefetches a value into the cache. Callers must be inlined too: GCC discards calls of a function that does nothing
+/// else.
 INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
 #if defined(__GNUC__) && !defined(__CUDA_ARCH__)
     __builtin_prefetch(value);
@@ -19,19 +21,20 @@ INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
 #endif
 }
 
-/// Pointer and count: what std::span is, but usable on a device and trivially copyable by contract.
-///
-/// It owns nothing; what it points to must outlive it.
+} // namespace detail
+
+/// A pointer and a count, like std::span, but trivially copyable and usable in device code. It does not own the
+/// elements.
 template <class T>
 struct view {
-    T* first = nullptr;    ///< null where it is empty
-    std::size_t count = 0; ///< elements
+    T* first = nullptr;    ///< null if empty
+    std::size_t count = 0; ///< number of elements
 
     view() = default;
-    /// Of `number` elements from `first_element` on.
+    /// A view of `number` elements from `first_element` on.
     INSONIFY_FN constexpr view(T* first_element, std::size_t number) : first{first_element}, count{number} {}
 
-    /// Of any contiguous container (lvalue) whose elements are T.
+    /// A view of a contiguous container of T; not of a temporary.
     template <class Container>
         requires(!std::same_as<std::remove_cv_t<Container>, view>)
     &&requires(Container& c) {
@@ -40,7 +43,7 @@ struct view {
     }
     constexpr view(Container& container) : first{std::data(container)}, count{std::size(container)} {}
 
-    /// What std::span has under the same names; the index is not checked.
+    /// As in std::span; the index is not checked.
     /// @{
     INSONIFY_FN constexpr T& operator[](std::size_t index) const { return first[index]; }
     INSONIFY_FN constexpr T* begin() const { return first; }

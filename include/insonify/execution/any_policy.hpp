@@ -4,20 +4,20 @@
 #include <insonify/execution/for_each.hpp>
 #include <cstddef>
 
-namespace insonify::inline INSONIFY_ABI::exec {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Any policy, in one of two types. What is written for these is compiled once for all policies, so that they agree bit for
-/// bit: compiled for each, the same sums may be rounded differently, since a compiler merges products into them as suits
-/// what stands around.
-/// @tparam Unsequenced  whether it asks for SIMD
+/// Type-erased reference to a policy. Code written for it is compiled once for all policies that agree on SIMD, so
+/// their results are bit-equal; separate instantiations may differ, since a compiler contracts a * b + c differently
+/// from one to the next.
+/// @tparam Unsequenced  whether the policy permits SIMD
 template <bool Unsequenced>
 class any_policy {
   public:
-    /// Refers to the policy, which must outlive it.
-    template <policy Policy>
+    /// Refers to the policy, which must outlive this object.
+    template <exec::policy Policy>
     explicit any_policy(const Policy& policy) : policy_{&policy}, run_{&run<Policy>} {}
 
-    /// As the policy itself.
+    /// Forwards to the policy.
     template <class Body>
     friend void for_each_index(const any_policy& policy, std::size_t count, const Body& body) {
         policy.run_(policy.policy_, count, &body,
@@ -36,10 +36,12 @@ class any_policy {
     void (*run_)(const void* policy, std::size_t count, const void* body, call one);
 };
 template <class Policy>
-any_policy(const Policy&) -> any_policy<is_unsequenced_v<Policy>>;
+any_policy(const Policy&) -> any_policy<exec::is_unsequenced_v<Policy>>;
 
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+namespace insonify::inline INSONIFY_ABI {
 template <>
-inline constexpr bool is_unsequenced_v<any_policy<true>> = true;
-
-} // namespace insonify::inline INSONIFY_ABI::exec
+inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
+}
 #endif

@@ -4,11 +4,12 @@
 #include <insonify/execution/simd_bits.hpp>
 #include <bit>
 
-namespace insonify::inline INSONIFY_ABI {
+#if defined(__AVX2__) && !defined(INSONIFY_NO_SIMD)
+#include <immintrin.h>
 
-#if defined(__AVX2__) && defined(__FMA__) && !defined(INSONIFY_NO_SIMD)
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// For each set of eight lanes, as bits: which they are, in order, a byte each.
+/// For each set of eight lanes, given as bits: their indices in order, one byte each.
 struct pack_orders {
     std::uint64_t of[256] = {};
 
@@ -25,16 +26,19 @@ struct pack_orders {
 };
 inline constexpr pack_orders pack_order{};
 
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 
-/// Writes the lanes whose bit is set, one after the other, without a branch. @return how many
-/// @param to  room for N, all of which may be written
+namespace insonify::inline INSONIFY_ABI {
+
+/// Stores the lanes whose bit is set contiguously, without branches. @return their number
+/// @param to  room for N values; those beyond the returned number are unspecified
 template <int N>
 INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values, std::uint32_t bits,
                                                      std::uint32_t* to) {
-#if defined(__AVX2__) && defined(__FMA__) && !defined(INSONIFY_NO_SIMD)
+#if defined(__AVX2__) && !defined(INSONIFY_NO_SIMD)
     if constexpr (N == 8) {
-        const __m128i from = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(pack_order.of + bits));
+        const __m128i from = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(detail::pack_order.of + bits));
         const __m256i packed = _mm256_permutevar8x32_epi32((__m256i)values, _mm256_cvtepu8_epi32(from));
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), packed);
         return static_cast<std::uint32_t>(std::popcount(bits));

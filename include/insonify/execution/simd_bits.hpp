@@ -2,34 +2,30 @@
 #define INSONIFY_EXECUTION_SIMD_BITS_HPP
 
 #include <insonify/execution/simd.hpp>
+#include <insonify/execution/vector_type.hpp>
 
-/// Several 32-bit numbers at once, beside the floats of `lanes`, with the operators of one: for hashes and exponents.
+/// `bit_lanes<N>` holds N 32-bit unsigned integers beside the floats of `lanes<N>`, for hashes and exponents, with the
+/// operators of one; `load_bits`, `store_bits`, and conversions to and from floats.
 namespace insonify::inline INSONIFY_ABI {
 
-#if !defined(INSONIFY_NO_SIMD)
+#if !defined(INSONIFY_NO_SIMD) // else in simd_scalar.hpp
 
-// The compiler's own vectors: not all operations of std::experimental::simd on integers are inlined.
+// Not std::experimental::simd: some of its integer operations are not inlined.
 template <int N>
-struct bit_vector {
-    using type __attribute__((vector_size(sizeof(std::uint32_t) * N))) = std::uint32_t;
-    using whole __attribute__((vector_size(sizeof(std::int32_t) * N))) = std::int32_t;
-    using floats __attribute__((vector_size(sizeof(float) * N))) = float;
-};
-template <int N>
-using bit_lanes = typename bit_vector<N>::type;
+using bit_lanes = detail::vector<std::uint32_t, N>;
 
-/// The numbers as floats, those above 2^31 - 1 as negative ones.
+/// Integers to floats; those above 2^31 - 1 become negative.
 template <int N>
 INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
-    return __builtin_bit_cast(
-        lanes<N>, __builtin_convertvector((typename bit_vector<N>::whole)bits, typename bit_vector<N>::floats));
+    return __builtin_bit_cast(lanes<N>,
+                              __builtin_convertvector((detail::vector<std::int32_t, N>)bits, detail::vector<float, N>));
 }
 
-/// Floats within +-2^31 as numbers, cut off towards zero, negative ones in two's complement.
+/// Floats within +-2^31 to integers, truncated towards zero, negative ones in two's complement.
 template <int N>
 INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
-    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(typename bit_vector<N>::floats, x),
-                                                 typename bit_vector<N>::whole);
+    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(detail::vector<float, N>, x),
+                                                 detail::vector<std::int32_t, N>);
 }
 
 template <int N>
@@ -41,69 +37,6 @@ INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
     bit_lanes<N> bits;
     __builtin_memcpy(&bits, from, sizeof bits);
     return bits;
-}
-
-#else
-
-template <int N>
-struct bit_lanes {
-    std::uint32_t lane[N] = {};
-
-    bit_lanes() = default;
-    INSONIFY_FN bit_lanes(std::uint32_t value) {
-        for (std::uint32_t& l : lane) l = value;
-    }
-    INSONIFY_FN std::uint32_t& operator[](int i) { return lane[i]; }
-    INSONIFY_FN std::uint32_t operator[](int i) const { return lane[i]; }
-
-    template <class Operation>
-    INSONIFY_FN static bit_lanes each(Operation operation) {
-        bit_lanes result;
-        for (int i = 0; i < N; ++i) result.lane[i] = operation(i);
-        return result;
-    }
-    INSONIFY_FN friend bit_lanes operator+(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] + b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator-(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] - b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator*(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] * b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator^(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] ^ b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator&(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] & b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator|(const bit_lanes& a, const bit_lanes& b) {
-        return each([&](int i) { return a.lane[i] | b.lane[i]; });
-    }
-    INSONIFY_FN friend bit_lanes operator<<(const bit_lanes& a, int by) {
-        return each([&](int i) { return a.lane[i] << static_cast<unsigned>(by); });
-    }
-    INSONIFY_FN friend bit_lanes operator>>(const bit_lanes& a, int by) {
-        return each([&](int i) { return a.lane[i] >> static_cast<unsigned>(by); });
-    }
-};
-
-template <int N>
-INSONIFY_FN lanes<N> floats_of(const bit_lanes<N>& bits) {
-    return lanes<N>::template each<lanes<N>>(
-        [&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits.lane[i])); });
-}
-template <int N>
-INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& x) {
-    return bit_lanes<N>::each([&](int i) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(x.lane[i])); });
-}
-template <int N>
-INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
-    for (int i = 0; i < N; ++i) to[i] = bits.lane[i];
-}
-template <int N>
-INSONIFY_FN bit_lanes<N> load_bits(const std::uint32_t* from) {
-    return bit_lanes<N>::each([from](int i) { return from[i]; });
 }
 
 #endif
@@ -133,20 +66,19 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, c
     return raw_bits<N>(select(mask, raw_floats<N>(a), raw_floats<N>(b)));
 }
 
-/// Negative where an exponent has all its bits: infinities and NaN; reads the bits, so that it holds under -ffast-math.
-/// The results of several may be joined by |.
+/// Highest bit set for infinities and NaN. Tests the bits, so it holds under -ffast-math; several results combine by |.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_finite(const lanes<N>& floats) {
     return (raw_bits<N>(floats) & 0x7F800000U) + 0x00800000U;
 }
 
-/// Likewise, of NaN alone.
+/// Likewise, for NaN only.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_number(const lanes<N>& floats) {
     return bit_lanes<N>{} + 0x7F800000U - (raw_bits<N>(floats) & 0x7FFFFFFFU);
 }
 
-/// `mix_bits` of many numbers: 32 well-mixed bits of each.
+/// `mix_bits` of each lane.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> mix_lanes(bit_lanes<N> h) {
     h = (h ^ (h >> 16)) * 0x7FEB352DU;
@@ -154,12 +86,12 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> mix_lanes(bit_lanes<N> h) {
     return h ^ (h >> 16);
 }
 
-/// The largest whole numbers not above, within +-2^31, as numbers.
+/// floor(x) as integers, for x within +-2^31.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> floor_bits(const lanes<N>& x) {
     const bit_lanes<N> cut = bits_of_whole<N>(x);
-    const lanes<N> left = x - floats_of<N>(cut) + lanes<N>(0.0F); // -0 becomes 0
-    return cut - (raw_bits<N>(left) >> 31);                       // one less where that lies above x
+    const lanes<N> left = x - floats_of<N>(cut) + lanes<N>(0.0F); // turns -0 into 0
+    return cut - (raw_bits<N>(left) >> 31);                       // one less where truncation rounded up
 }
 
 } // namespace insonify::inline INSONIFY_ABI

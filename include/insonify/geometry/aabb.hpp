@@ -6,41 +6,39 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Axis-aligned box from `lower` to `upper`, both included. The default is empty: it holds nothing and extends nothing.
+/// Axis-aligned box from `lower` to `upper`, both included. By default it is empty: merging it changes nothing.
 struct aabb {
-    vec3 lower{FLT_MAX, FLT_MAX, FLT_MAX};    ///< the corner of least coordinates
-    vec3 upper{-FLT_MAX, -FLT_MAX, -FLT_MAX}; ///< the corner of greatest coordinates
+    vec3 lower{FLT_MAX, FLT_MAX, FLT_MAX};    ///< minimum of each coordinate
+    vec3 upper{-FLT_MAX, -FLT_MAX, -FLT_MAX}; ///< maximum of each coordinate
 
-    /// True where it holds no point; a box of no thickness holds some.
+    /// True for a box without points; a box of zero thickness has some.
     INSONIFY_FN bool empty() const { return lower.x > upper.x || lower.y > upper.y || lower.z > upper.z; }
-    /// Means nothing for an empty box.
+    /// Undefined for an empty box.
     INSONIFY_FN vec3 centre() const { return 0.5F * lower + 0.5F * upper; }
-    /// The lengths of its edges; 0 for an empty box.
+    /// Edge lengths; 0 for an empty box.
     INSONIFY_FN vec3 size() const { return empty() ? vec3{0, 0, 0} : upper - lower; }
 
-    /// Half the surface, in square metres: the measure of the surface area heuristic.
+    /// Half the surface area, square metres: the cost measure of the surface area heuristic.
     INSONIFY_FN float half_area() const {
         const vec3 d = size();
         return d.x * d.y + d.y * d.z + d.z * d.x;
     }
-    /// Its surface belongs to it.
+    /// True for a point inside or on the surface.
     INSONIFY_FN bool contains(vec3 p) const {
         return p.x >= lower.x && p.x <= upper.x && p.y >= lower.y && p.y <= upper.y && p.z >= lower.z && p.z <= upper.z;
     }
 };
 
-/// The smallest box that holds both.
-INSONIFY_FN inline aabb merged(const aabb& a, const aabb& b) {
-    return {lesser(a.lower, b.lower), greater(a.upper, b.upper)};
-}
-/// The smallest box that holds a box and a point.
-INSONIFY_FN inline aabb merged(const aabb& a, vec3 p) { return {lesser(a.lower, p), greater(a.upper, p)}; }
+/// The smallest box that contains both boxes.
+INSONIFY_FN inline aabb merged(const aabb& a, const aabb& b) { return {min(a.lower, b.lower), max(a.upper, b.upper)}; }
+/// The smallest box that contains a box and a point.
+INSONIFY_FN inline aabb merged(const aabb& a, vec3 p) { return {min(a.lower, p), max(a.upper, p)}; }
 
-/// Neither infinite nor NaN anywhere, and not empty.
+/// True for a box that is not empty and has no infinite or NaN coordinate.
 INSONIFY_FN inline bool is_finite(const aabb& box) {
     return is_finite(box.lower) && is_finite(box.upper) && !box.empty();
 }
-/// True where the boxes share a point. An empty one shares none.
+/// True where the boxes share a point; never for an empty box.
 INSONIFY_FN inline bool overlaps(const aabb& a, const aabb& b) {
     return a.lower.x <= b.upper.x && a.upper.x >= b.lower.x && a.lower.y <= b.upper.y && a.upper.y >= b.lower.y &&
            a.lower.z <= b.upper.z && a.upper.z >= b.lower.z;
@@ -49,17 +47,17 @@ INSONIFY_FN inline bool overlaps(const aabb& a, const aabb& b) {
 /// The points p with dot(normal, p) = offset.
 struct plane {
     vec3 normal{0, 0, 1}; ///< of any length
-    float offset = 0;     ///< from the origin, metres times the length of the normal
+    float offset = 0;     ///< distance from the origin, metres times the length of the normal
 };
 
-/// True where the box has points on both sides of the plane, or on it.
+/// True where the plane intersects or touches the box.
 INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
     if (box.empty()) return false;
     const vec3 half = 0.5F * (box.upper - box.lower);
-    const float reach =
+    const float extent = // of the box along the normal, from its centre
         std::fabs(p.normal.x) * half.x + std::fabs(p.normal.y) * half.y + std::fabs(p.normal.z) * half.z;
-    const float rounding = 4e-7F * (std::fabs(p.offset) + reach + dot(absolute(p.normal), absolute(box.centre())));
-    return std::fabs(dot(p.normal, box.centre()) - p.offset) <= reach + rounding;
+    const float rounding = 4e-7F * (std::fabs(p.offset) + extent + dot(abs(p.normal), abs(box.centre())));
+    return std::fabs(dot(p.normal, box.centre()) - p.offset) <= extent + rounding;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -7,18 +7,18 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Where a ray meets a primitive; converts to false where it meets none.
+/// Intersection of a ray with a primitive; converts to false for a miss.
 struct hit {
     float distance = FLT_MAX;      ///< along the ray, in units of its direction
-    std::uint32_t primitive = ~0U; ///< index into the range that the tree was built over
+    std::uint32_t primitive = ~0U; ///< index into the range that the BVH was built over
 
-    /// Whether anything was met.
+    /// False for a miss.
     INSONIFY_FN constexpr explicit operator bool() const { return distance < FLT_MAX; }
 
     friend bool operator==(const hit&, const hit&) = default;
 };
 
-/// Nearest first; of equally near ones the lower index first.
+/// Order of hits: by distance, then by index.
 INSONIFY_FN constexpr bool nearer(const hit& a, const hit& b) {
     return a.distance < b.distance || (a.distance == b.distance && a.primitive < b.primitive);
 }

@@ -6,12 +6,12 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A half line, or a piece of one. Distances along it are in units of `direction`: metres where that has length 1.
+/// A ray, or a segment of one. Distances are in units of `direction`: metres where its length is 1.
 struct ray {
-    vec3 origin{0, 0, 0};         ///< where it begins, metres
-    vec3 direction{0, 0, 1};      ///< of any length but 0
-    float min_distance = 0;       ///< hits nearer than this do not count
-    float max_distance = FLT_MAX; ///< hits further than this do not count
+    vec3 origin{0, 0, 0};         ///< metres
+    vec3 direction{0, 0, 1};      ///< of any length except 0
+    float min_distance = 0;       ///< closer hits are ignored
+    float max_distance = FLT_MAX; ///< further hits are ignored
 
     /// The point at a distance, in units of `direction`.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * direction; }

@@ -7,45 +7,45 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Three corners, counter-clockwise seen from outside.
+/// A triangle, counter-clockwise seen from outside; metres.
 struct triangle {
-    vec3 a{0, 0, 0}; ///< metres, as the others
-    vec3 b{0, 0, 0}; ///< next after a
-    vec3 c{0, 0, 0}; ///< next after b
+    vec3 a{0, 0, 0}; ///< first corner
+    vec3 b{0, 0, 0}; ///< second corner
+    vec3 c{0, 0, 0}; ///< third corner
 };
 
-/// Empty where a corner is not finite.
+/// Bounding box; empty where a corner is not finite.
 INSONIFY_FN inline aabb bounds(const triangle& t) {
     if (!is_finite(t.a) || !is_finite(t.b) || !is_finite(t.c)) return {};
-    return {lesser(lesser(t.a, t.b), t.c), greater(greater(t.a, t.b), t.c)};
+    return {min(min(t.a, t.b), t.c), max(max(t.a, t.b), t.c)};
 }
 
-/// Outward, of length twice the area.
+/// Outward normal whose length is twice the area.
 INSONIFY_FN inline vec3 area_vector(const triangle& t) { return cross(t.b - t.a, t.c - t.a); }
 
-/// Outward, of length 1; `otherwise` where the triangle is so small or large that floats cannot tell.
+/// Outward unit normal; `otherwise` where the area underflows or overflows.
 INSONIFY_FN inline vec3 unit_normal(const triangle& t, vec3 otherwise) {
     const vec3 area = area_vector(t);
     const float size = length(area);
     return size > 0 && is_finite(size) ? normalize(area) : otherwise;
 }
 
-/// A ray prepared for triangles: the shear that makes it the z axis, so that a triangle is tested in two dimensions.
+/// A ray with the shear that maps it to the z axis, where triangles are tested in two dimensions.
 ///
 /// Source: Woop, Benthin & Wald 2013, "Watertight ray/triangle intersection".
 struct sheared_ray {
-    vec3 begin{0, 0, 0}; ///< the origin, in the order of the axes below
-    /// Which world axes stand for x, y and z; z is the one along which the ray is longest.
+    vec3 begin{0, 0, 0}; ///< origin, its coordinates permuted as below
+    /// World axes that become x, y and z; the direction is largest along z.
     /// @{
     int x = 0, y = 1, z = 2;
     /// @}
-    vec3 shear{0, 0, 1}; ///< x and y: what to subtract a share of z from; z: the scale that makes z the distance
+    vec3 shear{0, 0, 1}; ///< x and y: shear per unit of z; z: scale from z to distance
 
     sheared_ray() = default;
-    /// Of a ray of any direction.
+    /// The shear of a ray.
     INSONIFY_FN explicit sheared_ray(const ray& r) {
-        const vec3 size = absolute(r.direction);
-        const bool y_over_x = !(size.x > size.y); // without branches: no one foresees the way of a ray
+        const vec3 size = abs(r.direction);
+        const bool y_over_x = !(size.x > size.y); // branchless: directions are unpredictable
         z = (y_over_x ? size.y : size.x) > size.z ? static_cast<int>(y_over_x) : 2;
         x = z == 2 ? 0 : z + 1;
         y = z == 0 ? 2 : z - 1;
@@ -56,39 +56,44 @@ struct sheared_ray {
         shear = {along[x] * scale, along[y] * scale, scale};
     }
 
-    /// A vector with its axes in the order of the ray's.
+    /// A vector with its coordinates permuted.
     INSONIFY_FN vec3 in_order(vec3 v) const { return z == 2 ? v : z == 0 ? vec3{v.y, v.z, v.x} : vec3{v.z, v.x, v.y}; }
 
-    /// x and y across the ray, z along it, not yet scaled. Every copy of a vertex gets the very same result.
+    /// x and y across the ray, z along it, not yet scaled. Equal vertices give bit-equal results.
     INSONIFY_FN vec3 operator()(vec3 p) const {
         const vec3 v = in_order(p) - begin;
         return {multiply_add(-shear.x, v.z, v.x), multiply_add(-shear.y, v.z, v.y), v.z};
     }
 };
 
-/// On which side of the edge p -> q the origin lies, in the sheared plane: twice the area of (origin, p, q).
+namespace detail {
+
+/// Edge function in the sheared plane: twice the signed area of (origin, p, q).
 ///
-/// The products of two floats are exact in double, so the sign is exact, and walking an edge the other way flips it.
+/// Products of two floats are exact in double, so the sign is exact, and reversing the edge flips it.
 INSONIFY_FN inline double edge_side(vec3 p, vec3 q) {
     return static_cast<double>(p.x) * q.y - static_cast<double>(p.y) * q.x;
 }
 
-/// The same, where the ray meets the edge itself: as if the ray stood an infinitesimal step aside, first in x, then,
-/// an infinitesimally smaller one, in y. So a point on a shared edge or vertex belongs to exactly one triangle.
+/// Sign of the edge function, with ties broken by simulation of simplicity: the ray is displaced by an infinitesimal
+/// step in x and an infinitesimally smaller one in y. So a point on a shared edge or vertex belongs to exactly one
+/// triangle.
 INSONIFY_FN inline int edge_sign(double side, vec3 p, vec3 q) {
     if (side != 0) return side > 0 ? 1 : -1;
     if (p.y != q.y) return p.y > q.y ? 1 : -1;
     return (q.x > p.x) - (q.x < p.x);
 }
 
-/// Where the ray meets the triangle, from either side; the limits of the ray are not looked at.
+} // namespace detail
+
+/// Two-sided ray/triangle intersection; the limits of the ray are ignored.
 ///
-/// Watertight: over a closed mesh, crossings along any line alternate in and out, also through edges and vertices.
+/// Watertight: along any line through a closed mesh, entries and exits alternate, through edges and vertices as well.
 INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
     const vec3 a = r(t.a), b = r(t.b), c = r(t.c);
-    const double u = edge_side(b, c), v = edge_side(c, a), w = edge_side(a, b);
-    const int side = edge_sign(u, b, c);
-    if (side == 0 || side != edge_sign(v, c, a) || side != edge_sign(w, a, b)) return {};
+    const double u = detail::edge_side(b, c), v = detail::edge_side(c, a), w = detail::edge_side(a, b);
+    const int side = detail::edge_sign(u, b, c);
+    if (side == 0 || side != detail::edge_sign(v, c, a) || side != detail::edge_sign(w, a, b)) return {};
     const double area = u + v + w;
     if (!(area != 0)) return {};
     hit found;
@@ -96,7 +101,7 @@ INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
     return found;
 }
 
-/// The same for a ray that meets one triangle only.
+/// The same, for a ray that is tested against one triangle only.
 INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return intersect(sheared_ray{r}, t); }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -1,9 +1,9 @@
 #ifndef INSONIFY_GEOMETRY_VALIDATE_HPP
 #define INSONIFY_GEOMETRY_VALIDATE_HPP
 
-#include <insonify/core/algorithm.hpp>
-#include <insonify/core/later.hpp>
+#include <insonify/geometry/half_edge.hpp>
 #include <insonify/geometry/mesh.hpp>
+#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -13,25 +13,25 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What `validate` found.
+/// Defects and properties of a mesh, as found by `validate`.
 ///
-/// An edge is where faces share two vertices. Edges of one face only are then compared by position, so that a mesh that
-/// repeats its vertices for every face (as STL files do) is not taken for open.
+/// Faces that share two vertices share an edge. Edges with one face are matched by position as well, so that a mesh
+/// that repeats its vertices for every face (as STL files do) does not count as open.
 struct mesh_report {
-    std::uint32_t vertices = 0;              ///< as stored, repeated ones included
+    std::uint32_t vertices = 0;              ///< as stored, duplicates included
     std::uint32_t faces = 0;                 ///< as stored
-    std::uint32_t boundary_edges = 0;        ///< with one face only: the surface has a hole there
-    std::uint32_t non_manifold_edges = 0;    ///< with three faces or more
-    std::uint32_t misoriented_edges = 0;     ///< with two faces, of which one looks out and the other in
-    std::uint32_t degenerate_faces = 0;      ///< without area: two corners at one point, or all three on a line
-    std::uint32_t duplicate_faces = 0;       ///< with the same three corners as an earlier face, in any order
-    std::uint32_t non_finite_vertices = 0;   ///< NaN or infinite
-    std::uint32_t faces_out_of_range = 0;    ///< that name a vertex that is not there
-    std::uint32_t components = 0;            ///< parts that hang together by edges
-    std::uint32_t inside_out_components = 0; ///< closed parts whose faces look inwards, as the wall of a cavity does
-    double volume = 0;                       ///< m^3, less the cavities; it means something for a closed mesh only
+    std::uint32_t boundary_edges = 0;        ///< edges of one face: the surface has a hole
+    std::uint32_t non_manifold_edges = 0;    ///< edges of three faces or more
+    std::uint32_t misoriented_edges = 0;     ///< edges of two faces with opposite orientation
+    std::uint32_t degenerate_faces = 0;      ///< faces without area: coincident or collinear corners
+    std::uint32_t duplicate_faces = 0;       ///< faces with the corners of an earlier face, in any order
+    std::uint32_t non_finite_vertices = 0;   ///< vertices with a NaN or infinite coordinate
+    std::uint32_t faces_out_of_range = 0;    ///< faces with a vertex index out of range
+    std::uint32_t components = 0;            ///< parts connected by edges
+    std::uint32_t inside_out_components = 0; ///< closed parts oriented inwards, such as the wall of a cavity
+    double volume = 0;                       ///< m^3, less the cavities; meaningful for a closed mesh only
 
-    /// True where every edge has two faces that agree about the outside, and all faces and vertices can be used.
+    /// True where every edge has two faces of equal orientation, and all faces and vertices are valid.
     bool closed() const {
         return boundary_edges == 0 && non_manifold_edges == 0 && misoriented_edges == 0 && non_finite_vertices == 0 &&
                faces_out_of_range == 0;
@@ -40,10 +40,12 @@ struct mesh_report {
     friend bool operator==(const mesh_report&, const mesh_report&) = default;
 };
 
-/// For each vertex the number of its place: vertices at exactly the same position (-0 is 0) share one.
-INSONIFY_LAZY std::vector<std::uint32_t> weld(view<const vec3> positions) {
+namespace detail {
+
+/// For each vertex the number of its position: vertices at exactly equal positions (-0 equals 0) share one.
+inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
     struct place {
-        std::uint32_t x, y, z, vertex; // the bits of the coordinates: they order NaN as well
+        std::uint32_t x, y, z, vertex; // coordinates as bits, which order NaN as well
         bool operator==(const place& o) const { return x == o.x && y == o.y && z == o.z; }
         bool operator<(const place& o) const { return x != o.x ? x < o.x : y != o.y ? y < o.y : z < o.z; }
     };
@@ -66,30 +68,20 @@ INSONIFY_LAZY std::vector<std::uint32_t> weld(view<const vec3> positions) {
     return number;
 }
 
-/// Looks for all that keeps a mesh from being the surface of a body. Any input is legal, and nothing is changed.
-///
-/// Faces out of range and faces with two corners at one point take no part in edges and components.
-/// Cost: sorting the vertices, edges and faces; below a second for a million faces.
-INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
-    struct half_edge {
-        std::uint64_t ends; // both vertices, the lower one first: equal for all faces at an edge
-        std::uint32_t slot; // 3 * face + corner from which the face walks it
+} // namespace detail
 
-        static half_edge between(std::uint32_t from, std::uint32_t to, std::uint32_t slot) {
-            return {static_cast<std::uint64_t>(std::min(from, to)) << 32U | std::max(from, to), slot};
-        }
-    };
+/// Finds the defects that keep a mesh from being the surface of a body. Accepts any input.
+///
+/// Faces with an index out of range or with two coincident corners are left out of edges and components.
+/// Cost: sorts the vertices, edges and faces; below a second for a million faces.
+inline mesh_report validate(const mesh_view& m) {
     struct corners {
         std::uint32_t a, b, c; // ascending
         auto operator<=>(const corners&) const = default;
     };
     const auto face_count = static_cast<std::uint32_t>(m.faces.size());
-    const std::vector<std::uint32_t> place = weld(m.positions);
-    const auto from_to = [&](std::uint32_t slot) {
-        const uvec3 f = m.faces[slot / 3];
-        const std::uint32_t corner[3] = {f.x, f.y, f.z};
-        return std::pair{corner[slot % 3], corner[(slot + 1) % 3]};
-    };
+    const std::vector<std::uint32_t> place = detail::weld(m.positions);
+    const auto from_to = [&](std::uint32_t slot) { return detail::vertices_of_side(m.faces[slot / 3], slot % 3); };
 
     mesh_report report;
     report.vertices = static_cast<std::uint32_t>(m.positions.size());
@@ -97,7 +89,7 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
     for (const vec3& p : m.positions) report.non_finite_vertices += is_finite(p) ? 0 : 1;
 
     std::vector<std::uint32_t> usable;
-    std::vector<half_edge> edges;
+    std::vector<detail::half_edge> edges;
     std::vector<corners> surfaces;
     usable.reserve(face_count);
     edges.reserve(3 * m.faces.size());
@@ -116,15 +108,15 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
         usable.push_back(face);
         for (std::uint32_t slot = 3 * face; slot < 3 * face + 3; ++slot) {
             const auto [from, to] = from_to(slot);
-            edges.push_back(half_edge::between(from, to, slot));
+            edges.emplace_back(from, to, slot);
         }
-        std::sort(later<Later>(corner), later<Later>(corner) + 3);
+        std::sort(corner, corner + 3);
         surfaces.push_back({corner[0], corner[1], corner[2]});
     }
     std::sort(surfaces.begin(), surfaces.end());
     for (std::size_t i = 1; i < surfaces.size(); ++i) report.duplicate_faces += surfaces[i] == surfaces[i - 1] ? 1 : 0;
 
-    // Faces that share an edge belong to one component, which its lowest face stands for.
+    // Union-find: faces that share an edge are of one component, represented by its lowest face.
     std::vector<std::uint32_t> parent(face_count);
     for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
     const auto component = [&](std::uint32_t face) {
@@ -132,8 +124,8 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
         return face;
     };
     std::vector<std::uint32_t> faces_of_faulty_edges;
-    const auto go_through_edges = [&](const auto& treat_single) {
-        std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
+    const auto for_each_edge = [&](const auto& visit_single) {
+        detail::sort_by_ends(edges);
         for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
             const std::uint32_t face = edges[begin].slot / 3;
             std::uint32_t forwards = 0;
@@ -145,25 +137,25 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
             }
             const std::size_t sharing = end - begin;
             if (sharing == 1) {
-                treat_single(edges[begin].slot);
+                visit_single(edges[begin].slot);
             } else if (sharing > 2 || forwards != 1) {
                 ++(sharing > 2 ? report.non_manifold_edges : report.misoriented_edges);
                 faces_of_faulty_edges.push_back(face);
             }
         }
     };
-    std::vector<half_edge> single;
-    go_through_edges([&](std::uint32_t slot) {
+    std::vector<detail::half_edge> single;
+    for_each_edge([&](std::uint32_t slot) {
         const auto [from, to] = from_to(slot);
-        single.push_back(half_edge::between(place[from], place[to], slot));
+        single.emplace_back(place[from], place[to], slot);
     });
     edges.swap(single);
-    go_through_edges([&](std::uint32_t slot) {
+    for_each_edge([&](std::uint32_t slot) {
         ++report.boundary_edges;
         faces_of_faulty_edges.push_back(slot / 3);
     });
 
-    // Volume by the divergence theorem, measured from a corner of the component, so that it does not drown in rounding.
+    // Divergence theorem, relative to a corner of the component to avoid cancellation.
     std::vector<double> volume(face_count);
     for (const std::uint32_t face : usable) {
         const triangle t = m[face];
@@ -186,8 +178,8 @@ INSONIFY_LAZY mesh_report validate(const mesh_view& m) {
     return report;
 }
 
-/// In plain sentences, what is wrong and what to do about it; empty where nothing is.
-INSONIFY_LAZY std::string explain(const mesh_report& report) {
+/// The defects and their remedies as sentences; empty for a mesh without defects.
+inline std::string explain(const mesh_report& report) {
     std::string text;
     const auto tell = [&](std::uint32_t count, const char* before, const char* one, const char* many,
                           const char* after) {
@@ -195,23 +187,22 @@ INSONIFY_LAZY std::string explain(const mesh_report& report) {
         if (!text.empty()) text += ' ';
         text += before + std::to_string(count) + ' ' + (count == 1 ? one : many) + after;
     };
-    if (report.faces == 0)
-        text = "The mesh has no faces, so there is nothing to see: was the right file or object read?";
-    tell(report.faces_out_of_range, "The indices run past the last vertex in ", "face", "faces",
-         ": count vertices from 0, and from the start of this mesh.");
+    if (report.faces == 0) text = "The mesh has no faces: check that the right file or object was read.";
+    tell(report.faces_out_of_range, "Vertex indices are out of range in ", "face", "faces",
+         ": indices start at 0, and at the first vertex of this mesh.");
     tell(report.non_finite_vertices, "A coordinate is NaN or infinite in ", "vertex", "vertices",
-         ": look for the computation that made it.");
+         ": check the computation or file it comes from.");
     tell(report.boundary_edges, "The surface is open along ", "edge", "edges",
          ": fill the hole in a mesh editor, or the medium leaks out.");
     tell(report.non_manifold_edges, "Three faces or more meet at ", "edge", "edges",
-         ": remove inner walls and repeated faces, and make bodies that touch objects of their own.");
-    tell(report.misoriented_edges, "Neighbouring faces disagree about the outside at ", "edge", "edges",
+         ": remove inner walls and duplicate faces, and make touching bodies separate objects.");
+    tell(report.misoriented_edges, "Neighbouring faces have opposite orientations at ", "edge", "edges",
          ": make the normals consistent in a mesh editor.");
     tell(report.degenerate_faces, "The mesh has ", "face", "faces",
-         " without area: they do no harm, but merging close vertices removes them.");
-    tell(report.duplicate_faces, "The mesh repeats ", "face", "faces", ": remove the copies.");
-    tell(report.inside_out_components, "The faces look inwards on ", "closed part", "closed parts",
-         ": swap two corners of each of its faces, unless it is the wall of a cavity.");
+         " without area: they are harmless; merging close vertices removes them.");
+    tell(report.duplicate_faces, "The mesh has ", "duplicate face", "duplicate faces", ": remove the copies.");
+    tell(report.inside_out_components, "The faces point inwards on ", "closed part", "closed parts",
+         ": swap two corners of each face, unless it is the wall of a cavity.");
     return text;
 }
 

@@ -7,15 +7,17 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How far frames are displaced for the blur.
+/// Displacements of the radial blur.
 struct radial_blur_settings {
-    float lines = 1.5F;       ///< the frames are displaced by up to this many lines to either side
-    std::uint32_t frames = 9; ///< in the middles of as many equal parts of that range
+    float lines = 1.5F;       ///< largest displacement to either side, in lines
+    std::uint32_t frames = 9; ///< displaced frames, at the centres of equal parts of that range
 };
 
-/// The picture at a point given in pixel coordinates: bilinear between those of its neighbours that lie in the field of
-/// view, so that the background does not creep in; `otherwise` where none does.
-INSONIFY_LAZY float pixel_in_field(const image& picture, const scan_map& map, vec2 at, float otherwise) {
+namespace detail {
+
+/// Bilinear interpolation at pixel coordinates between those neighbours that lie in the field of view, so that the
+/// background does not bleed in; `otherwise` where there are none.
+inline float pixel_in_field(const image& picture, const scan_map& map, vec2 at, float otherwise) {
     const float left = std::floor(at.x - 0.5F);
     const float top = std::floor(at.y - 0.5F);
     float sum = 0;
@@ -33,20 +35,22 @@ INSONIFY_LAZY float pixel_in_field(const image& picture, const scan_map& map, ve
     return weights > 0 ? sum / weights : otherwise;
 }
 
-/// The radial blur of the paper, section 3.4: frames rotated about the probe's apex, averaged progressively.
+} // namespace detail
+
+/// Radial blur of the paper, section 3.4: the progressive mean of frames rotated about the apex of the probe.
 ///
-/// Displaced by lines instead of by an angle, which is the rotation for a fan and a translation for a linear array.
-/// Depth is kept; pixels outside the field of view stay as they are, and nothing enters the field from there.
-/// @param map  the one that the picture was made with
-/// @throws usage_error  where picture, probe and map do not belong together, or a setting makes no sense
+/// Frames are displaced by lines instead of angles: a rotation for a sector, a translation for a linear array. Pixels
+/// outside the field of view are unchanged and do not bleed into it.
+/// @param map  the map that the image was made with
+/// @throws usage_error  where image, probe and map do not match, or a setting is out of range
 template <exec::policy Policy, transducer Probe>
 image radial_blur(const Policy& policy, const image& picture, const Probe& probe, const scan_map& map,
                   const radial_blur_settings& settings = {}) {
     probe.check();
     if (picture.size != map.size || picture.pixels.size() != map.first.size() || probe.lines != map.count)
-        throw usage_error{"radial_blur: the picture must have been made with this map, and the map for this probe"};
+        throw usage_error{"radial_blur: the image must have been made with this map, and the map for this probe"};
     if (!is_finite(settings.lines) || !(settings.lines >= 0) || settings.frames == 0)
-        throw usage_error{"radial_blur: `lines` must be a finite number, 0 or more, and `frames` at least 1"};
+        throw usage_error{"radial_blur: `lines` must be finite and not negative, and `frames` at least 1"};
 
     std::vector<vec2> place(picture.pixels.size()); // line and depth of each pixel
     exec::for_each_block(policy, map.size.y, 1, 15 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
@@ -58,12 +62,14 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
     image displaced = picture;
     progressive mean;
     for (std::uint32_t frame = 0; frame < settings.frames; ++frame) {
-        const float shift = 2 * settings.lines * share_of_line(static_cast<float>(frame), settings.frames);
+        const float shift =
+            2 * settings.lines * ((static_cast<float>(frame) + 0.5F) / static_cast<float>(settings.frames) - 0.5F);
         exec::for_each_block(policy, place.size(), 1024, 30, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
                 if (map.first[i] == scan_map::outside) continue;
-                const vec3 from = probe.beam(clamped(place[i].x + shift, -0.5F, end)).at(place[i].y);
-                displaced.pixels[i] = pixel_in_field(picture, map, map.pixel({from.x, from.z}), picture.pixels[i]);
+                const vec3 from = probe.beam(clamp(place[i].x + shift, -0.5F, end)).at(place[i].y);
+                displaced.pixels[i] =
+                    detail::pixel_in_field(picture, map, map.pixel({from.x, from.z}), picture.pixels[i]);
             }
         });
         mean.add(policy, displaced, pose{});

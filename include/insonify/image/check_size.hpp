@@ -3,21 +3,32 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
-#include <cstddef>
+#include <cstdint>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A picture larger than this is taken for a mistake.
-inline constexpr std::size_t most_pixels = std::size_t{1} << 28U;
+/// Largest number of columns, and of rows, of an image.
+inline constexpr std::uint32_t max_picture_side = 16384;
 
-/// @throws usage_error  where a picture has no pixels, or more than `most_pixels`
-INSONIFY_LAZY void check_size(uvec2 size) {
-    const std::size_t pixels = static_cast<std::size_t>(size.x) * size.y;
-    if (pixels == 0 || pixels > most_pixels)
-        throw usage_error{"a picture of " + std::to_string(size.x) + " x " + std::to_string(size.y) +
-                          " pixels was asked for; it must have at least 1 and at most 2^28 pixels"};
+namespace detail {
+
+inline bool is_picture_size(uvec2 size) {
+    return size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side;
 }
+
+/// @param caller  start of the sentence
+/// @param advice  end of the sentence for an image that is too large
+/// @throws usage_error  for an image without pixels, or with a side above `max_picture_side`
+inline void check_size(uvec2 size, const char* caller, const std::string& advice = "ask for fewer") {
+    if (is_picture_size(size)) return;
+    const std::string sentence =
+        std::string{caller} + ": size " + std::to_string(size.x) + 'x' + std::to_string(size.y);
+    if (size.x == 0 || size.y == 0) throw usage_error{sentence + " has no pixels; it must be at least 1x1"};
+    throw usage_error{sentence + " exceeds 16384 pixels a side; " + advice};
+}
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

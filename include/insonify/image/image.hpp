@@ -7,22 +7,22 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A grey picture: row by row from the top, 0 black to 1 white.
+/// A greyscale image: rows from the top, 0 black to 1 white.
 struct image {
     uvec2 size{0, 0};          ///< columns, rows
     std::vector<float> pixels; ///< row by row
 
     image() = default;
-    /// All pixels of one grey.
-    INSONIFY_LAZY explicit image(uvec2 columns_rows, float value = 0)
+    /// All pixels have one value.
+    explicit image(uvec2 columns_rows, float value = 0)
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, value) {}
 
-    /// One pixel; neither index is checked.
+    /// One pixel; indices are not checked.
     /// @{
-    INSONIFY_LAZY float& operator()(std::uint32_t column, std::uint32_t row) {
+    float& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    INSONIFY_LAZY const float& operator()(std::uint32_t column, std::uint32_t row) const {
+    const float& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     /// @}

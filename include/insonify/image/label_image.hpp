@@ -5,22 +5,22 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A picture of labels: row by row from the top.
+/// An image of labels: rows from the top.
 struct label_image {
     uvec2 size{0, 0};             ///< columns, rows
     std::vector<label_id> pixels; ///< row by row
 
     label_image() = default;
-    /// All pixels of one label.
-    INSONIFY_LAZY explicit label_image(uvec2 columns_rows, label_id label = background_label)
+    /// All pixels have one label.
+    explicit label_image(uvec2 columns_rows, label_id label = background_label)
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, label) {}
 
-    /// One pixel; neither index is checked.
+    /// One pixel; indices are not checked.
     /// @{
-    INSONIFY_LAZY label_id& operator()(std::uint32_t column, std::uint32_t row) {
+    label_id& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    INSONIFY_LAZY const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
+    const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     /// @}
@@ -28,15 +28,14 @@ struct label_image {
     friend bool operator==(const label_image&, const label_image&) = default;
 };
 
-/// Gives each pixel in the field of view the value of the sample nearest to it, and leaves the others as they are.
-/// @throws usage_error  where the lines are not those that the map was made for
+namespace detail {
+
+/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
+/// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy, class Value>
 void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
                   std::vector<Value>& pixels) {
-    if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
-        lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
-        throw usage_error{"scan_convert: lines, samples or depth differ from those that the map was made for; make one "
-                          "anew with make_scan_map"};
+    check_lines_of_map(lines, map);
     exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) continue;
@@ -47,36 +46,39 @@ void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const sca
     });
 }
 
-/// The labels of one frame as a picture: of the nearest sample, `background_label` outside the field of view.
+} // namespace detail
+
+/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field of
+/// view.
 ///
 ///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
 ///     label_image mask = scan_convert(exec::par, truth, map);
 ///
-/// Pixel by pixel the same place as in the picture that `scan_convert` makes of lines with such a map. A thing thinner
-/// than a pixel may fall between two: trace surfaces with about as many samples as the picture has rows.
-/// @throws usage_error  where the labels are not those that the map was made for
+/// Pixels correspond to those of the image that `scan_convert` makes of lines with the same map. Structures thinner
+/// than a pixel may be missed: trace with about as many samples as the image has rows.
+/// @throws usage_error  for labels that do not match the map
 template <exec::policy Policy>
 label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map) {
     label_image picture{map.size};
-    copy_nearest(policy, labels, map, picture.pixels);
+    detail::copy_nearest(policy, labels, map, picture.pixels);
     return picture;
 }
 
-/// The labels of one frame as a picture, for those who need only one: makes the map and forgets it.
-/// @throws usage_error  where the labels are empty or not the probe's, or a setting makes no sense
+/// The same for a single frame, with a temporary map.
+/// @throws usage_error  for labels that are empty or not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe>
 label_image scan_convert(const Policy& policy, const label_lines& labels, const Probe& probe,
                          const scan_convert_settings& settings = {}) {
-    return scan_convert(policy, labels,
-                        make_scan_map(policy, probe, {.depth = labels.depth, .samples = labels.samples}, settings));
+    return scan_convert(policy, labels, make_scan_map(policy, probe, detail::acquisition_of(labels), settings));
 }
 
-/// Numbers that must not be mixed, such as angles of incidence, as a picture: those of the nearest sample.
-/// @throws usage_error  where the lines are not those that the map was made for
+/// Scan-converts values that must not be interpolated, such as angles of incidence: each pixel has that of the nearest
+/// sample.
+/// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy>
 image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {
     image picture{map.size, map.background};
-    copy_nearest(policy, lines, map, picture.pixels);
+    detail::copy_nearest(policy, lines, map, picture.pixels);
     return picture;
 }
 

@@ -10,23 +10,23 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How the noise of a picture is drawn.
+/// Seed and strength of the image noise.
 struct noise_settings {
-    std::uint64_t seed = 1; ///< another one, another noise of the same kind
-    float strength = 1;     ///< 0: no noise, all pixels 1; 1: the full scatter of an ultrasound envelope
+    std::uint64_t seed = 1; ///< selects a realization
+    float strength = 1;     ///< 0: all pixels are 1; 1: the statistics of fully developed speckle
 };
 
-/// The noise picture of the paper, section 3.4: made once, multiplied onto every frame.
+/// Noise image of the paper, section 3.4: made once, multiplied with every frame.
 ///
-/// Each pixel is a factor of mean 1, Rayleigh distributed as is the envelope of fully developed speckle (mean over
-/// standard deviation 1.913), independent of its neighbours. A pixel depends on the seed, its column and its row alone:
-/// a larger picture continues a smaller one.
-/// @throws usage_error  where the size or the strength makes no sense
+/// Pixels are independent factors with mean 1 and the Rayleigh distribution of the envelope of fully developed speckle
+/// (mean over standard deviation 1.913). A pixel depends only on the seed, its column and its row, so a larger image
+/// extends a smaller one.
+/// @throws usage_error  for a size or strength out of range
 template <exec::policy Policy>
 image make_noise(const Policy& policy, uvec2 size, const noise_settings& settings = {}) {
-    check_size(size);
+    detail::check_size(size, "make_noise");
     if (!is_finite(settings.strength) || settings.strength < 0 || settings.strength > 1)
-        throw usage_error{"make_noise: `strength` must lie between 0 and 1"};
+        throw usage_error{"make_noise: `strength` must be from 0 to 1"};
     image noise{size};
     exec::for_each_block(policy, size.y, 1, 15 * static_cast<float>(size.x), [&](std::size_t row, std::size_t) {
         for (std::uint32_t column = 0; column < size.x; ++column) {
@@ -39,12 +39,12 @@ image make_noise(const Policy& policy, uvec2 size, const noise_settings& setting
     return noise;
 }
 
-/// Multiplies a picture by the noise, in place: pass std::move(picture) to keep the buffer.
-/// @throws usage_error  where the two differ in size
+/// Multiplies an image by noise. In place: pass std::move(picture) to reuse the buffer.
+/// @throws usage_error  for noise of another size
 template <exec::policy Policy>
 image add_noise(const Policy& policy, image picture, const image& noise) {
     if (picture.size != noise.size || picture.pixels.size() != noise.pixels.size())
-        throw usage_error{"add_noise: the noise must have the size of the picture; make it with make_noise(policy, "
+        throw usage_error{"add_noise: the noise must have the size of the image; make it with make_noise(policy, "
                           "picture.size)"};
     exec::for_each_block(policy, picture.pixels.size(), 4096, 0.3F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) picture.pixels[i] *= noise.pixels[i];

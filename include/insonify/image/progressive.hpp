@@ -9,13 +9,13 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The mean of the frames seen since the probe last moved.
+/// Mean of the frames since the probe last moved.
 ///
-/// Eq. 7 of the paper: the f-th frame c and the mean c' of those before it give c / f + (f - 1) / f c'. Carried in
-/// double precision, so that it stays the arithmetic mean however long the probe rests.
+/// Eq. 7 of the paper: the f-th frame c and the mean c' of those before it give c / f + (f - 1) / f c'. In double
+/// precision, so that it remains the arithmetic mean over many frames.
 class progressive {
   public:
-    /// Takes in one more frame. Starts anew where the pose of the probe or the size differs from the frame before.
+    /// Adds a frame. Restarts where the pose of the probe or the size has changed since the previous frame.
     /// @return `picture()`
     template <exec::policy Policy>
     const image& add(const Policy& policy, const image& frame, const pose& at) {
@@ -36,13 +36,13 @@ class progressive {
         return picture_;
     }
 
-    /// The mean, as of the last `add`.
+    /// The mean after the last `add`.
     const image& picture() const { return picture_; }
 
-    /// Frames in the mean.
+    /// Number of frames in the mean.
     std::uint32_t frames() const { return frames_; }
 
-    /// Forgets them, so that the next frame stands alone: for changes that the pose does not tell of.
+    /// Restarts with the next frame: for changes that the pose does not show.
     void reset() { frames_ = 0; }
 
   private:

@@ -1,5 +1,5 @@
-/// What `io/` declares, compiled in the one file of a program that defines INSONIFY_IMPLEMENTATION, however often and
-/// early that file includes this one.
+/// Definitions of the functions that io/ declares, for the one source file of a program that defines
+/// INSONIFY_IMPLEMENTATION. It may have included the library before.
 #if defined(INSONIFY_IMPLEMENTATION) && !defined(INSONIFY_IO_IMPLEMENTATION_HPP)
 #define INSONIFY_IO_IMPLEMENTATION_HPP
 

@@ -18,18 +18,18 @@ namespace insonify::inline INSONIFY_ABI {
 void write_drawing(const std::string& path, const std::vector<drawn_object>& objects) {
     for (const drawn_object& one : objects) {
         const std::size_t vertices = one.positions.size();
-        bool named = std::accumulate(one.polylines.begin(), one.polylines.end(), std::uint64_t{0}) <= vertices;
-        for (const uvec3& f : one.faces) named = named && std::max({f.x, f.y, f.z}) < vertices;
-        if (!named)
+        bool valid = std::accumulate(one.polylines.begin(), one.polylines.end(), std::uint64_t{0}) <= vertices;
+        for (const uvec3& f : one.faces) valid = valid && std::max({f.x, f.y, f.z}) < vertices;
+        if (!valid)
             throw usage_error{"write_drawing: object '" + one.name +
-                              "' has a face or polyline with a vertex that is not there"};
+                              "' has a face or polyline with a vertex index out of range"};
     }
-    std::ofstream file = io::create_file(path);
+    std::ofstream file = detail::create_file(path);
     file.imbue(std::locale::classic());
     file.precision(std::numeric_limits<float>::max_digits10);
     file << "# drawn by insonify, in metres\n";
 
-    std::size_t count = 0, first = 1; // OBJ counts vertices from 1, over the whole file
+    std::size_t count = 0, first = 1; // OBJ indices start at 1 and count the vertices of the whole file
     for (const drawn_object& one : objects) {
         std::string name = one.name.empty() ? "object_" + std::to_string(count) : one.name;
         std::replace_if(
@@ -47,7 +47,7 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
         }
         first += one.positions.size();
     }
-    io::close_file(file, path);
+    detail::close_file(file, path);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -10,42 +10,43 @@
 #include <system_error>
 #include <utility>
 
-namespace insonify::inline INSONIFY_ABI::io {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// @throws io_error  for a name that the system would cut off
-inline void check_name(const std::string& path) {
-    if (path.empty()) throw io_error{"a file was asked for without a name; give its path"};
+/// @throws io_error  for an empty name, or one with a null character, at which the system would truncate it
+inline void check_file_name(const std::string& path) {
+    if (path.empty()) throw io_error{"the file name is empty; give a path"};
     if (path.find('\0') != std::string::npos)
-        throw io_error{path.substr(0, path.find('\0')) + ": its name goes on after a character 0; take that out"};
+        throw io_error{path.substr(0, path.find('\0')) + ": the file name contains a null character; remove it"};
 }
 
-/// The whole file, byte by byte, less the mark by which some editors begin UTF-8.
+/// The content of a file, without a UTF-8 byte order mark.
 inline std::string read_file(const std::string& path) {
-    check_name(path);
+    check_file_name(path);
     std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored)) throw io_error{path + ": this is a folder; name a file in it"};
+    if (std::filesystem::is_directory(path, ignored))
+        throw io_error{path + ": this is a folder; give the path of a file"};
     std::ifstream file{path, std::ios::binary};
-    if (!file)
-        throw io_error{path + ": the file cannot be opened; check its name, its folder and your rights to read it"};
+    if (!file) throw io_error{path + ": the file cannot be opened; check its name, its folder and its permissions"};
     std::ostringstream content;
     content << file.rdbuf();
-    if (content.bad() || file.bad()) throw io_error{path + ": the file cannot be read to its end; is the disk sound?"};
+    if (content.bad() || file.bad())
+        throw io_error{path + ": reading failed before the end of the file; check the disk"};
     std::string text = std::move(content).str();
     if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
     return text;
 }
 
 inline std::ofstream create_file(const std::string& path) {
-    check_name(path);
+    check_file_name(path);
     std::ofstream file{path, std::ios::binary};
-    if (!file) throw io_error{path + ": the file cannot be written; check that its folder exists and lets you write"};
+    if (!file) throw io_error{path + ": the file cannot be created; check that its folder exists and is writable"};
     return file;
 }
 
 inline void close_file(std::ofstream& file, const std::string& path) {
     file.close();
-    if (!file) throw io_error{path + ": not all of the file could be written; check the space left on the disk"};
+    if (!file) throw io_error{path + ": writing failed before the end of the file; check the free space on the disk"};
 }
 
-} // namespace insonify::inline INSONIFY_ABI::io
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

@@ -2,6 +2,7 @@
 #define INSONIFY_IO_IMPLEMENTATION_OBJ_MEDIA_HPP
 
 #include <insonify/acoustics/tissue.hpp>
+#include <insonify/core/decibels.hpp>
 #include <insonify/io/implementation_file.hpp>
 #include <insonify/io/implementation_obj_text.hpp>
 #include <insonify/io/implementation_tinyobj.hpp>
@@ -18,9 +19,9 @@
 #include <system_error>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI::io {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A medium with what else its entry in a material library says.
+/// A medium and the priority of its objects, as defined in a material library.
 struct obj_medium {
     medium inside{};
     int priority = 0;
@@ -29,18 +30,18 @@ struct obj_medium {
 /// The material libraries of one OBJ file.
 struct obj_libraries {
     std::vector<loader::material_t> materials{};
-    std::vector<std::string> paths{};   ///< for each material the file that defines it
-    std::map<std::string, int> index{}; ///< by name, the first of a name counting
-    std::string missing{};              ///< the libraries that are named but not there
+    std::vector<std::string> paths{};   ///< for each material, the file that defines it
+    std::map<std::string, int> index{}; ///< by name; the first definition of a name is used
+    std::string missing{};              ///< text that names the libraries that were not found
 
-    /// The entry of that name; null where there is none.
+    /// The entry with a name; null if there is none.
     const loader::material_t* find(const std::string& name) const {
         const auto found = index.find(name);
         return found == index.end() ? nullptr : &materials[static_cast<std::size_t>(found->second)];
     }
 };
 
-/// A name in a mesh from elsewhere must not make a program open files elsewhere: whether it points out of the folder.
+/// True for a path that leads out of the folder: a mesh from an untrusted source must not open arbitrary files.
 inline bool leaves_folder(std::string_view name) {
     const auto is_separator = [](char c) { return c == '/' || c == '\\'; };
     if (name.empty() || is_separator(name[0]) || name.find(':') != std::string_view::npos) return true;
@@ -49,7 +50,7 @@ inline bool leaves_folder(std::string_view name) {
     return false;
 }
 
-/// Whether it does so by a link.
+/// True for a path that leads out of the folder through a symbolic link.
 inline bool links_out_of(const std::filesystem::path& folder, const std::string& name) {
     std::error_code fault;
     const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, fault);
@@ -57,7 +58,7 @@ inline bool links_out_of(const std::filesystem::path& folder, const std::string&
     return fault || std::mismatch(home.begin(), home.end(), place.begin(), place.end()).first != home.end();
 }
 
-/// Adds the media of one library, comments and tabs taken out, which tinyobjloader does not expect after a value.
+/// Adds the media of a library, without comments and tabs, which tinyobjloader does not accept after a value.
 inline void read_library(const std::string& path, obj_libraries& libraries) {
     std::string text;
     for_each_line(read_file(path), [&](std::uint32_t, std::string_view keyword, std::string_view rest) {
@@ -69,14 +70,15 @@ inline void read_library(const std::string& path, obj_libraries& libraries) {
     libraries.paths.resize(libraries.materials.size(), path);
 }
 
-/// Opens the libraries that an OBJ file names: each `mtllib` line gives one name with blanks in it, or several names.
-/// @throws io_error  where one lies outside of the file's folder, and that is not allowed
+/// Reads the libraries that an OBJ file names: each `mtllib` line has one name with spaces, or several names.
+/// @throws io_error  for a library outside the folder of the file, unless `allowed`
 inline obj_libraries read_libraries(const std::string& path, const std::vector<named_line>& lines,
-                                    library_access allowed) {
+                                    obj_settings::library_access allowed) {
     const std::filesystem::path folder = std::filesystem::path{path}.parent_path();
     obj_libraries libraries;
     const auto forbidden = [&](const std::string& name) {
-        return allowed == library_access::own_folder && (leaves_folder(name) || links_out_of(folder, name));
+        return allowed == obj_settings::library_access::own_folder &&
+               (leaves_folder(name) || links_out_of(folder, name));
     };
     const auto exists = [&](const std::string& name) {
         std::error_code ignored;
@@ -89,23 +91,22 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
         if (names.size() > 1 && exists(line.name)) names = {line.name};
         for (const std::string& name : names) {
             if (forbidden(name))
-                throw io_error{
-                    path + ":" + std::to_string(line.line) + ": the material library '" + shown(name) +
-                    "' lies outside of the file's own folder and is not opened; put it beside the file, or allow it: " +
-                    "{.libraries = library_access::anywhere}"};
+                throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + printable(name) +
+                               "' is outside the folder of the file and is not opened; move it there, or allow it: " +
+                               "{.libraries = obj_settings::library_access::anywhere}"};
             if (exists(name))
                 read_library((folder / name).string(), libraries);
             else
-                libraries.missing += " (" + shown(name) + " was not found)";
+                libraries.missing += " (" + printable(name) + " was not found)";
         }
     }
     return libraries;
 }
 
-/// What the name after `usemtl` stands for.
-/// @throws io_error  naming line or library, where it stands for nothing, or for values that make no sense
+/// The medium with a name that `usemtl` refers to.
+/// @throws io_error  naming the line or library, for an unknown medium or values out of range
 inline obj_medium find_medium(const std::string& path, const named_line& wanted, const obj_libraries& libraries) {
-    const std::string name = shown(wanted.name);
+    const std::string name = printable(wanted.name);
     const loader::material_t* entry = libraries.find(wanted.name);
     const std::string source =
         entry == nullptr ? path : libraries.paths[static_cast<std::size_t>(entry - libraries.materials.data())];
@@ -117,8 +118,8 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
         text.imbue(std::locale::classic());
         float number = 0;
         if (!(text >> number) || !(text >> std::ws).eof() || !is_finite(number))
-            throw io_error{source + ": newmtl " + name + ": " + key + " is '" + shown(found->second) +
-                           "', which is not a number; write the number alone, without a unit"};
+            throw io_error{source + ": newmtl " + name + ": " + key + " is '" + printable(found->second) +
+                           "', which is not a number; give the number without a unit"};
         return number;
     };
     const std::optional<medium> known = tissue::find(wanted.name);
@@ -134,18 +135,18 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     m.sound_speed = sound_speed.value_or(m.sound_speed);
     if (const auto decibels_per_cm = value("attenuation")) m.attenuation = 100 * *decibels_per_cm;
     m.attenuation_power = value("attenuation_power").value_or(m.attenuation_power);
-    if (const auto decibels = value("backscatter_db")) m.backscatter = std::pow(10.0F, *decibels / 20);
+    if (const auto decibels = value("backscatter_db")) m.backscatter = amplitude_of_decibels(*decibels);
     if (const auto micrometres = value("roughness_um")) m.roughness = 1e-6F * *micrometres;
     if (const auto per_cubic_mm = value("scatterers_per_mm3")) m.scatterer_density = 1e9F * *per_cubic_mm;
     if (!is_valid(m))
         throw io_error{source + ": newmtl " + name +
-                       ": density and sound_speed must be above 0, the other values not below, and none out of bounds"};
+                       ": density and sound_speed must be above 0, the other values not negative, and all in range"};
     const float priority = value("priority").value_or(0);
     if (priority != std::round(priority) || std::fabs(priority) > 1e6F)
-        throw io_error{source + ": newmtl " + name + ": priority must be a whole number within a million"};
+        throw io_error{source + ": newmtl " + name + ": priority must be a whole number from -1000000 to 1000000"};
     found.priority = static_cast<int>(priority);
     return found;
 }
 
-} // namespace insonify::inline INSONIFY_ABI::io
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

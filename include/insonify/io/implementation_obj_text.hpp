@@ -10,9 +10,9 @@
 #include <system_error>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI::io {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Cuts the first word off a line.
+/// Removes the first word from a line and returns it.
 inline std::string_view next_word(std::string_view& line) {
     constexpr std::string_view blank = " \t";
     line.remove_prefix(std::min(line.find_first_not_of(blank), line.size()));
@@ -21,8 +21,8 @@ inline std::string_view next_word(std::string_view& line) {
     return word;
 }
 
-/// Calls body(number, keyword, rest) for every line that says something, counted from 1, without comments and without
-/// blanks at the ends. Lines end in LF, CR LF or CR.
+/// Calls body(number, keyword, rest) for every line that is not blank, counted from 1, without comments and trailing
+/// blanks. Lines end in LF, CR LF or CR.
 template <class Body>
 void for_each_line(std::string_view text, const Body& body) {
     for (std::uint32_t number = 1; !text.empty(); ++number) {
@@ -39,7 +39,7 @@ void for_each_line(std::string_view text, const Body& body) {
     }
 }
 
-/// True for what tinyobjloader reads as a number: it takes anything else, `nan` and `inf` too, for 0.
+/// True for a word that tinyobjloader parses as a number; it reads other words, including `nan` and `inf`, as 0.
 inline bool is_number(std::string_view word) {
     std::size_t i = 0;
     const auto digits = [&] {
@@ -63,34 +63,34 @@ inline bool is_number(std::string_view word) {
     return i == word.size();
 }
 
-/// A word of a file as a sentence may show it: without control characters, and not without end.
-inline std::string shown(std::string_view word) {
+/// A word of a file for use in an error: without control characters, and at most 60 characters long.
+inline std::string printable(std::string_view word) {
     std::string text{word.substr(0, 60)};
     std::replace_if(
         text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, '?');
     return word.size() > 60 ? text + "..." : text;
 }
 
-/// More corners than this are taken for a mistake: the time to cut a polygon into triangles grows as their square.
-inline constexpr std::uint32_t most_corners = 10'000;
+/// Largest number of corners of a face: the time to triangulate a polygon is quadratic in it.
+inline constexpr std::uint32_t max_corners = 10'000;
 
-/// A name that a file gives, and where.
+/// A name in a file, with its line.
 struct named_line {
     std::string name{};
     std::uint32_t line = 0;
 };
 
-/// An OBJ file, checked line by line and written anew for tinyobjloader, which keeps silent about bad numbers, forgets
-/// the names of media that no library defines, and does not tell which line a triangle comes from.
+/// An OBJ file, checked line by line and rewritten for tinyobjloader, which ignores malformed numbers, drops the names
+/// of undefined materials, and does not report the line of a triangle.
 struct obj_text {
-    std::string rewritten{};                     ///< one `s` before each face: its line; `usemtl` by number in `media`
-    std::vector<named_line> media{};             ///< each once, where it is first used
-    std::vector<named_line> libraries{};         ///< what follows `mtllib`
-    std::vector<std::uint32_t> vertex_lines{};   ///< for each vertex
-    std::vector<std::uint32_t> face_triangles{}; ///< for each line, from 0: how many triangles its face makes
+    std::string rewritten{}; ///< an `s` with the line number before each face; `usemtl` with the index into `media`
+    std::vector<named_line> media{};             ///< each once, with the line of its first use
+    std::vector<named_line> libraries{};         ///< arguments of `mtllib`
+    std::vector<std::uint32_t> vertex_lines{};   ///< line of each vertex
+    std::vector<std::uint32_t> face_triangles{}; ///< number of triangles of the face on each line, from line 0
 };
 
-/// @throws io_error  naming the line, for numbers and indices that make no sense
+/// @throws io_error  naming the line, for malformed numbers and indices out of range
 inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     if (text.empty()) throw io_error{path + ": the file is empty"};
     obj_text obj;
@@ -109,7 +109,7 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                 const std::string_view word = next_word(rest);
                 if (word.empty()) throw fault("a vertex needs three coordinates");
                 if (!is_number(word))
-                    throw fault("the coordinate '" + shown(word) + "' is not a finite number; write it as in -1.5e-3");
+                    throw fault("the coordinate '" + printable(word) + "' is not a finite number such as -1.5e-3");
                 obj.rewritten.append(" ").append(word);
             }
             obj.rewritten.push_back('\n');
@@ -124,19 +124,20 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                 std::int64_t position = 0;
                 const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), position);
                 if (status == std::errc::invalid_argument || end != word.data() + word.size())
-                    throw fault("'" + shown(word) + "' is not the index of a vertex; write whole numbers");
+                    throw fault("'" + printable(word) + "' is not a vertex index; it must be a whole number");
                 if (status == std::errc{} && position == 0)
-                    throw fault("a face names vertex 0, but OBJ counts from 1; add 1 to every index");
+                    throw fault("a face names vertex 0, but indices start at 1 in OBJ; add 1 to every index");
                 if (status != std::errc{} || position > vertices || position < -vertices)
-                    throw fault("a face names vertex " + shown(word) + ", but the file has " +
-                                std::to_string(vertices) + " up to here; the vertices must come before the faces");
+                    throw fault("a face names vertex " + printable(word) + ", but the file has " +
+                                std::to_string(vertices) +
+                                " up to this line; vertices must precede the faces that use them");
                 obj.rewritten.append(" ").append(std::to_string(position > 0 ? position : vertices + 1 + position));
             }
             obj.rewritten.push_back('\n');
-            if (corners < 3) throw fault("a face needs three corners or more; remove it");
-            if (corners > most_corners)
+            if (corners < 3) throw fault("a face needs at least three corners; remove it");
+            if (corners > max_corners)
                 throw fault("this face has " + std::to_string(corners) + " corners, more than " +
-                            std::to_string(most_corners) + "; triangulate the mesh before it is exported");
+                            std::to_string(max_corners) + "; triangulate the mesh before exporting it");
             obj.face_triangles.resize(line + 1);
             obj.face_triangles[line] = corners - 2;
             has_faces = true;
@@ -151,9 +152,9 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
             rewrite(keyword == "o" ? "o " : "g ", rest);
         }
     });
-    if (!has_faces) throw io_error{path + ": the file holds no faces (lines that begin with 'f'); export it as a mesh"};
+    if (!has_faces) throw io_error{path + ": the file has no faces (lines starting with 'f'); export it as a mesh"};
     return obj;
 }
 
-} // namespace insonify::inline INSONIFY_ABI::io
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

@@ -11,26 +11,25 @@
 namespace insonify::inline INSONIFY_ABI {
 
 void write_png(const std::string& path, const image& picture) {
-    check_size(picture.size);
+    detail::check_size(picture.size, "write_png");
     if (picture.pixels.size() != static_cast<std::size_t>(picture.size.x) * picture.size.y)
-        throw usage_error{"write_png: a picture of " + std::to_string(picture.size.x) + " x " +
-                          std::to_string(picture.size.y) + " must hold as many pixels, not " +
-                          std::to_string(picture.pixels.size())};
+        throw usage_error{"write_png: size " + std::to_string(picture.size.x) + 'x' + std::to_string(picture.size.y) +
+                          " needs as many pixels, not " + std::to_string(picture.pixels.size())};
 
     std::vector<unsigned char> grey(picture.pixels.size());
     std::transform(picture.pixels.begin(), picture.pixels.end(), grey.begin(), [](float value) {
         const bool is_nan = (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) > 0x7F800000U;
-        return static_cast<unsigned char>(is_nan ? 0.0F : clamped(value, 0, 1) * 255 + 0.5F);
+        return static_cast<unsigned char>(is_nan ? 0.0F : clamp(value, 0, 1) * 255 + 0.5F);
     });
 
-    std::ofstream file = io::create_file(path);
+    std::ofstream file = detail::create_file(path);
     const auto write = [](void* to, void* data, int size) {
         static_cast<std::ofstream*>(to)->write(static_cast<const char*>(data), size);
     };
     const int columns = static_cast<int>(picture.size.x), rows = static_cast<int>(picture.size.y);
-    if (stb::stbi_write_png_to_func(write, &file, columns, rows, 1, grey.data(), columns) == 0)
-        throw io_error{path + ": the picture could not be compressed; is there memory left?"};
-    io::close_file(file, path);
+    if (detail::stb::stbi_write_png_to_func(write, &file, columns, rows, 1, grey.data(), columns) == 0)
+        throw io_error{path + ": compression failed; check the free memory"};
+    detail::close_file(file, path);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -3,16 +3,16 @@
 
 #include <insonify/core/config.hpp>
 #include <cassert>
-// NOLINTBEGIN(modernize-deprecated-headers): stb_image_write includes these by these names.
+// NOLINTBEGIN(modernize-deprecated-headers): stb_image_write includes these names.
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 // NOLINTEND(modernize-deprecated-headers)
 
-// A copy of stb_image_write for this file alone: static functions in a namespace of their own, and every macro that
-// steers it put aside, so that a program may have its own copy in this file, before or after, and in others. The C
-// headers that it includes stand above, outside of the namespace.
+// A private copy of stb_image_write: static functions in a separate namespace, with every macro that configures it
+// saved and restored, so that a program can include its own copy in this file, before or after, and in others. The C
+// headers that it needs are included above, outside the namespace.
 #pragma push_macro("INCLUDE_STB_IMAGE_WRITE_H")
 #pragma push_macro("STB_IMAGE_WRITE_IMPLEMENTATION")
 #pragma push_macro("STB_IMAGE_WRITE_STATIC")
@@ -59,15 +59,16 @@
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 #endif
 
-namespace insonify::inline INSONIFY_ABI::stb {
+namespace insonify::inline INSONIFY_ABI::detail::stb {
+using ::abs; // insonify::abs would hide it
 #if __has_include(<stb_image_write.h>)
 #include <stb_image_write.h>
 #elif __has_include(<stb/stb_image_write.h>)
 #include <stb/stb_image_write.h>
 #else
-#error "insonify writes PNG files with stb_image_write.h, which is not found: install libstb-dev"
+#error "insonify needs stb_image_write.h to write PNG files: install libstb-dev"
 #endif
-} // namespace insonify::inline INSONIFY_ABI::stb
+} // namespace insonify::inline INSONIFY_ABI::detail::stb
 
 #if defined(__clang__)
 #pragma clang diagnostic pop

@@ -3,8 +3,8 @@
 
 #include <insonify/core/config.hpp>
 
-// A copy of tinyobjloader under another name, and every macro that steers it or that it leaves behind put aside, so
-// that a program may have its own copy in this file, before or after, and in others.
+// A private copy of tinyobjloader in a renamed namespace, with every macro that configures it or that it defines saved
+// and restored, so that a program can include its own copy in this file, before or after, and in others.
 #pragma push_macro("tinyobj")
 #pragma push_macro("TINY_OBJ_LOADER_H_")
 #pragma push_macro("TINYOBJLOADER_IMPLEMENTATION")
@@ -46,10 +46,10 @@
 #if __has_include(<tiny_obj_loader.h>)
 #include <tiny_obj_loader.h>
 #else
-#error "insonify reads OBJ files with tiny_obj_loader.h, which is not found: install libtinyobjloader-dev"
+#error "insonify needs tiny_obj_loader.h to read OBJ files: install libtinyobjloader-dev"
 #endif
 
-namespace insonify::inline INSONIFY_ABI::io {
+namespace insonify::inline INSONIFY_ABI::detail {
 namespace loader = tinyobj;
 }
 

@@ -6,11 +6,12 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Writes a picture as PNG, 8 bits of grey: 0 and below is black, 1 and above white, NaN black, between them rounded.
+/// Writes an 8-bit greyscale PNG file. Values are clamped to 0 (black) to 1 (white) and rounded; NaN is black.
 ///
-/// Compiled where INSONIFY_IMPLEMENTATION is defined.
-/// @throws usage_error  for a picture without pixels, with more than `most_pixels`, or with a number its size belies
-/// @throws io_error     where the file cannot be written
+/// Defined where INSONIFY_IMPLEMENTATION is defined.
+/// @throws usage_error  for an image without pixels, with a side above `max_picture_side`, or with a number of pixels
+///                      other than its size
+/// @throws io_error     for a file that cannot be written
 void write_png(const std::string& path, const image& picture);
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -7,23 +7,23 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What lies along the lines of a probe: `count` lines of `samples` values each, line after line.
+/// Values along the scan lines of a probe: `count` lines of `samples` values each.
 ///
-/// Sample k of a line stands at depth (k + 1/2) / samples * depth.
+/// Sample k of a line is at depth (k + 1/2) / samples * depth.
 template <class Value>
 struct line_grid {
-    std::uint32_t count = 0;     ///< lines
-    std::uint32_t samples = 0;   ///< along each line
-    float depth = 0;             ///< metres from the face to the end of the last sample
+    std::uint32_t count = 0;     ///< number of lines
+    std::uint32_t samples = 0;   ///< depth samples of each line
+    float depth = 0;             ///< from the face to the end of the last sample, metres
     std::vector<Value> values{}; ///< line after line
 
     line_grid() = default;
-    /// Values as `Value{}` makes them: zeros.
+    /// All values are `Value{}`, which is zero.
     line_grid(std::uint32_t lines, std::uint32_t samples_per_line, float end_depth)
         : count{lines}, samples{samples_per_line}, depth{end_depth},
           values(static_cast<std::size_t>(lines) * samples_per_line) {}
 
-    /// Another shape in the same memory: values that were there are left where they are.
+    /// Changes the shape and reuses the memory; old values are left unchanged.
     void reshape(std::uint32_t lines, std::uint32_t samples_per_line, float end_depth) {
         count = lines;
         samples = samples_per_line;
@@ -31,7 +31,7 @@ struct line_grid {
         values.resize(static_cast<std::size_t>(lines) * samples_per_line);
     }
 
-    /// One value; neither index is checked.
+    /// One value; indices are not checked.
     /// @{
     Value& operator()(std::uint32_t line, std::uint32_t sample) {
         return values[static_cast<std::size_t>(line) * samples + sample];
@@ -44,15 +44,15 @@ struct line_grid {
     friend bool operator==(const line_grid&, const line_grid&) = default;
 };
 
-/// Says which object: its `object_id` as a number.
+/// The object at a sample: its `object_id` as a number.
 using label_id = std::uint32_t;
 
-/// The label of what lies in no object, and of pixels outside the field of view.
+/// The label outside all objects, and of pixels outside the field of view.
 inline constexpr label_id background_label = ~0U;
 
-using scan_lines = line_grid<float>;     ///< real values: intensity, envelope, or grey after `log_compress`
-using iq_lines = line_grid<vec2>;        ///< complex values at baseband: x in phase, y in quadrature
-using label_lines = line_grid<label_id>; ///< which object lies there
+using scan_lines = line_grid<float>;     ///< real values: intensity, envelope, or brightness after `log_compress`
+using iq_lines = line_grid<vec2>;        ///< complex baseband values: x in phase, y in quadrature
+using label_lines = line_grid<label_id>; ///< the object at each sample
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

@@ -5,12 +5,12 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 
-/// Real probes: one line for each element, and 128 over 90 degrees for the phased array.
+/// Real probes, with one line for each element (the phased array: 128 lines over 90 degrees).
 ///
-/// Source: `getparam` of PyMUST (Garcia 2021), from Verasonics' data: pitch, elements, frequency, bandwidth, elevation.
+/// Source: `getparam` of PyMUST (Garcia 2021), after Verasonics: pitch, elements, frequency, bandwidth, elevation.
 namespace insonify::inline INSONIFY_ABI::presets {
 
-/// Vessels, nerves, muscles: 128 elements, 0.30 mm apart.
+/// Vessels, nerves, muscles: 128 elements with a pitch of 0.30 mm.
 inline constexpr linear_array l11_5v{.lines = 128,
                                      .width = 128 * 0.30_mm,
                                      .frequency = 7.6_MHz,
@@ -18,7 +18,7 @@ inline constexpr linear_array l11_5v{.lines = 128,
                                      .elevation_focus = 18_mm,
                                      .bandwidth = 0.77F};
 
-/// Small parts near the surface: 192 elements, 0.20 mm apart.
+/// Superficial structures: 192 elements with a pitch of 0.20 mm.
 inline constexpr linear_array l12_3v{.lines = 192,
                                      .width = 192 * 0.20_mm,
                                      .frequency = 7.54_MHz,
@@ -26,7 +26,7 @@ inline constexpr linear_array l12_3v{.lines = 192,
                                      .elevation_focus = 20_mm,
                                      .bandwidth = 0.93F};
 
-/// Abdomen: 128 elements, 0.508 mm apart on an arc of 49.57 mm radius.
+/// Abdomen: 128 elements with a pitch of 0.508 mm on an arc with a radius of 49.57 mm.
 inline constexpr convex_array c5_2v{.lines = 128,
                                     .radius = 49.57_mm,
                                     .field_of_view = 128 * 0.508F / 49.57F,
@@ -35,7 +35,7 @@ inline constexpr convex_array c5_2v{.lines = 128,
                                     .elevation_focus = 60_mm,
                                     .bandwidth = 0.79F};
 
-/// Heart: 64 elements, 0.30 mm apart.
+/// Heart: 64 elements with a pitch of 0.30 mm.
 inline constexpr phased_array p4_2v{.lines = 128,
                                     .width = 64 * 0.30_mm,
                                     .field_of_view = 90_deg,

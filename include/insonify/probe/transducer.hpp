@@ -4,23 +4,25 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/geometry/ray.hpp>
+#include <insonify/probe/plausible.hpp>
 #include <concepts>
 #include <cstdint>
-#include <string>
 #include <type_traits>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Anything that sends lines into the body; all of them in the slice plane y = 0 of the probe's frame.
+/// A probe: scan lines in the slice plane y = 0 of the probe frame.
 ///
-/// The frame: x lateral, y elevation, z depth, the face at z = 0 in the middle of the array.
-/// - `std::uint32_t lines`, `float frequency` (hertz): members;
-/// - `ray beam(float line) const`: from the face, in a direction of length 1. Line i of N stands at (i + 1/2) / N - 1/2
-///   of the aperture or field of view; `line` may lie between two, and the field ends at -1/2 and N - 1/2;
-/// - `vec2 locate(vec2 point) const`, its inverse: from {x, z} in metres to {line, depth along the beam in metres}, also
-///   outside the field;
-/// - `void check() const`: throws usage_error where the settings make no sense.
-/// `beam` and `locate` are marked INSONIFY_FN where they shall run on a device.
+/// Probe frame: x lateral, y elevation, z depth; the face is at z = 0 in the centre of the array.
+/// - `std::uint32_t lines`, `float frequency` (hertz): data members.
+/// - `ray beam(float line) const`: starts at the face, with a direction of length 1. Line i of N is at the fraction
+///   (i + 1/2) / N - 1/2 of the aperture or field of view. `line` may be fractional; the field of view extends from
+///   -1/2 to N - 1/2.
+/// - `vec2 locate(vec2 point) const`: the inverse, from {x, z} in metres to {line, depth along the line in metres},
+///   also outside the field of view.
+/// - `void check() const`: throws usage_error for settings out of range.
+/// Mark `beam` and `locate` INSONIFY_FN to use them on a device. With an == of its own, a probe's tables are computed
+/// once, not for every frame.
 template <class Probe>
 concept transducer = requires(const Probe& probe, float line, vec2 point) {
     { probe.lines } -> std::same_as<const std::uint32_t&>;
@@ -30,16 +32,16 @@ concept transducer = requires(const Probe& probe, float line, vec2 point) {
     probe.check();
 };
 
-/// Where a (fractional) line stands, as a share of the aperture or field of view: -1/2 to 1/2. And back.
-INSONIFY_FN constexpr float share_of_line(float line, std::uint32_t lines) {
+/// Position of a (fractional) line as a fraction of the aperture or field of view, -1/2 to 1/2.
+INSONIFY_FN constexpr float aperture_fraction(float line, std::uint32_t lines) {
     return (line + 0.5F) / static_cast<float>(lines) - 0.5F;
 }
-/// The line that stands at a share: the inverse.
-INSONIFY_FN constexpr float line_of_share(float share, std::uint32_t lines) {
-    return (share + 0.5F) * static_cast<float>(lines) - 0.5F;
+/// The (fractional) line at a fraction of the aperture or field of view.
+INSONIFY_FN constexpr float line_at_fraction(float fraction, std::uint32_t lines) {
+    return (fraction + 0.5F) * static_cast<float>(lines) - 0.5F;
 }
 
-/// True where the field ends where it began: the last line is the neighbour of the first.
+/// True for a field of view of 360 degrees, where the last line is next to the first.
 template <transducer Probe>
 INSONIFY_FN bool is_full_circle(const Probe& probe) {
     if (probe.lines < 2) return false;
@@ -48,23 +50,19 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
            length(end.origin - begin.origin) <= 1e-4F * length(begin.origin);
 }
 
-/// @throws usage_error  naming the setting, where its value is not above 0, or so small or large that squares overflow
-INSONIFY_LAZY void check_positive(float value, const char* setting) {
-    if (!is_finite(value) || !(value >= 1e-9F && value <= 1e12F))
-        throw usage_error{std::string{"probe: `"} + setting + "` must be a number above 0, between 1e-9 and 1e12"};
-}
-
-/// Checks what every array has: lines, frequency, fnumber, focus, elevation_height, elevation_focus and, if there,
-/// bandwidth.
-/// @throws usage_error  naming the setting that makes no sense
+/// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`, `elevation_focus`
+/// and `bandwidth`.
+/// @throws usage_error  naming a setting that is out of range
 template <class Array>
 void check_array(const Array& array) {
-    if (array.lines == 0) throw usage_error{"probe: `lines` must be at least 1"};
-    check_positive(array.frequency, "frequency");
-    check_positive(array.fnumber, "fnumber");
-    if (array.focus != 0) check_positive(array.focus, "focus"); // 0: half the depth of the picture
-    check_positive(array.elevation_height, "elevation_height");
-    check_positive(array.elevation_focus, "elevation_focus");
+    if (array.lines == 0) throw usage_error{"probe: lines is 0; it must be at least 1"};
+    check_frequency(array.frequency);
+    if constexpr (requires { array.fnumber; }) check_positive(array.fnumber, "fnumber");
+    if constexpr (requires { array.focus; })
+        if (array.focus != 0) check_length(array.focus, "focus", max_scan_depth); // 0: half the depth of the picture
+    if constexpr (requires { array.elevation_height; }) check_length(array.elevation_height, "elevation_height");
+    if constexpr (requires { array.elevation_focus; })
+        check_length(array.elevation_focus, "elevation_focus", max_scan_depth);
     if constexpr (requires { array.bandwidth; }) check_positive(array.bandwidth, "bandwidth");
 }
 

@@ -1,40 +1,40 @@
 #ifndef INSONIFY_SCENE_DIAGNOSE_HPP
 #define INSONIFY_SCENE_DIAGNOSE_HPP
 
-#include <insonify/core/later.hpp>
 #include <insonify/geometry/validate.hpp>
 #include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/plausible.hpp>
 #include <insonify/scene/field_distance.hpp>
-#include <insonify/scene/line_layers.hpp>
+#include <insonify/scene/layers.hpp>
+#include <insonify/scene/scene.hpp>
 #include <cstdio>
 #include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Why a picture may be empty, or not what was meant.
-enum class problem {
-    pose,         ///< of the probe: no rigid motion
-    setting,      ///< of the probe or the acquisition
-    no_objects,   ///< nothing was added, or nothing with faces
-    not_built,    ///< `build` is due
-    not_updated,  ///< `update` is due
-    one_medium,   ///< all objects are filled with the background's
-    unit,         ///< of the meshes or the depth: one is far too large or small for the other
-    inside,       ///< the probe stands in something that lets no sound out, or in an object whose surface is too deep
-    behind,       ///< the objects are behind the probe
-    too_shallow,  ///< the lines end before the first surface
-    beside,       ///< the objects are beside the field of view
-    open_surface, ///< a mesh does not enclose anything for certain
-};
-
-/// What `diagnose` found; nothing where both are empty.
+/// What `diagnose` found; nothing where both members are empty.
 struct diagnosis {
+    /// Why a picture may be empty, or not what was meant.
+    enum class problem {
+        pose,         ///< of the probe: not a rigid transform
+        setting,      ///< of the probe or the acquisition is out of range
+        no_objects,   ///< nothing was added, or nothing with faces
+        not_built,    ///< `build` must be called
+        not_updated,  ///< `update` must be called
+        one_medium,   ///< all objects are filled with the background's
+        unit,         ///< of the meshes or the depth: one is far too large or small for the other
+        inside,       ///< the probe is in a medium that lets no sound out, or in an object whose surface is too deep
+        behind,       ///< the objects are behind the probe
+        too_shallow,  ///< the lines end before the first surface
+        beside,       ///< the objects are beside the field of view
+        open_surface, ///< a mesh does not enclose a volume
+    };
     std::vector<problem> problems{}; ///< the most likely cause first
     std::string sentence{};          ///< for each problem what is wrong and what to do about it
 };
 
-/// Looks for what makes a picture empty, and says it in plain sentences; `explain` does so for a single mesh.
+/// Finds out why a picture is empty, and says so in plain sentences; `explain` does so for a single mesh.
 ///
 ///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
 ///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
@@ -44,11 +44,10 @@ struct diagnosis {
 template <transducer Probe>
 diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan);
 
-/// The steps of `diagnose`.
-namespace diagnosing {
+namespace detail {
 
 /// A length as three digits and a unit: "43 mm".
-INSONIFY_LAZY std::string shown(float metres) {
+inline std::string shown(float metres) {
     const char* unit = metres < 0.9995e-3F ? " um" : metres < 0.9995F ? " mm" : " m";
     const double value = static_cast<double>(metres) * (metres < 0.9995e-3F ? 1e6 : metres < 0.9995F ? 1e3 : 1);
     char text[48];
@@ -57,159 +56,157 @@ INSONIFY_LAZY std::string shown(float metres) {
 }
 
 /// An object by its name, or by its id where it has none.
-INSONIFY_LAZY std::string named(const object& one) {
-    return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id))
-                            : "object '" + one.name + "'";
+inline std::string named(const std::string& name, std::uint32_t id) {
+    return name.empty() ? "object " + std::to_string(id) : "object '" + name + "'";
 }
 
-/// Calls visit(distance) for every crossing of a ray with an object, through its tree where that is up to date.
-template <class Visit>
-void for_each_crossing(const object& one, const ray& r, const Visit& visit) {
-    const ray local = one.local(r);
-    if (one.tree_follows) return one.tree_view().for_each_hit(local, [&](const hit& found) { visit(found.distance); });
-    const sheared_ray sheared{local};
-    const mesh_view surface{one.surface};
-    for (std::size_t i = 0; i < surface.size(); ++i)
-        if (const hit found = intersect(sheared, surface[i]); found && found.distance >= 0) visit(found.distance);
-}
-
-/// What the lines of a probe meet, were they endless.
+/// What the lines of a probe would meet without a limit of depth.
 struct line_survey {
-    float ahead = FLT_MAX;          ///< metres to the first surface on any line
-    float behind = FLT_MAX;         ///< the same, backwards
-    const object* around = nullptr; ///< that gives the medium where the middle line begins
+    float ahead = FLT_MAX;                  ///< metres to the first surface on any line
+    float behind = FLT_MAX;                 ///< the same, backwards
+    const object_view* starts_in = nullptr; ///< gives the medium where the middle line begins; null: the background
 };
-/// Follows every line of a probe, which stands in the world as `at` says, both ways and without end.
 template <transducer Probe>
-line_survey survey(const scene& body, const Probe& probe, const pose& at) {
+line_survey survey(const scene_view& flat, const Probe& probe, const pose& at) {
     line_survey found;
     for (std::uint32_t i = 0; i < probe.lines; ++i) {
         const ray beam = probe.beam(static_cast<float>(i));
         const ray line{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
-        const ray back{.origin = line.origin, .direction = -line.direction};
-        for (const object& one : body.objects()) {
+        for (const object_view& one : flat.objects) { // by rank
             std::uint32_t crossed = 0;
-            for_each_crossing(one, line, [&](float distance) {
-                found.ahead = lesser(found.ahead, distance);
+            one.tree.for_each_hit(one.local(line), [&](const hit& surface) {
+                if (surface.distance <= touching_distance) return; // belongs to the face of the probe
+                found.ahead = min(found.ahead, surface.distance);
                 ++crossed;
             });
-            for_each_crossing(one, back, [&](float distance) { found.behind = lesser(found.behind, distance); });
-            const bool gives_medium = found.around == nullptr || one.rank < found.around->rank;
-            if (i == probe.lines / 2 && crossed % 2 == 1 && gives_medium) found.around = &one;
+            one.tree.for_each_hit(one.local({.origin = line.origin, .direction = -line.direction}),
+                                  [&](const hit& surface) { found.behind = min(found.behind, surface.distance); });
+            if (i == probe.lines / 2 && crossed % 2 == 1 && found.starts_in == nullptr) found.starts_in = &one;
         }
     }
     return found;
 }
 
-/// Metres from the field of view to the nearest surface.
+/// Distance from the field of view to the nearest surface, metres.
 template <transducer Probe>
-float distance_beside(const scene& body, const Probe& probe, const pose& at, float depth) {
+float distance_beside(const scene_view& flat, const Probe& probe, const pose& at, float depth) {
     float nearest = FLT_MAX;
-    for (const object& one : body.objects()) {
+    for (const object_view& one : flat.objects) {
         const pose to_probe = inverse(at) * one.at;
-        const mesh_view surface{one.surface};
-        for (std::size_t i = 0; i < surface.size(); ++i) {
-            const triangle t = surface[i];
+        for (std::size_t i = 0; i < one.surface.size(); ++i) {
+            const triangle t = one.surface[i];
             const triangle face{to_probe.point(t.a), to_probe.point(t.b), to_probe.point(t.c)};
             if (!is_finite(bounds(face))) continue;
-            const float reach = greater(length(face.b - face.a), length(face.c - face.a));
-            if (length(face.a - nearest_in_field(probe, depth, face.a)) - reach > nearest) continue;
-            nearest = lesser(nearest, distance_to_field(probe, depth, face));
+            const float extent = max(length(face.b - face.a), length(face.c - face.a));
+            if (length(face.a - nearest_in_field(probe, depth, face.a)) - extent > nearest) continue;
+            nearest = min(nearest, distance_to_field(probe, depth, face));
         }
     }
     return nearest;
 }
 
-/// Impedances that tissue is not near: from them to it next to no sound passes.
-INSONIFY_LAZY bool keeps_sound(const medium& m) { return m.impedance() > 3e6F || m.impedance() < 3e5F; }
+/// Whether the impedance is so far from tissue's that almost no sound passes from one to the other.
+inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || m.impedance() < 3e5F; }
 
-/// What is wrong with the unit, if anything: the scene is 30 times larger than the lines are deep, or 300 times smaller.
-INSONIFY_LAZY std::string unit_fault(const aabb& box, float depth) {
-    const vec3 sides = box.size();
-    const float size = greater(sides.x, greater(sides.y, sides.z));
-    const auto sentence = [&](const char* used, const char* meant) {
-        return "The objects are " + shown(size) + " across, but the lines " + shown(depth) +
-               " deep: the unit is probably " + used + " where " + meant + " was meant.";
+/// The sentence about a scene that is 30 times larger than the lines are deep, or 300 times smaller; empty for others. The
+/// unit that was given is not known, so every mistake is named that leaves objects of 2 cm to 2.5 m.
+inline std::string unit_fault(float size, float depth) {
+    const bool too_large = size > 30 * depth && size > 1, too_small = size > 0 && size < depth / 300;
+    if (!too_large && !too_small) return {};
+    struct mistake {
+        float factor;
+        const char* given;
+        const char* meant;
     };
-    if (size > 30 * depth && size > 1) return size > 5 ? sentence("1_m", "1_mm") : sentence("1_m", "1_cm");
-    if (size > 0 && size < depth / 300) return sentence("1_mm", "1_m");
-    return {};
-}
-
-/// What is wrong with the depth, if anything: it is more than a metre, and 30 times the size of the scene.
-INSONIFY_LAZY std::string depth_fault(const aabb& box, float depth) {
-    const vec3 sides = box.size();
-    const float size = greater(sides.x, greater(sides.y, sides.z));
-    if (!(size > 0 && depth > 30 * size && depth > 1)) return {};
+    constexpr mistake large[] = {{10, "1_cm", "1_mm"}, {100, "1_m", "1_cm"}, {1000, "1_m", "1_mm"}};
+    constexpr mistake small[] = {{0.1F, "1_mm", "1_cm"}, {0.01F, "1_cm", "1_m"}, {0.001F, "1_mm", "1_m"}};
+    std::string likely;
+    for (const mistake& one : too_large ? large : small)
+        if (const float meant = size / one.factor; 0.02F <= meant && meant <= 2.5F)
+            likely += (likely.empty() ? "" : ", or ") + std::string{one.given} + " where " + one.meant +
+                      " was meant (" + shown(meant) + ")";
     return "The objects are " + shown(size) + " across, but the lines " + shown(depth) +
-           " deep: `depth` is in metres; write it as in 80_mm.";
+           " deep: check the unit of the mesh" + (likely.empty() ? "" : "; it is probably " + likely) + ".";
 }
 
-} // namespace diagnosing
+} // namespace detail
 
 template <transducer Probe>
 diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
-    using namespace diagnosing;
-    later_t<Probe, diagnosis> found;
-    const auto tell = [&](problem what, const std::string& sentence) -> diagnosis& {
+    using namespace detail;
+    using problem = diagnosis::problem;
+    diagnosis found;
+    const auto report = [&](problem what, const std::string& sentence) -> diagnosis& {
         found.problems.push_back(what);
         found.sentence += (found.sentence.empty() ? "" : " ") + sentence;
         return found;
     };
     if (!is_rigid(at))
-        return tell(problem::pose, "The pose of the probe is no rigid motion, or not finite; make it with look_at.");
+        return report(problem::pose,
+                      "The pose of the probe is not a rigid transform, or not finite; make it with look_at.");
     try {
         probe.check();
+        check_depth(scan.depth, "acquisition");
     } catch (const usage_error& refused) {
-        return tell(problem::setting, std::string{refused.what()} + ".");
+        const std::string sentence = refused.what();
+        return report(problem::setting, sentence + (sentence.ends_with('?') ? "" : "."));
     }
-    if (!is_depth(scan.depth))
-        return tell(problem::setting, "The depth is no number of metres above 0; write it as in 80_mm.");
     bool has_faces = false;
     for (const object& one : body.objects()) has_faces = has_faces || !one.surface.faces.empty();
     if (!has_faces)
-        return tell(problem::no_objects,
-                    "The scene holds no object with faces; add one, or check the file it came from.");
+        return report(problem::no_objects,
+                      "The scene has no object with faces; add one, or check the file it came from.");
     if (!body.is_built())
-        return tell(problem::not_built, "The scene is not built; call build(policy) after the last add or remove.");
+        return report(problem::not_built, "The scene is not built; call build(policy) after the last add or remove.");
     for (const object& one : body.objects())
-        if (one.moved)
-            return tell(problem::not_updated, "The positions of " + named(one) +
-                                                  " were handed out since the last update; call update(policy).");
+        if (body.awaits_update(one.id))
+            return report(problem::not_updated, "The positions of " +
+                                                    named(one.name, static_cast<std::uint32_t>(one.id)) +
+                                                    " were handed out since the last update; call update(policy).");
     if (body.media().size() == 1)
-        tell(problem::one_medium,
-             "Every object has the medium of the background, so no surface echoes; give the objects, "
-             "or the background, another one.");
+        report(problem::one_medium, "Every object has the medium of the background, so no surface echoes; give the "
+                                    "objects, or the background, another one.");
 
-    const line_survey lines = survey(body, probe, at);
-    if (lines.around != nullptr && keeps_sound(lines.around->inside))
-        tell(problem::inside, "The probe stands inside " + named(*lines.around) +
-                                  ", whose medium lets next to no sound out; move the probe out of it.");
-    const std::string too_deep = depth_fault(body.box(), scan.depth);
-    if (!too_deep.empty()) tell(problem::unit, too_deep);
+    const scene_view flat = body.view_for_rays(exec::par);
+    const line_survey lines = survey(flat, probe, at);
+    const std::string start = lines.starts_in == nullptr
+                                  ? "the background"
+                                  : named(body[object_id{lines.starts_in->id}].name, lines.starts_in->id);
+    if (blocks_sound(flat.media[lines.starts_in == nullptr ? 0 : lines.starts_in->medium]))
+        report(problem::inside,
+               "The probe is in " + start +
+                   ", whose medium lets almost no sound out; put the face of the probe on tissue, gel or "
+                   "water.");
+    const vec3 sides = body.box().size();
+    const float size = max(sides.x, max(sides.y, sides.z));
+    const bool too_deep = size > 0 && scan.depth > 30 * size && scan.depth > 1;
+    if (too_deep)
+        report(problem::unit, "The objects are " + shown(size) + " across, but the lines " + shown(scan.depth) +
+                                  " deep: `depth` is in metres; write it as in 80_mm.");
     if (lines.ahead > scan.depth) {
-        if (const std::string wrong = unit_fault(body.box(), scan.depth); too_deep.empty() && !wrong.empty())
-            tell(problem::unit, wrong);
-        else if (lines.around != nullptr && lines.ahead < FLT_MAX)
-            tell(problem::inside, "The probe stands inside " + named(*lines.around) + ", whose surface is " +
-                                      shown(lines.ahead) + " away along the lines, deeper than the " +
-                                      shown(scan.depth) + " shown; raise `depth`.");
+        const std::string wrong_unit = too_deep ? std::string{} : unit_fault(size, scan.depth);
+        if (!wrong_unit.empty())
+            report(problem::unit, wrong_unit);
+        else if (lines.starts_in != nullptr && lines.ahead < FLT_MAX)
+            report(problem::inside, "The probe is inside " + start + ", whose surface is " + shown(lines.ahead) +
+                                        " away along the lines, deeper than the " + shown(scan.depth) +
+                                        " shown; raise `depth`.");
         else if (lines.ahead < FLT_MAX)
-            tell(problem::too_shallow, "No line meets any object: the nearest surface on a line is " +
-                                           shown(lines.ahead) + " deep, the lines end at " + shown(scan.depth) +
-                                           "; raise `depth`.");
+            report(problem::too_shallow, "No line meets any object: the nearest surface on a line is " +
+                                             shown(lines.ahead) + " deep, the lines end at " + shown(scan.depth) +
+                                             "; raise `depth`.");
         else if (lines.behind < FLT_MAX)
-            tell(problem::behind,
-                 "No line meets any object: they are behind the probe, which looks away from them; turn "
-                 "it round (look_at(from, towards, lateral)).");
+            report(problem::behind, "No line meets any object: they are behind the probe, which looks away from them; "
+                                    "turn it round (look_at(from, towards, lateral)).");
         else
-            tell(problem::beside, "No line meets any object: the nearest surface is " +
-                                      shown(distance_beside(body, probe, at, scan.depth)) +
-                                      " outside the field of view; move the probe or the objects.");
+            report(problem::beside, "No line meets any object: the nearest surface is " +
+                                        shown(distance_beside(flat, probe, at, scan.depth)) +
+                                        " outside the field of view; move the probe or the objects.");
     }
     for (const object& one : body.objects())
-        if (const mesh_report report = validate(one.surface); !report.closed())
-            tell(problem::open_surface, "The surface of " + named(one) + " is not closed: " + explain(report));
+        if (const mesh_report mesh = validate(one.surface); !mesh.closed())
+            report(problem::open_surface, "The surface of " + named(one.name, static_cast<std::uint32_t>(one.id)) +
+                                              " is not closed: " + explain(mesh));
     return found;
 }
 

@@ -1,40 +1,59 @@
 #ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
 #define INSONIFY_SCENE_MEDIA_STACK_HPP
 
-#include <insonify/core/math.hpp>
+#include <insonify/core/view.hpp>
+#include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Which objects contain a point that travels along a line, one bit each, ordered by rank.
-///
-/// Where objects overlap, the one of lowest rank gives the medium, so that is the lowest bit set.
-class media_stack {
-  public:
+/// The objects that contain a point moving along a line, as ascending ranks in memory of fixed capacity. The first one's
+/// medium applies.
+struct media_stack {
     static constexpr std::uint32_t none = ~0U; ///< rank of the background
 
-    /// In none of so many objects.
-    INSONIFY_LAZY void clear(std::size_t objects) {
-        words_.resize((objects + 31) / 32); // by a loop: `assign` is a call, for every line
-        for (std::size_t i = 0; i < words_.size(); ++i) words_[i] = 0;
+    view<std::uint32_t> ranks{}; ///< room for as many objects as may contain a point
+    std::uint32_t count = 0;     ///< objects that do
+    bool overflow = false;       ///< there were more than fit
+
+    /// Outside all objects.
+    INSONIFY_FN void clear() {
+        count = 0;
+        overflow = false;
     }
 
-    /// The point crosses the surface of this object.
-    INSONIFY_LAZY void toggle(std::uint32_t rank) { words_[rank / 32] ^= 1U << (rank % 32); }
+    /// The point crosses the surface of an object: enters it, or leaves it.
+    INSONIFY_FN void toggle(std::uint32_t rank) {
+        std::uint32_t place = 0;
+        while (place < count && ranks[place] < rank) ++place;
+        if (place < count && ranks[place] == rank) {
+            --count;
+            for (; place < count; ++place) ranks[place] = ranks[place + 1];
+        } else if (count == ranks.size()) {
+            overflow = true;
+        } else {
+            for (std::uint32_t i = count; i > place; --i) ranks[i] = ranks[i - 1];
+            ranks[place] = rank;
+            ++count;
+        }
+    }
 
     /// Whether the point is in this object.
-    INSONIFY_LAZY bool contains(std::uint32_t rank) const { return (words_[rank / 32] >> (rank % 32) & 1U) != 0; }
-
-    /// Rank of the object whose medium counts; `none` outside all.
-    INSONIFY_LAZY std::uint32_t top() const {
-        for (std::size_t i = 0; i < words_.size(); ++i)
-            if (words_[i] != 0) return static_cast<std::uint32_t>(i * 32) + lowest_bit(words_[i]);
-        return none;
+    INSONIFY_FN bool contains(std::uint32_t rank) const {
+        for (std::uint32_t i = 0; i < count; ++i)
+            if (ranks[i] == rank) return true;
+        return false;
     }
 
-  private:
-    std::vector<std::uint32_t> words_;
+    /// Rank of the object whose medium applies; `none` outside all.
+    INSONIFY_FN std::uint32_t top() const { return count > 0 ? ranks[0] : none; }
+
+    /// Takes over the objects of another stack, not its memory.
+    INSONIFY_FN void assign(const media_stack& other) {
+        overflow = other.overflow || other.count > ranks.size();
+        count = overflow ? 0 : other.count;
+        for (std::uint32_t i = 0; i < count; ++i) ranks[i] = other.ranks[i];
+    }
 };
 
 } // namespace insonify::inline INSONIFY_ABI

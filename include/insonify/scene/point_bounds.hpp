@@ -6,11 +6,11 @@
 #include <insonify/geometry/aabb.hpp>
 #include <cstddef>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The box around all points that are finite; empty for none.
-INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
-    // As many points at a time as there are lanes fill three registers: x y z x, y z x y, z x y z.
+/// The box around all finite points; empty where there are none.
+inline aabb bounds_of(view<const vec3> points) {
+    // Coordinates interleave in three registers: x y z x, y z x y, z x y z.
     constexpr int width = simd_width;
     using floats = lanes<width>;
     floats lower[3] = {floats(FLT_MAX), floats(FLT_MAX), floats(FLT_MAX)};
@@ -19,7 +19,7 @@ INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
     for (std::size_t begin = 0; begin < whole; begin += width)
         for (std::ptrdiff_t k = 0; k < 3; ++k) {
             const floats p = load<width>(&points[begin].x + k * width);
-            lower[k] = select(p < lower[k], p, lower[k]); // which never takes a NaN
+            lower[k] = select(p < lower[k], p, lower[k]); // a NaN is never taken
             upper[k] = select(upper[k] < p, p, upper[k]);
         }
     float lowest[3 * width], highest[3 * width];
@@ -39,5 +39,5 @@ INSONIFY_LAZY aabb bounds_of(view<const vec3> points) {
     return box;
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

@@ -9,40 +9,41 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How wide the beam is, there and back, at each depth: Gaussian in amplitude, across the lines and out of their plane.
+/// Two-way beam width at each depth: a Gaussian of amplitude in the lateral and in the elevation direction.
 ///
-/// One focus when sending, the aperture opened with depth when receiving. Made by `beam_of`; the depths are metres.
+/// One transmit focus; on receive the aperture grows with depth (constant F-number). Made by `beam_of`. Depths in
+/// metres.
 struct beam_model {
     float wavelength = display_speed / 7.5e6F; ///< lambda = c0 / f0, metres
-    float least_fnumber = 2;                   ///< F#: the depth over the aperture in use, as long as that is there
-    float aperture = FLT_MAX;                  ///< the widest, across the lines, metres
-    float focus = 20_mm;                       ///< z_f, of sending
-    float elevation_height = 5_mm;             ///< h, of the aperture out of the slice plane, metres
-    float elevation_focus = 20_mm;             ///< z_y, of the lens: depth at which the slice is thinnest
+    float min_fnumber = 2;                     ///< F#: depth over active aperture, until the aperture is fully used
+    float aperture = FLT_MAX;                  ///< largest active aperture, metres
+    float focus = 20_mm;                       ///< z_f, transmit focus, metres
+    float elevation_height = 5_mm;             ///< h, height of the aperture, metres
+    float elevation_focus = 20_mm;             ///< z_y, focus of the lens in elevation, metres
 
-    /// Half height (-6 dB) of a Gaussian over its standard deviation: 2 sqrt(2 ln 2).
+    /// -6 dB width of a Gaussian over its standard deviation: 2 sqrt(2 ln 2).
     static constexpr float width_of_sigma = 2.3548F;
 
-    /// F#(z) = max(F#, z / aperture): deep down the whole aperture is in use.
-    INSONIFY_FN float fnumber(float depth) const { return greater(least_fnumber, depth / aperture); }
+    /// F#(z) = max(F#, z / aperture).
+    INSONIFY_FN float fnumber(float depth) const { return max(min_fnumber, depth / aperture); }
 
-    /// -6 dB width across the lines, metres: k(z) lambda F#(z), where
+    /// Lateral -6 dB width, metres: k(z) lambda F#(z), where
     /// k(z) = 0.92 + 0.32 (1 - exp(-((z - z_f) / (4 lambda F#^2))^2)).
     ///
-    /// Source: fitted to simulated fields of an array that receives at constant F#; within 12 % from F/2 to F/4.
+    /// Source: fit to simulated fields of an array that receives at constant F#; within 12 % from F/2 to F/4.
     INSONIFY_FN float lateral_width(float depth) const {
-        const float off_focus = (depth - focus) / (4 * wavelength * least_fnumber * least_fnumber);
+        const float off_focus = (depth - focus) / (4 * wavelength * min_fnumber * min_fnumber);
         const float k = 0.92F + 0.32F * (1 - std::exp(-off_focus * off_focus));
         return k * wavelength * fnumber(depth);
     }
-    /// Standard deviation across the lines, metres.
+    /// Lateral standard deviation, metres.
     INSONIFY_FN float lateral_sigma(float depth) const { return lateral_width(depth) / width_of_sigma; }
 
-    /// F#y = z_y / h.
+    /// F-number in elevation: z_y / h.
     INSONIFY_FN float elevation_fnumber() const { return elevation_focus / elevation_height; }
 
-    /// Standard deviation out of the slice plane, metres: sqrt((0.92 lambda F#y / 2.3548)^2 + (0.289 h |1 - z/z_y|)^2),
-    /// the width at the focus and, away from it, that of the aperture's shadow (0.289 = 1 / sqrt(12)).
+    /// Standard deviation in elevation, metres: sqrt((0.92 lambda F#y / 2.3548)^2 + (0.289 h |1 - z/z_y|)^2), from
+    /// diffraction at the focus and the geometric shadow of the aperture elsewhere (0.289 = 1 / sqrt(12)).
     INSONIFY_FN float elevation_sigma(float depth) const {
         const float diffraction = 0.92F * wavelength * elevation_fnumber() / width_of_sigma;
         const float geometry = 0.289F * elevation_height * (1 - depth / elevation_focus);
@@ -50,17 +51,18 @@ struct beam_model {
     }
 };
 
-/// The beam of a probe. What a probe of your own does not state (`fnumber`, `focus`, `elevation_height`,
-/// `elevation_focus`, and `float aperture() const`) is as in `beam_model{}`: F/2, half the depth of the picture, 5 mm,
-/// 20 mm, and no bound.
-/// @param depth  of the picture, metres: a focus of 0 is half of it
-/// @throws usage_error  where the probe or the depth makes no sense
+/// The beam of a probe. Members that a user's probe lacks (`fnumber`, `focus`, `elevation_height`, `elevation_focus`,
+/// and `float aperture() const`) take the defaults of `beam_model`: F/2, half the image depth, 5 mm, 20 mm, and
+/// unlimited.
+/// @param depth  image depth, metres; a focus of 0 is half of it
+/// @throws usage_error  for a depth or a setting of the probe out of range
 template <transducer Probe>
 beam_model beam_of(const Probe& probe, float depth) {
     probe.check();
-    if (!is_depth(depth)) throw usage_error{"beam_of: the depth of the picture must be from 1 nm to 1000 km"};
+    check_array(probe);
+    check_depth(depth, "beam_of");
     beam_model beam{.wavelength = display_speed / probe.frequency, .focus = depth / 2};
-    if constexpr (requires { probe.fnumber; }) beam.least_fnumber = probe.fnumber;
+    if constexpr (requires { probe.fnumber; }) beam.min_fnumber = probe.fnumber;
     if constexpr (requires { probe.aperture(); }) beam.aperture = probe.aperture();
     if constexpr (requires { probe.focus; })
         if (probe.focus > 0) beam.focus = probe.focus;
@@ -69,15 +71,15 @@ beam_model beam_of(const Probe& probe, float depth) {
     return beam;
 }
 
-/// Metres between neighbouring lines at a depth along them, in the middle of the field; along the arc where they fan
-/// out.
+/// Distance between neighbouring lines at a depth, in the centre of the field of view, metres; along the arc where
+/// lines diverge.
 template <transducer Probe>
 INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
     const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
     const ray left = probe.beam(middle - 0.5F), right = probe.beam(middle + 0.5F);
     const float chord = length(right.at(depth) - left.at(depth));
-    const float half_sine = 0.5F * length(right.direction - left.direction); // of half the angle between the two
-    return half_sine < 1e-3F ? chord : chord * std::asin(lesser(half_sine, 1)) / half_sine;
+    const float half_sine = 0.5F * length(right.direction - left.direction); // of half the angle between them
+    return half_sine < 1e-3F ? chord : chord * std::asin(min(half_sine, 1)) / half_sine;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -6,17 +6,17 @@
 #include <cstddef>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Turns the phase of every frequency of a real signal back by a quarter of a cycle: cos becomes sin.
+/// Hilbert transform: shifts the phase of every frequency of a real signal by -90 degrees, so that cos becomes sin.
 ///
-/// By Fourier transforms of a power of two with at least a quarter of zeros after the signal, of two signals at a time,
-/// one as real and one as imaginary part. The forward transform leaves its results in bit-reversed order and the one
-/// back starts from there, so that nothing is reordered: positive frequencies stand at even places, negative ones at
-/// odd places. Source: Gentleman & Sande 1966 forward, Cooley & Tukey 1965 back.
+/// Uses FFTs of a power of two with at least a quarter of zero padding, of two signals at a time, one as the real and
+/// one as the imaginary part. The forward transform (decimation in frequency) leaves its results in bit-reversed order,
+/// from which the inverse transform (decimation in time) starts, so nothing is reordered: positive frequencies are at
+/// even indices, negative frequencies at odd ones. Source: Gentleman & Sande 1966, Cooley & Tukey 1965.
 class hilbert_transform {
   public:
-    INSONIFY_LAZY explicit hilbert_transform(std::size_t samples)
+    explicit hilbert_transform(std::size_t samples)
         : size_{std::bit_ceil(samples + samples / 4 + 2)}, cosine_(size_), sine_(size_) {
         for (std::size_t half = 1; half < size_; half *= 2)
             for (std::size_t i = 0; i < half; ++i) {
@@ -26,11 +26,11 @@ class hilbert_transform {
             }
     }
 
-    /// Floats that `apply` works on, and whose first are the signal; the others must be 0.
+    /// Size of the buffers of `apply`: the signal, padded with zeros.
     std::size_t size() const { return size_; }
 
-    /// In place; the values after the signal are no longer 0.
-    /// @tparam Width  floats that are worked on at once
+    /// In place; overwrites the padding.
+    /// @tparam Width  floats in a SIMD register
     template <int Width>
     void apply(float* one, float* other) const {
         for (std::size_t half = size_ / 2; half > 0; half /= 2)
@@ -38,7 +38,7 @@ class hilbert_transform {
                 forward<Width>(one + begin, other + begin, half);
 
         const float scale = 1 / static_cast<float>(size_);
-        one[0] = one[1] = other[0] = other[1] = 0; // the mean and the highest frequency have no phase
+        one[0] = one[1] = other[0] = other[1] = 0; // the Hilbert transform of DC and of the Nyquist frequency is 0
         for (std::size_t i = 2; i < size_; i += 2) {
             const float real = one[i], imaginary = other[i];
             one[i] = scale * imaginary;
@@ -93,5 +93,5 @@ class hilbert_transform {
     std::vector<float> sine_;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

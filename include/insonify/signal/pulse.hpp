@@ -9,15 +9,15 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The envelope of an echo along the displayed depth: a burst of constant amplitude, smoothed by a Gaussian; peak 1.
+/// Envelope of an echo along displayed depth: a rectangular burst, smoothed by a Gaussian; its peak is 1.
 struct pulse_envelope {
-    float sigma = 1; ///< of the Gaussian
-    float burst = 0; ///< length of the burst, in the unit of `sigma`; 0: the Gaussian itself
+    float sigma = 1; ///< standard deviation of the Gaussian
+    float burst = 0; ///< length of the burst, in the unit of `sigma`; 0: a Gaussian
 
-    /// Beyond this distance from the middle there is nothing.
-    INSONIFY_FN float reach() const { return 0.5F * burst + kernel_sigmas * sigma; }
+    /// The envelope is truncated at this distance from its centre.
+    INSONIFY_FN float half_length() const { return 0.5F * burst + detail::kernel_sigmas * sigma; }
 
-    /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, the same summed from x - L/2 to x + L/2.
+    /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2 to x + L/2, normalized.
     INSONIFY_FN float operator()(float x) const {
         if (!(burst > 1e-2F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
         const float scale = 0.70710678F / sigma, half = 0.5F * burst;
@@ -25,49 +25,48 @@ struct pulse_envelope {
     }
 };
 
-/// What the probe sends and how it rings: a burst of the carrier through a transducer whose own response has a Gaussian
-/// envelope, and so a Gaussian spectrum.
+/// Transmit pulse: a burst of the carrier, filtered by a transducer whose impulse response has a Gaussian envelope.
 ///
-///     pulse{.cycles = 2.5F}               as short as the transducer rings, for imaging
-///     pulse{.cycles = 2.5F, .burst = 8}   driven for eight cycles, as for Doppler
+///     pulse{.cycles = 2.5F}               impulse excitation, for imaging
+///     pulse{.cycles = 2.5F, .burst = 8}   excitation of eight cycles, as for Doppler
 struct pulse {
-    float frequency = 0; ///< of the carrier, hertz; 0: the probe's
-    float cycles = 2.5F; ///< of the transducer's ring, between the points where it has fallen to a tenth (-20 dB)
-    float burst = 0;     ///< cycles for which it is driven at one amplitude; 0: a single stroke
+    float frequency = 0; ///< carrier frequency, hertz; 0: that of the probe
+    float cycles = 2.5F; ///< length of the impulse response between its -20 dB points, in cycles
+    float burst = 0;     ///< length of the excitation, in cycles; 0: impulse excitation
 
-    /// Width of the transducer's amplitude spectrum at half its height (-6 dB), B, as a share of its centre frequency.
+    /// Fractional bandwidth B of the transducer at -6 dB: 1.61 / cycles.
     ///
-    /// B = 1.61 / cycles: an envelope of standard deviation s in time is a tenth at +-2.146 s, and s = 0.3748 / (B f0).
+    /// An envelope with the standard deviation s in time falls to -20 dB at +-2.146 s, and s = 0.3748 / (B f0).
     INSONIFY_FN constexpr float bandwidth() const { return 1.61F / cycles; }
 
-    /// Standard deviation of the ring's envelope along the displayed depth, metres: 0.1874 c0 / (B f0).
+    /// Standard deviation of the pulse envelope along displayed depth, metres: 0.1874 c0 / (B f0).
     ///
-    /// The spectrum's is B f0 / 2.3548 and the envelope's in time 1 / (2 pi) over that; depth is c0 t / 2.
+    /// The standard deviation of the spectrum is B f0 / 2.3548, that of the envelope in time 1 / (2 pi) over it; depth
+    /// is c0 t / 2.
     /// @param carrier  f0, hertz
     INSONIFY_FN constexpr float sigma_z(float carrier) const { return axial_sigma(bandwidth(), carrier); }
 
-    /// In metres of displayed depth, in which a cycle is c0 / (2 f0) long.
+    /// Envelope along displayed depth, metres; a cycle is c0 / (2 f0) long.
     INSONIFY_FN constexpr pulse_envelope envelope(float carrier) const {
         return {.sigma = sigma_z(carrier), .burst = burst * display_speed / (2 * carrier)};
     }
 
-    /// @param carrier  frequency of the probe, which the echoes were traced at, hertz
-    /// @throws usage_error  where a setting makes no sense, or the pulse is not at the carrier
-    INSONIFY_LAZY void check(float carrier) const {
+    /// @param carrier  frequency of the probe at which the echoes were traced, hertz
+    /// @throws usage_error  for a setting out of range, or a frequency other than the carrier
+    void check(float carrier) const {
         if (!is_finite(cycles) || !(cycles > 0))
-            throw usage_error{"pulse: `cycles` must be a finite number above 0; 2.5 is usual"};
+            throw usage_error{"pulse: `cycles` must be finite and above 0, such as 2.5"};
         if (!is_finite(burst) || !(burst >= 0))
-            throw usage_error{"pulse: `burst` must be a finite number of cycles, or 0 for a single stroke"};
+            throw usage_error{"pulse: `burst` must be a finite number of cycles, or 0 for impulse excitation"};
         if (!is_finite(frequency) || !(frequency >= 0))
-            throw usage_error{"pulse: `frequency` must be a finite number of hertz, or 0 for the probe's"};
+            throw usage_error{"pulse: `frequency` must be finite and above 0, or 0 for that of the probe"};
         if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
-            throw usage_error{"pulse: its frequency of " + std::to_string(frequency) + " Hz is not the probe's, " +
-                              std::to_string(carrier) + " Hz; give both the same, or leave the pulse's at 0"};
+            throw usage_error{"pulse: its frequency is " + std::to_string(frequency) + " Hz, that of the probe " +
+                              std::to_string(carrier) + " Hz; make them equal, or leave that of the pulse at 0"};
     }
 };
 
-/// The pulse that a probe is built for: as short as its `bandwidth` (a share of its frequency) allows, and `pulse{}`
-/// for a probe that states none.
+/// The shortest pulse that the fractional `bandwidth` of a probe permits; `pulse{}` for a probe without that member.
 template <transducer Probe>
 INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
     if constexpr (requires { probe.bandwidth; })

@@ -12,28 +12,28 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The oscillating signal that a probe really receives: RF(z) = Re(IQ(z) exp(+j 4 pi f0 z / c0)).
+/// Modulates baseband signals to the RF signal that a probe receives: RF(z) = Re(IQ(z) exp(+j 4 pi f0 z / c0)).
 ///
-/// In displayed depth the carrier has 2 f0 / c0 cycles a metre. `envelope` of it is that of the IQ lines.
+/// Along displayed depth the carrier has 2 f0 / c0 cycles per metre. The envelope is unchanged.
 /// @param frequency  f0 of the carrier, hertz
-/// @throws usage_error  where there are less than four samples a cycle, or the lines or the frequency make no sense
+/// @throws usage_error  for fewer than four samples per cycle, lines without samples, or a frequency out of range
 template <exec::policy Policy>
 scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
     if (iq.samples == 0 || iq.values.size() != static_cast<std::size_t>(iq.count) * iq.samples ||
         !is_finite(iq.depth) || !(iq.depth > 0))
-        throw usage_error{"to_rf: the lines must have samples, and a depth above 0"};
+        throw usage_error{"to_rf: the lines must have a depth above 0 and a value for every sample"};
     if (!is_finite(frequency) || !(frequency > 0))
-        throw usage_error{"to_rf: the frequency must be a finite number of hertz above 0"};
-    const double cycles_a_sample = 2.0 * frequency / display_speed * iq.depth / iq.samples;
-    if (cycles_a_sample > 0.25001) {
-        const float needed = lesser(std::ceil(static_cast<float>(4 * cycles_a_sample * iq.samples)), 1e9F);
-        throw usage_error{"to_rf: an oscillating signal needs four samples a cycle; trace and convolve with at least " +
-                          std::to_string(static_cast<std::uint32_t>(needed)) + " samples a line"};
+        throw usage_error{"to_rf: the frequency must be finite and above 0, such as 5_MHz"};
+    const double cycles_per_sample = 2.0 * frequency / display_speed * iq.depth / iq.samples;
+    if (cycles_per_sample > 0.25001) {
+        const float needed = min(std::ceil(static_cast<float>(4 * cycles_per_sample * iq.samples)), 1e9F);
+        throw usage_error{"to_rf: RF needs four samples per cycle; trace and convolve with at least " +
+                          std::to_string(static_cast<std::uint32_t>(needed)) + " samples per line"};
     }
 
     std::vector<vec2> carrier(iq.samples); // cosine and sine
     for (std::uint32_t k = 0; k < iq.samples; ++k) {
-        const double cycles = (k + 0.5) * cycles_a_sample;
+        const double cycles = (k + 0.5) * cycles_per_sample;
         const auto phase = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
         carrier[k] = {std::cos(phase), std::sin(phase)};
     }

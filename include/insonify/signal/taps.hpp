@@ -6,21 +6,21 @@
 #include <cstddef>
 #include <utility>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Gaussian kernels are cut off at so many standard deviations: e^-8 or -69 dB.
+/// Gaussian kernels are truncated at this number of standard deviations: e^-8 or -69 dB.
 inline constexpr float kernel_sigmas = 4;
 
-/// One weight of a filter.
+/// One coefficient of an FIR filter.
 struct tap {
     float weight = 0;
-    std::ptrdiff_t offset = 0; ///< in complex samples, from the sample that has the number of the result
+    std::ptrdiff_t offset = 0; ///< of its input sample relative to the result, in complex samples
 };
 
-/// A filter may read so many samples further than its results need.
+/// Number of samples that `sum_taps` may read beyond those that its results need.
 inline constexpr std::size_t tap_room = std::size_t{4} * simd_width;
 
-/// As many results as eight registers hold, which the sums never leave.
+/// Computes as many results as eight SIMD registers hold; the sums stay in registers.
 template <int Width, std::size_t... I>
 INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, float* to, std::index_sequence<I...>) {
     lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
@@ -34,9 +34,9 @@ INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, 
 
 /// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
 ///
-/// @tparam Width  floats that are worked on at once
-/// @param from  is read up to `tap_room` samples beyond what `count` results need
-/// @param to    must not overlap what is read
+/// @tparam Width  floats in a SIMD register
+/// @param from  read up to `tap_room` samples beyond what `count` results need
+/// @param to    must not overlap the samples read
 template <int Width>
 void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
     constexpr std::size_t block = std::size_t{4} * Width;
@@ -52,5 +52,5 @@ void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t coun
     for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
 }
 
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif

@@ -3,23 +3,29 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/signal/beam.hpp>
+#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The slices that stand for the thickness of the beam: parallel to the slice plane, in the middle and to both sides.
+/// Most elevation planes of a frame.
+inline constexpr std::uint32_t max_elevation_planes = 7;
+
+namespace detail {
+
+/// Parallel planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it.
 ///
-/// A thing out of plane counts with the weight of the slices that it reaches, which changes with depth as the beam's
-/// height does.
+/// A reflector out of the slice plane counts with the weights of the planes that intersect it, which change with depth as
+/// the elevation width of the beam does.
 class elevation_planes {
   public:
-    static constexpr std::uint32_t most = 7; ///< planes
-
-    /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 deviations of the beam at its thinnest
+    /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 standard deviations of the beam where it is
+    ///               thinnest
     /// @throws usage_error  for another count
-    INSONIFY_LAZY elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
-        if (count % 2 == 0 || count > most)
-            throw usage_error{"trace: `planes` must be 1, 3, 5 or 7; one plane, or pairs to both sides of it"};
+    elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
+        if (count % 2 == 0 || count > max_elevation_planes)
+            throw usage_error{"trace: `planes` is " + std::to_string(count) +
+                              "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
         constexpr float deviations[] = {0, 0.9F, 2.2F, 5};
         const float sigma = beam.elevation_sigma(beam.elevation_focus);
         for (std::uint32_t i = 0; i < count; ++i) {
@@ -27,23 +33,22 @@ class elevation_planes {
             const float inner = i == 0 ? 0 : deviations[(i + 1) / 2 - 1];
             const bool last = i + 2 >= count;
             const float outer = last ? deviations[(i + 1) / 2] : deviations[(i + 1) / 2 + 1];
-            width_[i] = i == 0 ? 2 * outer : outer - inner; // twice the strip that the plane stands for
+            width_[i] = i == 0 ? 2 * outer : outer - inner; // twice the strip that the plane represents
             height_[i] = count == 1 ? 0 : 0.5F * width_[i] * sigma;
         }
         if (count == 1) width_[0] = 1;
     }
 
-    /// How many planes there are.
     std::uint32_t count() const { return count_; }
 
     /// Metres out of the slice plane.
     float offset(std::uint32_t plane) const { return offset_[plane]; }
 
-    /// Metres out of the slice plane that a plane stands for; 0 of a plane alone.
+    /// Height of the strip that a plane represents, metres; 0 for a single plane.
     float height(std::uint32_t plane) const { return height_[plane]; }
 
-    /// What each plane counts for at a depth in metres; together 1.
-    INSONIFY_LAZY void weights(float depth, float (&weight)[most]) const {
+    /// The weight of each plane at a depth in metres; their sum is 1.
+    void weights(float depth, float (&weight)[max_elevation_planes]) const {
         const float sigma = beam_.elevation_sigma(depth);
         float sum = 0;
         for (std::uint32_t i = 0; i < count_; ++i) {
@@ -55,9 +60,9 @@ class elevation_planes {
     }
 
     /// The same for every sample of a line: plane after plane, each with `samples` weights.
-    INSONIFY_LAZY void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
+    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
         all.resize(std::size_t{count_} * samples);
-        float weight[most];
+        float weight[max_elevation_planes];
         for (std::uint32_t k = 0; k < samples; ++k) {
             weights((static_cast<float>(k) + 0.5F) * spacing, weight);
             for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = weight[i];
@@ -67,10 +72,11 @@ class elevation_planes {
   private:
     beam_model beam_;
     std::uint32_t count_;
-    float offset_[most] = {};
-    float width_[most] = {};
-    float height_[most] = {};
+    float offset_[max_elevation_planes] = {};
+    float width_[max_elevation_planes] = {};
+    float height_[max_elevation_planes] = {};
 };
 
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif

@@ -1,94 +1,121 @@
 #ifndef INSONIFY_TRACING_GROUND_TRUTH_HPP
 #define INSONIFY_TRACING_GROUND_TRUTH_HPP
 
-#include <insonify/acoustics/attenuation.hpp>
-#include <insonify/acoustics/fresnel.hpp>
-#include <insonify/core/algorithm.hpp>
-#include <insonify/core/later.hpp>
-#include <insonify/execution/any_policy.hpp>
+#include <insonify/acoustics/interface_law.hpp>
+#include <insonify/acoustics/physical.hpp>
+#include <insonify/core/decibels.hpp>
 #include <insonify/tracing/label.hpp>
+#include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What is true of every sample: maps of one grid.
+/// Maps of what is true of every sample, all on one grid.
 struct ground_truth_lines {
     label_lines label{};      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
     label_lines medium{};     ///< index into `scene::media()`
     label_lines surface{};    ///< id of the object whose surface lies in it; `background_label` where none does
     scan_lines incidence{};   ///< radians between the beam and the normal of that surface; 0 where there is none
-    scan_lines transmitted{}; ///< amplitude that arrives there and comes back, 0 to 1: the map of shadows
+    scan_lines transmitted{}; ///< amplitude that arrives there and returns, 0 to 1: the map of shadows
     scan_lines depth{};       ///< metres along the line, whatever the grid
 
     friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };
 
-/// `ground_truth`, compiled once for all policies.
-template <transducer Probe>
-ground_truth_lines find_truth(const exec::any_policy<false>& policy, const scene& body, const Probe& probe,
-                              const pose& at, const label_settings& settings) {
-    const label_axis axis{settings.grid};
-    const std::uint32_t samples =
-        check_acquisition(body, probe, at, axis, {.depth = settings.depth, .samples = settings.samples});
-    const float spacing = settings.depth / static_cast<float>(samples);
-    const later_t<Probe, label_lines> ids{probe.lines, samples, settings.depth};
-    const later_t<Probe, scan_lines> numbers{probe.lines, samples, settings.depth};
-    later_t<Probe, ground_truth_lines> truth{ids, ids, ids, numbers, numbers, numbers};
-    std::fill(truth.surface.values.begin(), truth.surface.values.end(), background_label);
+/// A model that states its interface law and its attenuation: `physical` with any laws, and `law2011`.
+template <class Model>
+concept ground_truth_model = requires(const Model& model, const incidence& at, const medium& m, float frequency) {
+    { model.at_interface(at) } -> std::same_as<response>;
+    { model.loss(m, frequency) } -> std::convertible_to<float>;
+};
 
-    const auto rank_of = [&](const layer& one) {
-        return one.place == 0 ? media_stack::none : body.objects()[one.place - 1].rank;
-    };
-    const auto trace_line = [&](std::uint32_t line, std::uint32_t, const line_frame&, view<const layer> layers) {
+namespace detail {
+
+struct truth_sample {
+    label_id label = background_label;
+    label_id medium = 0;
+    label_id surface = background_label;
+    float incidence = 0;
+    float transmitted = 0;
+    float depth = 0;
+};
+
+/// A model whose samples are ground truth, under the interface law and the attenuation of another.
+template <ground_truth_model Model>
+struct truth_model : label_axis {
+    using sample_type = truth_sample;
+    static constexpr float nanoseconds = 20;
+
+    Model model{};
+
+    template <class Policy>
+    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<truth_sample> out) const {
         float lost = 0;   // dB, to attenuation
         float passed = 1; // through interfaces
-        for_each_stretch(layers, body.media(), axis, samples, spacing, [&](std::size_t i, const label_stretch& part) {
-            const layer& here = layers[i];
-            const medium& m = body.media()[here.medium];
-            if (i > 0 && layers[i - 1].medium != here.medium) {
-                const layer& above = layers[i - 1];
-                passed *= fresnel{}.energy_transmission(body.media()[above.medium], m, here.cosine);
-                const auto k = static_cast<std::uint32_t>(lesser(part.begin / spacing, static_cast<float>(samples)));
-                if (k < samples && truth.surface(line, k) == background_label) {
-                    truth.surface(line, k) = rank_of(above) < rank_of(here) ? above.object : here.object;
-                    // The tilts, because near normal incidence a cosine has no digits left.
-                    truth.incidence(line, k) = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
+        this->for_each_stretch(line, out.size(), spacing, [&](std::size_t i, const label_stretch& part) {
+            const layer& here = line.layers[i];
+            const medium& m = line.media[here.medium];
+            if (i > 0 && line.layers[i - 1].medium != here.medium) {
+                const layer& above = line.layers[i - 1];
+                passed *= model.at_interface({line.media[above.medium], m, here.cosine, line.frequency}).transmitted;
+                const auto k = static_cast<std::size_t>(min(part.begin / spacing, static_cast<float>(out.size())));
+                if (k < out.size() && out[k].surface == background_label) {
+                    // Ranks, in which the background comes last: place 0 wraps around.
+                    out[k].surface = above.place - 1 < here.place - 1 ? above.object : here.object;
+                    // From the tilts, because near normal incidence a cosine has no digits left.
+                    out[k].incidence = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
                 }
             }
-            const float loss = echo_loss(m, probe.frequency);
-            for (auto k = static_cast<std::uint32_t>(part.first); k < part.last; ++k) {
+            const float loss = model.loss(m, line.frequency);
+            for (std::size_t k = part.first; k < part.last; ++k) {
                 const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
-                truth.label(line, k) = here.object;
-                truth.medium(line, k) = here.medium;
-                truth.transmitted(line, k) = passed * std::pow(10.0F, -(lost + loss * into) / 20);
-                truth.depth(line, k) = here.begin + into;
+                out[k].label = here.object;
+                out[k].medium = here.medium;
+                out[k].transmitted = passed * amplitude_of_decibels(-(lost + loss * into));
+                out[k].depth = here.begin + into;
             }
             lost += loss * (here.end - here.begin);
         });
-    };
-    const elevation_planes middle{beam_of(probe, settings.depth), 1};
-    line_workspace found;
-    for_each_line(policy, search::best, body, probe, at, middle, axis.reach(settings.depth, body.media()), angles::find,
-                  found, 20 * static_cast<float>(samples), trace_line);
-    return truth;
-}
+    }
+    friend bool operator==(const truth_model&, const truth_model&) = default;
+};
+
+} // namespace detail
 
 /// All that a learning pipeline may want to know of a frame, from one trace.
 ///
-///     transmitted = product of T over the interfaces above * 10^(-sum of 2 alpha0 f^b d over the media above / 20)
+///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///
-/// T = 1 - r^2 of `fresnel`, what an echo keeps when it crosses twice; alpha0 in dB/m at 1 MHz, f the probe's frequency
-/// in MHz, d in metres. It is the amplitude with which `physical` weighs every echo; 1 is what the probe sends.
+/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m there and back, d in
+/// metres. It is the amplitude with which the model weights every echo; 1 is what the probe sends.
 ///
-/// A surface counts where the medium changes: water in water has none. Where two objects meet it is that of the object
-/// that gives the medium where both are. Of several in one sample the one nearest to the probe is reported.
-/// @param at  probe to world: x lateral, y elevation, z depth
+/// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
+/// has precedence. Of several in one sample the one nearest to the probe is reported.
+/// @param at     probe to world: x lateral, y elevation, z depth
+/// @param model  the one that the picture is drawn with
 /// @return maps of `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for an unbuilt scene, senseless settings, absurd sizes
+/// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe>
+template <exec::policy Policy, transducer Probe, ground_truth_model Model = physical<>>
 ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                const label_settings& settings) {
-    return find_truth(exec::any_policy<false>{policy}, body, probe, at, settings);
+                                const label_settings& settings, const Model& model = {}) {
+    const detail::any_policy<false> any{policy};
+    const auto found = trace(any, body, probe, at, detail::truth_model<Model>{{settings.grid}, model},
+                             {.depth = settings.depth, .samples = settings.samples});
+    const label_lines labels{found.count, found.samples, found.depth};
+    const scan_lines numbers{found.count, found.samples, found.depth};
+    ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};
+    exec::for_each_block(any, found.values.size(), 16384, 3, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const detail::truth_sample& one = found.values[i];
+            truth.label.values[i] = one.label;
+            truth.medium.values[i] = one.medium;
+            truth.surface.values[i] = one.surface;
+            truth.incidence.values[i] = one.incidence;
+            truth.transmitted.values[i] = one.transmitted;
+            truth.depth.values[i] = one.depth;
+        }
+    });
+    return truth;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

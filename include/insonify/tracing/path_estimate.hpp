@@ -7,16 +7,16 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The mean of independent random estimates of the same lines, and how far off it may be.
+/// The mean of independent random estimates of the same lines, with its standard error.
 ///
 ///     path_estimate echoes;
 ///     for (std::uint64_t frame = 0; frame < 50; ++frame)
-///         echoes.add(policy, trace_paths(..., {.samples = 40, .seed = frame}));
+///         echoes.add(policy, trace_paths(..., {.paths_per_line = 40, .seed = frame}));
 ///
 /// Source of the update: Welford 1962.
 class path_estimate {
   public:
-    /// @throws usage_error  where the lines have another shape than those before
+    /// @throws usage_error  where the shape of the lines differs from the former ones
     template <exec::policy Policy>
     void add(const Policy& policy, const iq_lines& lines) {
         if (frames_ == 0) {
@@ -34,13 +34,14 @@ class path_estimate {
         });
     }
 
-    /// Estimates taken in.
+    /// Number of estimates.
     std::uint32_t frames() const { return frames_; }
     /// Their mean, sample by sample.
     const iq_lines& mean() const { return mean_; }
 
-    /// Of each sample's mean: standard deviation of the complex value over the root of the frames; 0 before two.
-    INSONIFY_LAZY scan_lines standard_error() const {
+    /// Standard error of the mean of each sample: the standard deviation of the complex value over the square root of the
+    /// number of frames; 0 before two frames.
+    scan_lines standard_error() const {
         scan_lines error{mean_.count, mean_.samples, mean_.depth};
         if (frames_ > 1)
             for (std::size_t i = 0; i < squares_.size(); ++i)

@@ -41,7 +41,7 @@ struct portrait {
     bool built = false;
     std::vector<object> objects{};
     std::vector<medium> media{};
-    std::vector<pose> places{};
+    aabb box{};
     scan_lines seen{};
 };
 
@@ -49,11 +49,10 @@ portrait portrait_of(const scene& body) {
     portrait p;
     p.objects = body.objects();
     p.media.assign(body.media().begin(), body.media().end());
-    p.places.assign(body.places().begin(), body.places().end());
+    p.box = body.box();
     p.built = body.is_built();
     try {
         p.seen = trace_slice(exec::seq, body, linear_array{.lines = 16}, pose{}, law2011{}, {.depth = 40_mm});
-        body.require_trees();
         const scan_lines rays =
             trace_beams(exec::seq, body, linear_array{.lines = 16}, pose{}, law2011{}, {.depth = 40_mm});
         p.seen.values.insert(p.seen.values.end(), rays.values.begin(), rays.values.end());
@@ -64,12 +63,11 @@ portrait portrait_of(const scene& body) {
 
 bool same(const portrait& a, const portrait& b) {
     const auto same_object = [](const object& x, const object& y) {
-        const bool same_boxes = x.box.lower == y.box.lower && x.box.upper == y.box.upper;
         return x.id == y.id && x.name == y.name && x.at == y.at && x.surface.positions == y.surface.positions &&
-               x.surface.faces == y.surface.faces && x.inside == y.inside && x.volume == y.volume && x.rank == y.rank &&
-               x.medium_index == y.medium_index && x.moved == y.moved && x.tree_follows == y.tree_follows && same_boxes;
+               x.surface.faces == y.surface.faces && x.inside == y.inside && x.priority == y.priority;
     };
-    return a.built == b.built && a.media == b.media && a.places == b.places && a.seen == b.seen &&
+    return a.built == b.built && a.media == b.media && a.box.lower == b.box.lower && a.box.upper == b.box.upper &&
+           a.seen == b.seen &&
            std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same_object);
 }
 
@@ -204,7 +202,6 @@ int main() {
     };
     check_scene("scene::build", body, [](scene& s) { s.build(exec::seq); });
     check_scene("scene::build, two threads", body, [](scene& s) { s.build(exec::par.threads(2)); });
-    check_scene("scene::build, trees wait", body, [](scene& s) { s.build(exec::seq, trees::wait); });
     scene fine{tissue::fat};
     fine.add(make_sphere({0, 0, 20_mm}, 8_mm, 5), tissue::bone);
     check_scene("scene::build, parts of a tree on two threads", fine, [](scene& s) { s.build(exec::par.threads(2)); });
@@ -218,11 +215,10 @@ int main() {
     });
     scene moved = built;
     move(moved);
-    check_scene("scene::update, trees wait", moved, [](scene& s) { s.update(exec::seq, trees::wait); });
-    scene waiting = body;
-    waiting.build(exec::seq, trees::wait);
-    move(waiting);
-    check_scene("scene::update, trees follow after waiting", waiting, [](scene& s) { s.update(exec::seq); });
+    check_scene("scene::update", moved, [](scene& s) { s.update(exec::seq); });
+    scene updated = moved;
+    updated.update(exec::seq);
+    check_scene("scene::view_for_rays", updated, [](scene& s) { s.view_for_rays(exec::seq); });
     check_tree();
     check_frame(built);
     check_file();

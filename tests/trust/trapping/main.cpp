@@ -22,10 +22,10 @@ void draw(const Policy& policy, scene& body, const Probe& probe, const pose& at)
     const acquisition scan{.depth = 50_mm, .samples = 1024, .planes = 3};
     const image picture = b_mode(policy, body, probe, at, {.depth = 50_mm, .size = {128, 128}});
     trace_paths(policy, body, probe, at, physical{}, scan);
-    trace_paths(policy, body, probe, at, physical{}, scan, {.face_reflection = 0.3F, .samples = 4});
+    trace_paths(policy, body, probe, at, physical{}, scan, {.face_reflection = 0.3F, .paths_per_line = 4});
     trace_beams(policy, body, probe, at, physical{}.with_scattering(poisson_scatterers<>{}), scan);
-    const scan_lines lines = trace_slice(policy, body, probe, at, law2011{.band = band::after}, scan);
-    const label_settings labels{.depth = 50_mm, .samples = 256, .grid = grid::displayed};
+    const scan_lines lines = trace_slice(policy, body, probe, at, law2011{.band = law2011::band::after}, scan);
+    const label_settings labels{.depth = 50_mm, .samples = 256, .grid = label_settings::grid::displayed};
     ground_truth(policy, body, probe, at, labels);
     const image flat = scan_convert(policy, lines, probe, {.size = {64, 64}});
     const scan_map map = make_scan_map(policy, probe, {.depth = 50_mm, .samples = 1024}, {.size = {64, 64}});
@@ -83,7 +83,7 @@ int main() {
             std::puts("rays along the sides of a box get something else together than alone");
             return 1;
         }
-    body.update(exec::par, trees::wait);
+    body.update(exec::par);
     scene nothing{tissue::fat};
     draw(exec::seq, nothing.build(exec::seq), linear_array{.lines = 1}, pose{});
     std::puts("no division by zero and no NaN on the way to any picture");

@@ -1,0 +1,105 @@
+#ifndef INSONIFY_ACOUSTICS_CELL_LAYOUT_HPP
+#define INSONIFY_ACOUSTICS_CELL_LAYOUT_HPP
+
+#include <insonify/acoustics/scatter_numbers.hpp>
+#include <insonify/acoustics/scattering.hpp>
+#include <insonify/acoustics/view_direction.hpp>
+#include <insonify/execution/simd_math.hpp>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// A straight segment of a line in the undeformed material.
+struct rest_line {
+    vec3 origin{0, 0, 0}; ///< metres
+    vec3 along{0, 0, 1};  ///< metres of material per metre of the line
+};
+
+/// The slots and cells that one segment of a line traverses.
+struct cell_layout {
+    double slot = 0;             ///< at the origin of the segment
+    double slots_per_metre = 1;  ///< of the line
+    vec2 across{0, 0};           ///< lateral position of the origin, in cells
+    vec2 across_per_slot{0, 0};  ///< change of the lateral position from slot to slot, in cells
+    std::uint32_t key = 0;       ///< hash of seed, object and layout direction
+    float volume = 0;            ///< of a cell, m^3
+    float scatterer_density = 0; ///< of the medium, per m^3
+    vec2 slope{0, 0};            ///< see `scatterer_run`
+
+    /// Values of N consecutive slots, interpolated between the four cells around the line.
+    /// @param first_slot  index of the first slot
+    /// @param offset      slots from the origin to the centre of each
+    /// @param numbers     the contents of the cells, such as `gaussian_numbers`
+    template <int N, class Numbers>
+    INSONIFY_FN INSONIFY_INLINE complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
+                                                        const Numbers& numbers) const {
+        using floats = lanes<N>;
+        using bits = bit_lanes<N>;
+        constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
+        const bits slot_hash = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
+        const bits jitter = mix_lanes<N>(slot_hash); // displaces the cells of each slot: 16 bits for each axis
+        const floats one(1.0F), to_cells(0x1p-16F);
+        const floats x =
+            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(jitter & 0xFFFFU) * to_cells;
+        const floats y = floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(jitter >> 16) * to_cells;
+        const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
+        const floats right = x - floats_of<N>(column), upper = y - floats_of<N>(row);
+        const floats left = one - right, lower = one - upper;
+        const bits index = slot_hash + column * next_column + row * next_row + 0x51ED270BU;
+        const complex_lanes<N> a = numbers.template operator()<N>(index, volume, scatterer_density),
+                               b = numbers.template operator()<N>(index + next_column, volume, scatterer_density),
+                               c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
+                               d = numbers.template operator()<N>(index + (next_column + next_row), volume,
+                                                                  scatterer_density);
+        const floats scale = unit_power_scale<N>(right) * unit_power_scale<N>(upper);
+        return {
+            (lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
+            (lower * (left * a.imaginary + right * b.imaginary) + upper * (left * c.imaginary + right * d.imaginary)) *
+                scale};
+    }
+
+  private:
+    // Keeps the power of linear interpolation: 1 / sqrt(w^2 + (1 - w)^2) = sqrt(2 / (1 + u)), u = (2 w - 1)^2, as a
+    // polynomial in u within 1e-4.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE static lanes<N> unit_power_scale(const lanes<N>& weight) {
+        const lanes<N> twice = weight + weight - lanes<N>(1.0F);
+        return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
+    }
+};
+
+/// The layout of cells of a given size for one segment of a line in one slab.
+/// @param spacing  length of a slot, metres
+INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, const material_line& line,
+                                                const rest_line& segment, double slab, float spacing) {
+    const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object);
+    const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
+    const vec3 view = view_direction(segment.along, mix_bits(object_hash + slab_index * 0x9E3779B9U));
+    const orthonormal_basis axes{view};
+    const vec3 lateral = cross(line.elevation, line.along);
+    const float advance = dot(segment.along, view);
+    cell_layout cells;
+    cells.slot = static_cast<double>(dot(segment.origin, view)) / spacing;
+    cells.slots_per_metre = static_cast<double>(advance) / spacing;
+    cells.across = vec2{dot(segment.origin, axes.first), dot(segment.origin, axes.second)} / cell;
+    cells.across_per_slot =
+        vec2{dot(segment.along, axes.first), dot(segment.along, axes.second)} * (spacing / (advance * cell));
+    cells.key = object_hash;
+    for (int axis = 0; axis < 3; ++axis)
+        cells.key = mix_bits(cells.key ^
+                             static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(view[axis] * 16384))));
+    cells.volume = cell * cell * spacing;
+    cells.scatterer_density = line.scatterer_density;
+    cells.slope = vec2{dot(lateral, view), dot(line.elevation, view)} / -advance;
+    return cells;
+}
+
+/// The point itself, or the origin for points so far away (about 100 km) that floats do not resolve the cells, or that
+/// integers do not count the slots.
+INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
+    const vec3 size = abs(point);
+    const float max_coordinate = min(0x1p29F * min(cell, 1e-3F), 0x1p50F * spacing);
+    return size.x < max_coordinate && size.y < max_coordinate && size.z < max_coordinate ? point : vec3{0, 0, 0};
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif

@@ -1,0 +1,47 @@
+#ifndef INSONIFY_CORE_MEMO_HPP
+#define INSONIFY_CORE_MEMO_HPP
+
+#include <insonify/core/config.hpp>
+#include <concepts>
+#include <optional>
+#include <tuple>
+#include <type_traits>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Converts to T and to nothing else, a base of T least of all.
+template <class T>
+struct exactly {
+    template <std::same_as<T> U>
+    operator const U&() const;
+};
+
+/// T has an == of its own that is not a template. A type derived from one with == only inherits the comparison of its
+/// base, which does not see the members that the derived type adds.
+template <class T>
+concept comparable = std::equality_comparable<T> &&
+    (!std::is_class_v<T> || requires(const T& value, const exactly<T>& other) { value == other; });
+
+/// Caches one value, computed from its inputs, until these change. Inputs that are not comparable count as changed.
+template <class Value, class... Inputs>
+class memo {
+  public:
+    /// The value for these inputs.
+    /// @param compute  compute(value) overwrites the old value, whose memory it may reuse
+    template <class Compute>
+    const Value& operator()(const Compute& compute, const Inputs&... inputs) {
+        if constexpr ((comparable<Inputs> && ...))
+            if (inputs_ && *inputs_ == std::tie(inputs...)) return value_;
+        inputs_.reset(); // an exception in compute leaves no valid value
+        compute(value_);
+        inputs_.emplace(inputs...);
+        return value_;
+    }
+
+  private:
+    std::optional<std::tuple<Inputs...>> inputs_{};
+    Value value_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif

@@ -1,0 +1,141 @@
+#ifndef INSONIFY_SCENE_LAYERS_HPP
+#define INSONIFY_SCENE_LAYERS_HPP
+
+#include <insonify/acoustics/layer.hpp>
+#include <insonify/scene/crossings.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Crossings closer together than this count as one, metres: touching faces make one interface, not a film between two.
+inline constexpr float touching_distance = 1e-6F;
+
+/// How a line meets a surface.
+struct surface_incidence {
+    float cosine = 1;      ///< of the angle of incidence, 0 to 1
+    vec2 tilt{0, 0};       ///< of the normal against the line, radians: within the slice plane, and out of it
+    vec3 normal{0, 0, -1}; ///< of the surface in the world, length 1
+};
+/// How a line meets a face; at normal incidence where the face has no area.
+INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::uint32_t face, const line_frame& line) {
+    const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
+    const vec3 normal = unit_normal(one.surface[face], -along);
+    const float facing = std::fabs(dot(normal, along));
+    return {
+        .cosine = min(facing, 1.0F),
+        .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)},
+        .normal = one.at.direction(normal)};
+}
+
+/// Turns the crossings of a line into layers, one at a time: which object's medium fills which part of the line.
+///
+/// Crossings within `touching_distance` of one another are applied together before the media are compared. For all
+/// tracers: a straight line takes all layers, a path goes on until its medium changes.
+class layer_walk {
+  public:
+    /// @param found     sorted; its `inside` follows the walk
+    /// @param depth     where the line ends, metres
+    /// @param incident  whether to compute how the line meets surfaces
+    INSONIFY_FN layer_walk(const scene_view& scene, const line_frame& line, line_crossings& found, float depth,
+                           bool incident)
+        : scene_{scene}, line_{line}, found_{found}, depth_{depth}, incident_{incident} {}
+
+    /// Crossings at the origin of the line belong to the probe's face: they are applied before the first layer.
+    INSONIFY_FN void enter_at_face() {
+        for (; next_ < found_.count && found_.room[next_].distance <= touching_distance; ++next_)
+            found_.inside.toggle(found_.room[next_].rank);
+    }
+    /// Crossings at the origin belong to the surface that a path has just left: they are skipped.
+    INSONIFY_FN void skip_departure() {
+        while (next_ < found_.count && found_.room[next_].distance <= touching_distance) ++next_;
+    }
+
+    /// The next layer, which ends at a change of object or at the end of the line. @return false after the last one
+    INSONIFY_FN bool next(layer& here) {
+        if (at_end_) return false;
+        const std::uint32_t current = found_.inside.top();
+        here = layer_from(current, begin_, met_);
+        while (next_ < found_.count && found_.room[next_].distance < depth_) {
+            group_ = next_;
+            const float place = found_.room[group_].distance;
+            for (; next_ < found_.count && found_.room[next_].distance <= place + touching_distance; ++next_)
+                found_.inside.toggle(found_.room[next_].rank);
+            const std::uint32_t after = found_.inside.top();
+            if (after == current) continue;
+            if (incident_) met_ = incidence_at_change(current, after);
+            here.end = begin_ = place;
+            return true;
+        }
+        at_end_ = true;
+        return true;
+    }
+    /// Whether the last layer ended at the end of the line.
+    INSONIFY_FN bool at_end() const { return at_end_; }
+
+    /// What follows the surface at which the last layer ended, as a layer of no thickness.
+    INSONIFY_FN layer beyond() const {
+        layer after = layer_from(found_.inside.top(), begin_, met_);
+        after.end = begin_;
+        return after;
+    }
+    /// How the line meets that surface.
+    INSONIFY_FN const surface_incidence& met() const { return met_; }
+    /// Applies the crossings at that surface once more: the objects are again those before it.
+    INSONIFY_FN void step_back(media_stack& inside) const {
+        for (std::uint32_t i = group_; i < next_; ++i) inside.toggle(found_.room[i].rank);
+    }
+
+  private:
+    INSONIFY_FN layer layer_from(std::uint32_t rank, float begin, const surface_incidence& met) const {
+        layer here{.begin = begin, .end = depth_, .cosine = met.cosine, .tilt = met.tilt};
+        if (rank == media_stack::none) return here;
+        const object_view& one = scene_.objects[rank];
+        here.medium = one.medium;
+        here.object = one.id;
+        here.place = 1 + rank;
+        return here;
+    }
+
+    // Of the touching surfaces, the first one that belongs to either medium.
+    INSONIFY_FN surface_incidence incidence_at_change(std::uint32_t before, std::uint32_t after) const {
+        std::uint32_t surface = group_;
+        while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
+            ++surface;
+        const crossing& at = found_.room[surface];
+        return incidence_on(scene_.objects[at.rank], at.primitive, line_);
+    }
+
+    const scene_view& scene_;
+    const line_frame& line_;
+    line_crossings& found_;
+    float depth_;
+    bool incident_;
+    std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
+    float begin_ = 0;
+    surface_incidence met_{};
+    bool at_end_ = false;
+};
+
+} // namespace detail
+
+/// Turns the sorted crossings of a straight line into layers.
+///
+/// @param depth     where the line ends, metres
+/// @param room      for the layers
+/// @param incident  whether to compute how the line meets surfaces (`layer::cosine`, `layer::tilt`)
+/// @return          the layers, a part of `room`; none where they do not fit
+INSONIFY_FN inline view<const layer> stack_layers(const scene_view& scene, const line_frame& line, float depth,
+                                                  line_crossings& found, view<layer> room, bool incident = true) {
+    detail::layer_walk walk{scene, line, found, depth, incident};
+    walk.enter_at_face();
+    std::size_t count = 0;
+    for (layer here; walk.next(here);) {
+        if (count == room.size()) return {};
+        room[count++] = here;
+    }
+    return found.inside.overflow ? view<const layer>{} : view<const layer>{room.data(), count};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

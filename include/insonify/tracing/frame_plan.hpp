@@ -1,0 +1,111 @@
+#ifndef INSONIFY_TRACING_FRAME_PLAN_HPP
+#define INSONIFY_TRACING_FRAME_PLAN_HPP
+
+#include <insonify/acoustics/acoustic_model.hpp>
+#include <insonify/core/memo.hpp>
+#include <insonify/probe/acquisition.hpp>
+#include <insonify/signal/pulse.hpp>
+#include <insonify/tracing/check.hpp>
+#include <insonify/tracing/elevation.hpp>
+#include <insonify/tracing/kernel_table.hpp>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A frame as the function of one line sees it: probe, pose, sampling, planes and kernels. Trivially copyable where the
+/// probe is.
+template <transducer Probe>
+struct frame_view {
+    Probe probe{};             ///< that sends and receives
+    pose at{};                 ///< probe to world
+    float depth = 0;           ///< of the last sample's end, metres
+    float spacing = 0;         ///< metres from sample to sample
+    float max_depth = 0;       ///< how far lines are followed, metres
+    float pulse_sigma = 0;     ///< standard deviation of the pulse envelope, metres of displayed depth
+    std::uint32_t samples = 0; ///< along each line
+    std::uint32_t planes = 1;  ///< that represent the thickness of the slice
+    float plane_offset[max_elevation_planes] = {}; ///< metres out of the slice plane
+    float plane_height[max_elevation_planes] = {}; ///< metres that each plane represents
+    view<const float> plane_weights{};             ///< plane after plane, one weight for each sample
+    line_aperture aperture{};                      ///< that receives
+    kernel_table_view kernels{};                   ///< of the stages that follow
+
+    /// A line of the probe in one of the planes, in the world.
+    INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t plane) const {
+        const ray beam = probe.beam(static_cast<float>(number));
+        const vec3 elevation = at.direction({0, 1, 0});
+        return {at.point(beam.origin) + plane_offset[plane] * elevation, at.direction(beam.direction), elevation};
+    }
+};
+
+namespace detail {
+
+/// Lines that one thread takes at a time.
+inline constexpr int lines_per_block = 8;
+
+/// All that follows from probe, acquisition and model alone: kept between frames, recomputed where one of them changes.
+template <transducer Probe, acoustic_model Model>
+class frame_plan {
+  public:
+    /// @param samples  along each line, chosen
+    /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
+    template <class Policy>
+    frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
+                              const acquisition& scan, std::uint32_t samples, view<const medium> media) {
+        const tables& made =
+            tables_([&](tables& t) { t.compute(policy, probe, scan.depth, samples, scan.planes, model); }, probe,
+                    scan.depth, samples, scan.planes, model);
+        frame_view<Probe> frame{.probe = probe,
+                                .at = at,
+                                .depth = scan.depth,
+                                .spacing = scan.depth / static_cast<float>(samples),
+                                .max_depth = max_depth_of(model, scan.depth, media),
+                                .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
+                                .samples = samples,
+                                .planes = scan.planes,
+                                .plane_weights = made.plane_weights,
+                                .aperture = made.aperture_view(),
+                                .kernels = made.kernels.view_of()};
+        for (std::uint32_t i = 0; i < frame.planes; ++i) {
+            frame.plane_offset[i] = made.plane_offset[i];
+            frame.plane_height[i] = made.plane_height[i];
+        }
+        return frame;
+    }
+
+  private:
+    struct tables {
+        std::vector<float> plane_offset{}, plane_height{}, plane_weights{}, fnumbers{};
+        float fnumber_spacing = 1, elevation_fnumber = 4;
+        kernel_table kernels{};
+
+        template <class Policy>
+        void compute(const Policy& policy, const Probe& probe, float depth, std::uint32_t samples, std::uint32_t count,
+                     const Model& model) {
+            const beam_model beam = beam_of(probe, depth);
+            const elevation_planes planes{beam, count};
+            plane_offset.clear();
+            plane_height.clear();
+            for (std::uint32_t i = 0; i < count; ++i) {
+                plane_offset.push_back(planes.offset(i));
+                plane_height.push_back(planes.height(i));
+            }
+            plane_weights.clear();
+            if (count > 1) planes.weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
+            kernels = make_kernel_table(policy, probe, depth, planes, model);
+            constexpr std::uint32_t parts = kernel_table_view::depths;
+            fnumber_spacing = depth / parts;
+            fnumbers.clear();
+            for (std::uint32_t k = 0; k < parts; ++k)
+                fnumbers.push_back(beam.fnumber((static_cast<float>(k) + 0.5F) * fnumber_spacing));
+            elevation_fnumber = beam.elevation_fnumber();
+        }
+        line_aperture aperture_view() const { return {fnumbers, fnumber_spacing, elevation_fnumber}; }
+    };
+
+    memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,147 @@
+#ifndef INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
+#define INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
+
+#include <insonify/acoustics/echo_line.hpp>
+#include <insonify/acoustics/scattering.hpp>
+#include <insonify/core/view.hpp>
+#include <cstddef>
+
+/// The acoustic model knows physics alone: it emits the echo that the probe receives. `convolve` then averages neighbouring
+/// lines, and the planes of the slice are averaged too, which weakens echoes that differ from line to line. Here echoes are
+/// raised beforehand by as much, so that their levels come out as the model meant.
+namespace insonify::inline INSONIFY_ABI {
+
+/// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
+struct kernel_sample {
+    float lateral_sigma = 0;     ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
+    float line_spacing = 0;      ///< metres to the next line
+    float speckle_gain = 1;      ///< keeps the rms of speckle
+    vec2 speckle_spread{0, 0};   ///< m^2: mean square distance between correlated speckle, across lines and planes
+    float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
+    vec2 surface_spread{0, 0};   ///< m^2: the same for these
+    float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
+};
+
+/// The kernels along one line, by displayed depth.
+struct line_kernels {
+    view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
+    float spacing = 1;                   ///< metres of displayed depth to each part
+    view<const float> plane_offsets{};   ///< metres out of the slice plane
+    view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
+    float plane_height = 0; ///< metres out of the slice plane that this plane represents; 0 for a single one
+
+    /// The part that a displayed depth lies in, metres.
+    INSONIFY_FN std::size_t index(float depth) const {
+        return static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
+    }
+    /// The kernels at a displayed depth, metres; without effect where there are none.
+    INSONIFY_FN kernel_sample at(float depth) const {
+        return samples.empty() ? kernel_sample{} : samples[index(depth)];
+    }
+};
+
+/// An `echo_line` that compensates for the kernels before it writes.
+class compensated_echoes {
+  public:
+    /// @param pulse_sigma  standard deviation of the pulse envelope, metres of displayed depth
+    INSONIFY_FN compensated_echoes(const echo_line& echoes, const line_kernels& kernels, float frequency,
+                                   float pulse_sigma)
+        : echoes_{echoes}, kernels_{kernels}, frequency_{frequency}, sigma_{pulse_sigma},
+          phase_per_metre_{4 * pi * frequency / display_speed} {}
+
+    /// As `echo_line::depth`.
+    INSONIFY_FN float depth() const { return echoes_.depth(); }
+    /// As `echo_line::add`: an echo without compensation.
+    INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }
+
+    /// The specular law already contains the loss of a tilted surface, so the part that the kernels would take again is
+    /// divided out.
+    INSONIFY_FN void surface(float depth, float amplitude, vec2 slope) const {
+        echoes_.surface(depth, amplitude / (lateral_transfer(depth, slope.x) * elevation_transfer(depth, slope.y)),
+                        slope);
+    }
+
+    /// The rms of speckle is kept. On a slope the echoes of neighbouring lines differ in phase: two lines d apart by
+    /// 4 pi f0 s d / c0; what they have in common counts by the cosine.
+    INSONIFY_FN void scatterers(scatterer_echoes run) const {
+        const auto gain = [&](float depth) {
+            const kernel_sample here = kernels_.at(depth);
+            const vec2 angle_squared = square(phase_per_metre_) * run.slope * run.slope * here.speckle_spread;
+            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x + angle_squared.y, 4));
+        };
+        constexpr float max_level = 1e20F; // keeps sums finite
+        run.first_level = min(run.first_level * gain(run.depth), max_level);
+        run.last_level = min(run.last_level * gain(run.depth + run.step * static_cast<float>(run.count)), max_level);
+        echoes_.scatterers(run);
+    }
+
+    /// A sloping rough surface covers a range of depths within the width of the line and the height of its plane: it is
+    /// divided into independent parts over that range, of the same total power, or a steep surface would be a staircase.
+    ///
+    /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
+    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 scatterer spacings is the correlation length of the field and k
+    /// the phase a metre; far apart they are independent.
+    template <class Value>
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, const Value& value) const {
+        const kernel_sample here = kernels_.at(depth);
+        const float per_metre = 1 / square(0.632F * scatterer_spacing(frequency_)) + square(phase_per_metre_);
+        const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
+        const float range =
+            min(here.line_spacing * std::fabs(slope.x) + kernels_.plane_height * std::fabs(slope.y), 3e-3F);
+        const float part = max(0.5F * sigma_, 1e-6F);
+        const auto parts = static_cast<int>(std::ceil(range / part)) + 1;
+        const float gain =
+            min(here.surface_gain * std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)), here.uncorrelated_gain);
+        const float level = amplitude * gain / std::sqrt(static_cast<float>(parts));
+        for (int i = 0; i < parts; ++i) {
+            const float deeper = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
+            echoes_.add(depth + deeper, value(deeper) * level);
+        }
+    }
+
+  private:
+    // No echo is raised by more than the inverse: the echo of a small or curved surface is weakened less.
+    static constexpr float min_transfer = 0.15F;
+
+    // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
+    // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
+    // 4 pi f0 s / c0 and at the nearest aliases of the line spacing.
+    INSONIFY_FN float lateral_transfer(float depth, float slope) const {
+        const kernel_sample here = kernels_.at(depth);
+        if (!(here.lateral_sigma > 0) || !(here.line_spacing > 0)) return 1;
+        const float narrowed = 1 / std::sqrt(1 + square(here.lateral_sigma * slope / sigma_));
+        const float phase = phase_per_metre_ * slope, alias = 2 * pi / here.line_spacing;
+        const float nearest = phase - alias * std::floor(phase / alias + 0.5F);
+        float kept = 0, all = 0;
+        for (int i = -1; i <= 1; ++i) {
+            const float shift = static_cast<float>(i) * alias;
+            kept += std::exp(-0.5F * square(narrowed * here.lateral_sigma * (nearest + shift)));
+            all += std::exp(-0.5F * square(here.lateral_sigma * shift));
+        }
+        return max(narrowed * kept / all, min_transfer);
+    }
+
+    // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
+    // phase as the surface is deeper there.
+    INSONIFY_FN float elevation_transfer(float depth, float slope) const {
+        if (kernels_.plane_offsets.empty() || slope == 0) return 1;
+        const float* weights = kernels_.plane_weights.first + kernels_.index(depth) * kernels_.plane_offsets.size();
+        float sum = 0;
+        for (std::size_t i = 0; i < kernels_.plane_offsets.size(); ++i) {
+            const float deeper = slope * kernels_.plane_offsets[i], sigmas = deeper / sigma_;
+            sum += weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
+        }
+        return max(std::fabs(sum), min_transfer);
+    }
+
+    INSONIFY_FN static float square(float x) { return x * x; }
+
+    echo_line echoes_;
+    line_kernels kernels_;
+    float frequency_;
+    float sigma_;
+    float phase_per_metre_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,171 @@
+#ifndef INSONIFY_TRACING_KERNEL_TABLE_HPP
+#define INSONIFY_TRACING_KERNEL_TABLE_HPP
+
+#include <insonify/bvh/large_array.hpp>
+#include <insonify/execution/for_each.hpp>
+#include <insonify/signal/beam.hpp>
+#include <insonify/signal/lateral_kernel.hpp>
+#include <insonify/tracing/elevation.hpp>
+#include <insonify/tracing/kernel_compensation.hpp>
+#include <algorithm>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// `kernel_table` in flat arrays. Trivially copyable.
+struct kernel_table_view {
+    static constexpr std::uint32_t depths = 128; ///< parts of the displayed depth
+
+    view<const kernel_sample>
+        samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
+    view<const float> plane_offsets{}; ///< metres out of the slice plane
+    view<const float> plane_weights{}; ///< for each part those of all planes
+    std::uint32_t lines = 0;           ///< of the probe
+    std::uint32_t border = 0;          ///< lines further than this from the border share a table
+    float spacing = 1;                 ///< metres to each part
+
+    /// The kernels along one line. @param plane_height  metres that its plane represents
+    INSONIFY_FN line_kernels of_line(std::uint32_t line, float plane_height) const {
+        if (samples.empty()) return {};
+        const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
+        const std::uint32_t row = nearer < border ? nearer : border;
+        return {.samples = {samples.data() + std::size_t{row} * depths, depths},
+                .spacing = spacing,
+                .plane_offsets = plane_offsets,
+                .plane_weights = plane_weights,
+                .plane_height = plane_height};
+    }
+};
+
+namespace detail {
+
+/// The kernels of `convolve` and of the planes, for every line of a probe, with the gains that keep the levels.
+///
+/// Averaging lowers the rms of random echoes, by how much depends on the lines and planes that there are. The gain g makes
+/// up for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
+/// covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
+class kernel_table {
+  public:
+    kernel_table() = default; ///< no compensation
+
+    /// @param speckle, surface  covariance(metres apart, radians turned) of speckle, and of the echoes of rough surfaces
+    template <class Policy, transducer Probe, class Speckle, class Surface>
+    kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+                 const Speckle& speckle, const Surface& surface)
+        : lines_{probe.lines}, spacing_{depth / depths} {
+        const beam_model beam = beam_of(probe, depth);
+        // One step of the kernel for each of the depths.
+        const detail::lateral_kernel kernel = detail::make_lateral_kernel(
+            probe, {.depth = depth, .samples = depths * detail::lateral_kernel::depth_step});
+        border_ =
+            kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.half_width()), (probe.lines - 1) / 2);
+        samples_.resize(std::size_t{border_ + 1} * depths);
+        for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
+        plane_weights_.resize(std::size_t{depths} * planes.count());
+        const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
+        for_each_index(policy, depths, [&](std::size_t k) {
+            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
+            float weight[max_elevation_planes];
+            planes.weights(z, weight);
+            std::copy_n(weight, planes.count(),
+                        plane_weights_.begin() + static_cast<std::ptrdiff_t>(k * planes.count()));
+            const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
+            const levels of_speckle = levels_of(across, turned, planes, weight, speckle);
+            const levels of_surface = levels_of(across, turned, planes, weight, surface);
+            const levels uncorrelated = levels_of(across, turned, planes, weight, [](float, float) { return 0.0F; });
+            for (std::uint32_t line = 0; line <= border_; ++line)
+                samples_[std::size_t{line} * depths + k] = {.lateral_sigma =
+                                                                probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                                                            .line_spacing = across.spacing,
+                                                            .speckle_gain = of_speckle.gain[line],
+                                                            .speckle_spread = of_speckle.spread[line],
+                                                            .surface_gain = of_surface.gain[line],
+                                                            .surface_spread = of_surface.spread[line],
+                                                            .uncorrelated_gain = uncorrelated.gain[line]};
+        });
+    }
+
+    kernel_table_view view_of() const {
+        return {.samples = {samples_.data(), samples_.size()},
+                .plane_offsets = plane_offsets_,
+                .plane_weights = plane_weights_,
+                .lines = lines_,
+                .border = border_,
+                .spacing = spacing_};
+    }
+
+  private:
+    static constexpr std::uint32_t depths = kernel_table_view::depths;
+
+    // By distance from the border.
+    struct levels {
+        std::vector<float> gain;
+        std::vector<vec2> spread;
+    };
+
+    template <class Covariance>
+    levels levels_of(const lateral_weights& across, float turned, const elevation_planes& planes,
+                     const float (&weight)[max_elevation_planes], const Covariance& covariance) const {
+        float power = 0, distance_squared = 0;
+        for (std::uint32_t i = 0; i < planes.count(); ++i)
+            for (std::uint32_t j = 0; j < planes.count(); ++j) {
+                const float apart = planes.offset(i) - planes.offset(j);
+                const float common = weight[i] * weight[j] * (i == j ? 1.0F : covariance(apart, 0));
+                power += common;
+                distance_squared += common * apart * apart;
+            }
+        const auto between_lines = [&](int lag) {
+            const auto lines = static_cast<float>(lag);
+            return lag == 0 ? 1.0F : covariance(lines * across.spacing, lines * turned);
+        };
+        const auto lag_squared = [&](int lag) {
+            const float apart = static_cast<float>(lag) * across.spacing;
+            return between_lines(lag) * apart * apart;
+        };
+        const auto to_border = [&](std::uint32_t line) { return std::min({line, lines_ - 1 - line, border_}); };
+        levels found{std::vector<float>(border_ + 1, 1.0F), std::vector<vec2>(border_ + 1)};
+        const auto gain_of = [&](std::uint32_t line) { return found.gain[to_border(line)]; };
+        std::vector<float> level(border_ + 1);
+        for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: a fixed point
+            for (std::uint32_t line = 0; line <= border_; ++line)
+                level[line] = power * across.power(line, between_lines, gain_of);
+            for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(level[line]);
+        }
+        for (std::uint32_t line = 0; line <= border_; ++line)
+            found.spread[line] = {power * across.power(line, lag_squared, gain_of), distance_squared / power};
+        return found;
+    }
+
+    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
+
+    std::uint32_t lines_ = 0;
+    std::uint32_t border_ = 0;
+    float spacing_ = 1;
+    large_array<kernel_sample> samples_;
+    std::vector<float> plane_offsets_;
+    std::vector<float> plane_weights_;
+};
+
+/// The table for a model that states the covariance of its speckle; no compensation for others.
+template <class Policy, transducer Probe, class Model>
+kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+                               const Model& model) {
+    if constexpr (requires { model.covariance(depth, depth); })
+        return {policy,
+                probe,
+                depth,
+                planes,
+                [&](float apart, float turned) { return model.covariance(apart, turned); },
+                [&](float apart, float turned) {
+                    if constexpr (requires { model.surface_covariance(apart, turned); })
+                        return model.surface_covariance(apart, turned);
+                    else
+                        return model.covariance(apart, turned);
+                }};
+    else
+        return {};
+}
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif

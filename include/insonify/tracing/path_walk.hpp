@@ -1,0 +1,201 @@
+#ifndef INSONIFY_TRACING_PATH_WALK_HPP
+#define INSONIFY_TRACING_PATH_WALK_HPP
+
+#include <insonify/acoustics/physical.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/scene/layers.hpp>
+#include <insonify/tracing/tracer.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How far sound is followed through refraction and reflection.
+struct path_settings {
+    std::uint32_t bounces = 4;        ///< reflections of a path before its last echo, at most
+    float min_amplitude = 1e-5F;      ///< paths that would return less are dropped
+    float face_reflection = 0;        ///< of the probe's face, as pressure amplitude, for echoes that return to it
+    std::uint32_t paths_per_line = 0; ///< random paths (Monte Carlo); 0: every path, split at each surface
+    float rough_power = 40;           ///< random paths: normals of rough surfaces are distributed as cos^rough_power
+    std::uint64_t seed = 1;           ///< of random paths; another seed is another frame of the same picture
+
+    friend bool operator==(const path_settings&, const path_settings&) = default;
+};
+
+/// Models whose echoes can be computed layer by layer and surface by surface: `physical`, with any laws.
+template <class Model>
+concept path_model = acoustic_model<Model> && requires(const Model& m, const traced_line& line, const layer& one,
+                                                       echo_path& path, const echo_line& echoes, const incidence& at) {
+    m.add_layer(line, one, path, echoes);
+    { m.add_interface(line, one, one, path, echoes) } -> std::same_as<response>;
+    { m.roughness.coherent(at) } -> std::convertible_to<float>;
+    { m.timing } -> std::convertible_to<timing>;
+};
+
+namespace detail {
+
+/// The direction in which sound continues behind an interface: by the law's own `refracted(direction, normal, before,
+/// after)` where it has one, else by Snell's; {0, 0, 0} where it is totally reflected.
+template <class Law>
+INSONIFY_FN vec3 refracted_by(const Law& law, vec3 direction, vec3 normal, const medium& before, const medium& after) {
+    if constexpr (requires { law.refracted(direction, normal, before, after); })
+        return law.refracted(direction, normal, before, after);
+    else
+        return refracted(direction, normal, before, after);
+}
+
+/// Follows all paths of one line: a stack of branches, each of which ends at the next change of medium, where its
+/// reflected and transmitted parts begin.
+template <path_model Model>
+class path_walk {
+  public:
+    /// @param random  numbers the random paths: a different stream for each
+    INSONIFY_FN path_walk(const line_task& task, const Model& model, const path_settings& settings,
+                          line_scratch& scratch, view<vec2> out, std::uint64_t random)
+        : scene_{task.scene}, model_{model}, settings_{settings}, line_{task.line}, face_{task.line.frame},
+          echoes_{task.echoes(out)}, found_{scratch.found}, branches_{scratch.branches},
+          branch_objects_{scratch.branch_objects}, random_{random} {
+        for (const medium& m : scene_.media) fastest_ = max(fastest_, m.sound_speed);
+    }
+
+    /// @return false where the scratch is too small
+    INSONIFY_FN bool run() {
+        if (!find_crossings(scene_, {.origin = face_.origin, .direction = face_.along}, range(0), found_)) return false;
+        layer_walk{scene_, face_, found_, range(0), false}.enter_at_face();
+        push({.frame = face_}, found_.inside);
+        while (count_ > 0 && !overflow_)
+            if (!follow(branches_[--count_])) return false;
+        return !overflow_;
+    }
+
+  private:
+    // How far a path can go on from a displayed depth, metres.
+    INSONIFY_FN float range(float shown) const { return (echoes_.depth() - shown) * fastest_ / display_speed; }
+
+    // Distance to the face of the probe for a path that returns to it; FLT_MAX where it does not.
+    INSONIFY_FN float to_face(const line_frame& at) const {
+        const float towards = -dot(at.along, face_.along);
+        if (settings_.face_reflection == 0 || !(towards > 0.5F)) return FLT_MAX;
+        return dot(at.origin - face_.origin, face_.along) / towards;
+    }
+
+    INSONIFY_FN bool follow(path_branch now) {
+        const float face = to_face(now.frame);
+        const float limit = min(range(now.path.shown), face);
+        const bool complete =
+            find_crossings(scene_, {.origin = now.frame.origin, .direction = now.frame.along}, limit, found_);
+        objects_ -= now.inside;
+        const view<std::uint32_t> containing{branch_objects_.data() + objects_, now.inside};
+        found_.inside.assign({.ranks = containing, .count = now.inside});
+        if (!complete || found_.inside.overflow) return false;
+        line_.frame = now.frame;
+        layer_walk walk{scene_, now.frame, found_, limit, true};
+        walk.skip_departure();
+        for (layer above; walk.next(above);) {
+            model_.add_layer(line_, above, now.path, echoes_);
+            if (walk.at_end()) break;
+            layer below = walk.beyond();
+            if (above.medium != below.medium) {
+                split(now, walk, above, below);
+                return !found_.inside.overflow;
+            }
+        }
+        if (face < FLT_MAX && limit == face) return_from_face(now, face);
+        return !found_.inside.overflow;
+    }
+
+    // A path meets a surface: its transmitted and its reflected part go on.
+    INSONIFY_FN void split(const path_branch& now, const layer_walk& walk, const layer& above, const layer& below) {
+        const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
+        const vec3 smooth = walk.met().normal, along = now.frame.along;
+        const bool random = settings_.paths_per_line > 0;
+        vec3 facet = smooth;
+        if (random && rms_height(before, after) > 0) {
+            const float first = uniform();
+            facet =
+                perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power, {first, uniform()});
+        }
+        const response met = model_.add_interface(line_, above, below, now.path, echoes_);
+        // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
+        const float mirrored =
+            random ? 1.0F : model_.roughness.coherent({before, after, walk.met().cosine, line_.frequency});
+        const float back = met.reflected * met.reflected * mirrored * mirrored;
+
+        // A facet that would send the path to the wrong side of the surface gives way to the surface as a whole.
+        const auto crosses = [&](vec3 direction) { return dot(direction, smooth) * dot(along, smooth) > 0; };
+        const auto transmitted_by = [&](vec3 normal) {
+            if (model_.timing != timing::sound_speed) return along;
+            return refracted_by(model_.boundary, along, normal, before, after);
+        };
+        const auto mirrored_by = [&](vec3 normal) { return along - 2 * dot(along, normal) * normal; };
+        vec3 onwards = transmitted_by(facet), reflected = mirrored_by(facet);
+        if (!crosses(onwards)) onwards = transmitted_by(smooth);
+        if (onwards == vec3{0, 0, 0} && met.transmitted > 0)
+            onwards = along; // the law transmits where Snell's does not
+        if (crosses(reflected)) reflected = mirrored_by(smooth);
+
+        const vec3 point = now.frame.origin + below.begin * along;
+        path_branch on = now, off = now;
+        on.frame = turned(now.frame, point, onwards);
+        off.frame = turned(now.frame, point, reflected);
+        on.path.passed *= met.transmitted;
+        off.path.passed *= back;
+        ++off.bounces;
+        if (random) { // one of the two, with the probability of its part: its weight stays
+            const float both = back + met.transmitted;
+            if (!(both > 0)) return;
+            const bool reflects = uniform() * both < back;
+            (reflects ? off : on).path.passed = now.path.passed * both;
+            if (reflects) walk.step_back(found_.inside);
+            return push(reflects ? off : on, found_.inside);
+        }
+        push(on, found_.inside);
+        walk.step_back(found_.inside);
+        push(off, found_.inside);
+    }
+
+    INSONIFY_FN void return_from_face(path_branch now, float distance) {
+        echoes_.add(now.path.shown,
+                    {now.path.passed * settings_.face_reflection * amplitude_of_decibels(-now.path.lost_db), 0});
+        const vec3 point = now.frame.origin + distance * now.frame.along;
+        now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
+        now.path.passed *= settings_.face_reflection * settings_.face_reflection;
+        ++now.bounces;
+        push(now, found_.inside);
+    }
+
+    INSONIFY_FN void push(path_branch next, const media_stack& inside) {
+        const float amplitude = next.path.passed * amplitude_of_decibels(-next.path.lost_db);
+        if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
+        if (next.bounces > settings_.bounces) return;
+        overflow_ = overflow_ || count_ == branches_.size() || objects_ + inside.count > branch_objects_.size();
+        if (overflow_) return;
+        next.inside = inside.count;
+        for (std::uint32_t i = 0; i < inside.count; ++i) branch_objects_[objects_++] = inside.ranks[i];
+        branches_[count_++] = next;
+    }
+
+    INSONIFY_FN static line_frame turned(const line_frame& before, vec3 point, vec3 along) {
+        const vec3 elevation = before.elevation - dot(before.elevation, along) * along;
+        const float size = length(elevation);
+        return {point, along, size > 1e-3F ? elevation / size : before.elevation};
+    }
+
+    INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }
+
+    const scene_view& scene_;
+    const Model& model_;
+    const path_settings& settings_;
+    traced_line line_;
+    line_frame face_;
+    compensated_echoes echoes_;
+    line_crossings& found_;
+    view<path_branch> branches_;
+    view<std::uint32_t> branch_objects_;
+    std::uint64_t random_;
+    float fastest_ = display_speed;
+    std::uint32_t count_ = 0, objects_ = 0; // branches, and the objects that contain them
+    bool overflow_ = false;
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,118 @@
+#ifndef INSONIFY_TRACING_TRACE_FRAME_HPP
+#define INSONIFY_TRACING_TRACE_FRAME_HPP
+
+#include <insonify/execution/any_policy.hpp>
+#include <insonify/probe/line_grid.hpp>
+#include <insonify/scene/scene.hpp>
+#include <insonify/tracing/check.hpp>
+#include <insonify/tracing/frame_plan.hpp>
+#include <insonify/tracing/trace_line.hpp>
+#include <algorithm>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The scratch of one thread on the host: doubles until the line fits.
+class scratch_memory {
+  public:
+    line_scratch scratch() {
+        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
+                .layers = layers_,
+                .branches = branches_,
+                .branch_objects = branch_objects_};
+    }
+    void grow() {
+        crossings_.resize(2 * crossings_.size());
+        inside_.resize(2 * inside_.size());
+        layers_.resize(2 * layers_.size());
+        branches_.resize(2 * branches_.size());
+        branch_objects_.resize(2 * branch_objects_.size());
+    }
+
+  private:
+    std::vector<crossing> crossings_ = std::vector<crossing>(128);
+    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
+    std::vector<layer> layers_ = std::vector<layer>(64);
+    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
+    std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
+};
+
+/// What a tracer prepares for a frame where it does; the tracer itself where it does not.
+template <class Tracer>
+concept prepares_frames = requires {
+    typename Tracer::frame_state;
+};
+
+template <class Tracer>
+struct tracer_memory {}; // nothing to keep
+template <prepares_frames Tracer>
+struct tracer_memory<Tracer> {
+    typename Tracer::frame_state state{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What `trace` keeps from frame to frame, so that it allocates nothing after the first.
+template <transducer Probe, acoustic_model Model, class Tracer>
+struct trace_workspace_of {
+    detail::frame_plan<Probe, Model> plan{};                               ///< tables
+    detail::tracer_memory<Tracer> tracing{};                               ///< of the tracer
+    std::vector<detail::scratch_memory> scratch{};                         ///< for each block of lines
+    std::vector<std::vector<typename Model::sample_type>> plane_samples{}; ///< for each block of lines
+};
+
+namespace detail {
+
+/// Traces a frame: every line by the same function, blocks of lines on the policy's threads.
+/// @param lines  memory that is reused, whatever it held
+template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
+line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const scene& body, const Probe& probe,
+                                                   const pose& at, const Model& model, const acquisition& scan,
+                                                   const Tracer& how, trace_workspace_of<Probe, Model, Tracer>& own,
+                                                   line_grid<typename Model::sample_type> lines) {
+    using sample_type = typename Model::sample_type;
+    const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
+    if (scan.planes > 1 && !is_average_v<sample_type>)
+        throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
+    if constexpr (requires { how.check(); }) how.check();
+    const frame_view<Probe> frame = own.plan.view_of(policy, probe, at, model, scan, samples, body.media());
+    lines.reshape(probe.lines, samples, scan.depth);
+    const std::size_t blocks = (probe.lines + lines_per_block - 1) / lines_per_block;
+    if (own.scratch.size() < blocks) own.scratch.resize(blocks);
+    if (own.plane_samples.size() < blocks) own.plane_samples.resize(blocks);
+
+    const auto trace_block = [&](const scene_view& scene, const auto& tracer, std::size_t begin, std::size_t end) {
+        scratch_memory& memory = own.scratch[begin / lines_per_block];
+        std::vector<sample_type>& plane_samples = own.plane_samples[begin / lines_per_block];
+        if (frame.planes > 1) plane_samples.resize(samples);
+        line_scratch scratch = memory.scratch();
+        for (std::size_t i = begin; i < end; ++i) {
+            const view<sample_type> out{lines.values.data() + i * samples, samples};
+            while (!trace_line(policy, frame, scene, tracer, model, static_cast<std::uint32_t>(i), scratch,
+                               view<sample_type>{plane_samples}, out)) {
+                memory.grow();
+                scratch = memory.scratch();
+            }
+        }
+    };
+    const float model_time = nanoseconds_of<Model>() * static_cast<float>(samples);
+    if constexpr (prepares_frames<Tracer>) {
+        auto& state = own.tracing.state;
+        how.prepare(policy, body, frame, state);
+        const float line_time = (model_time + state.search_time()) * static_cast<float>(frame.planes);
+        exec::for_each_block(policy, probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
+            trace_block(state.scene(), state.of_block(begin), begin, end);
+        });
+    } else {
+        const scene_view scene = body.view_for_rays(policy);
+        exec::for_each_block(policy, probe.lines, lines_per_block, 1e6F,
+                             [&](std::size_t begin, std::size_t end) { trace_block(scene, how, begin, end); });
+    }
+    return lines;
+}
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif

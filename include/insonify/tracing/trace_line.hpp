@@ -1,0 +1,51 @@
+#ifndef INSONIFY_TRACING_TRACE_LINE_HPP
+#define INSONIFY_TRACING_TRACE_LINE_HPP
+
+#include <insonify/tracing/frame_plan.hpp>
+#include <insonify/tracing/tracer.hpp>
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Whether samples can be weighted and added.
+template <class Sample>
+inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
+
+/// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
+///
+/// @param plane_samples  room for the samples of one plane where there are several
+/// @param out            the samples of the line; whatever they held is overwritten
+/// @return               false where the scratch is too small; the samples then mean nothing
+template <class Policy, transducer Probe, class Tracer, acoustic_model Model>
+INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame, const scene_view& scene,
+                            const Tracer& tracer, const Model& model, std::uint32_t number, line_scratch& scratch,
+                            view<typename Model::sample_type> plane_samples, view<typename Model::sample_type> out) {
+    using sample_type = typename Model::sample_type;
+    for (sample_type& sample : out) sample = sample_type{};
+    for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+        const line_task task{.scene = scene,
+                             .line = {.media = scene.media,
+                                      .frequency = frame.probe.frequency,
+                                      .places = scene.places,
+                                      .frame = frame.line(number, plane),
+                                      .aperture = frame.aperture,
+                                      .pulse_sigma = frame.pulse_sigma},
+                             .number = number,
+                             .plane = plane,
+                             .planes = frame.planes,
+                             .max_depth = frame.max_depth,
+                             .spacing = frame.spacing,
+                             .kernels = frame.kernels.of_line(number, frame.plane_height[plane])};
+        if (frame.planes == 1) return tracer(policy, task, model, scratch, out);
+        if constexpr (is_average_v<sample_type>) {
+            for (sample_type& sample : plane_samples) sample = sample_type{};
+            if (!tracer(policy, task, model, scratch, plane_samples)) return false;
+            const float* weight = frame.plane_weights.data() + std::size_t{plane} * frame.samples;
+            for (std::size_t k = 0; k < out.size(); ++k) out[k] += weight[k] * plane_samples[k];
+        }
+    }
+    return true;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif

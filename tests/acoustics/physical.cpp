@@ -1,0 +1,299 @@
+#include <insonify/acoustics/acoustic_model.hpp>
+#include <insonify/acoustics/physical.hpp>
+#include <array>
+#include <doctest/doctest.h>
+#include <initializer_list>
+#include <vector>
+
+using namespace insonify;
+
+static_assert(acoustic_model<physical<>>);
+
+namespace physical_law_test {
+namespace {
+
+struct surface_echo {
+    float depth = 0, amplitude = 0;
+    vec2 slope{0, 0};
+};
+struct rough_echo {
+    float depth = 0, amplitude = 0;
+    vec2 slope{0, 0};
+    vec2 value{0, 0}, deeper{0, 0}; // of the random field, at the surface and 0.1 mm deeper
+};
+struct speckle_run {
+    scatterer_echoes echoes{}; // without the amplitudes, which are gone after the call
+    double power = 0;          // sum of their squares
+};
+
+/// Stands in place of an `echo_line` and records what a model emits.
+struct recorder {
+    float end = 0;
+    std::vector<surface_echo>* surfaces = nullptr;
+    std::vector<rough_echo>* rough = nullptr;
+    std::vector<speckle_run>* speckle = nullptr;
+
+    float depth() const { return end; }
+    void surface(float depth, float amplitude, vec2 slope) const { surfaces->push_back({depth, amplitude, slope}); }
+    template <class Value>
+    void rough_surface(float depth, float amplitude, vec2 slope, const Value& value) const {
+        rough->push_back({depth, amplitude, slope, value(0.0F), value(0.1e-3F)});
+    }
+    void scatterers(const scatterer_echoes& run) const {
+        double power = 0;
+        for (std::uint32_t i = 0; i < run.count; ++i)
+            power += static_cast<double>(run.real[i]) * run.real[i] +
+                     static_cast<double>(run.imaginary[i]) * run.imaginary[i];
+        speckle->push_back({run, power});
+    }
+};
+struct emitted {
+    std::vector<surface_echo> surfaces{};
+    std::vector<rough_echo> rough{};
+    std::vector<speckle_run> speckle{};
+};
+template <class Model>
+emitted emit(const Model& model, const traced_line& line, float depth) {
+    emitted found;
+    model.emit(line, recorder{depth, &found.surfaces, &found.rough, &found.speckle});
+    return found;
+}
+
+constexpr double pi_exact = 3.14159265358979;
+double wide(float value) { return static_cast<double>(value); }
+
+// Fat, muscle, fat, bone: the third layer is another object of the same medium as the background.
+constexpr std::array<medium, 3> media{
+    medium{.density = 930, .sound_speed = 1455, .attenuation = 60},
+    medium{.density = 1075, .sound_speed = 1580, .attenuation = 100, .attenuation_power = 1.1F},
+    medium{.density = 1910, .sound_speed = 3500, .attenuation = 500}};
+constexpr std::array<layer, 4> layers{layer{0, 10_mm, 0}, layer{10_mm, 14_mm, 1, 1}, layer{14_mm, 20_mm, 0, 2},
+                                      layer{20_mm, 60_mm, 2, 3}};
+
+double level(double decibels) { return std::pow(10.0, decibels / 20); }
+double reflection(const medium& a, const medium& b) {
+    const double z1 = wide(a.density) * a.sound_speed, z2 = wide(b.density) * b.sound_speed;
+    return (z2 - z1) / (z2 + z1);
+}
+// dB there and back
+double loss(const medium& m, double metres, double megahertz) {
+    return 2 * wide(m.attenuation) * std::pow(megahertz, wide(m.attenuation_power)) * metres;
+}
+
+} // namespace
+} // namespace physical_law_test
+
+TEST_CASE("physical: specular echoes have reflection, transmission and attenuation in closed form") {
+    using namespace physical_law_test;
+    const emitted found = emit(physical<>{}, {layers, media, 5_MHz}, 60_mm);
+    REQUIRE(found.surfaces.size() == 3);
+    CHECK(found.rough.empty());
+    CHECK(found.speckle.empty()); // anechoic
+    const medium* const order[] = {&media[0], &media[1], &media[0], &media[2]};
+    const double thickness[] = {10e-3, 4e-3, 6e-3};
+    double shown = 0, decibels = 0, transmitted = 1;
+    for (std::size_t i = 0; i < 3; ++i) {
+        shown += thickness[i] * 1540 / wide(order[i]->sound_speed);
+        decibels += loss(*order[i], thickness[i], 5);
+        const double r = reflection(*order[i], *order[i + 1]);
+        CHECK(wide(found.surfaces[i].depth) == doctest::Approx(shown).epsilon(1e-6));
+        CHECK(wide(found.surfaces[i].amplitude) == doctest::Approx(transmitted * r * level(-decibels)).epsilon(1e-4));
+        CHECK(found.surfaces[i].slope == vec2{0, 0});
+        transmitted *= 1 - r * r;
+    }
+}
+
+TEST_CASE("physical: an oblique surface has Fresnel's reflection, the specular law and a slope") {
+    using namespace physical_law_test;
+    constexpr float angle_x = 0.06F, angle_y = -0.03F;
+    const double cosine = 1 / std::sqrt(1 + std::pow(std::tan(0.06), 2) + std::pow(std::tan(0.03), 2));
+    const std::array<layer, 2> oblique{layer{0, 20_mm, 0}, layer{.begin = 20_mm,
+                                                                 .end = 60_mm,
+                                                                 .medium = 2,
+                                                                 .cosine = static_cast<float>(cosine),
+                                                                 .tilt = {angle_x, angle_y}}};
+    const std::array<float, 2> fnumbers{1.5F, 3};
+    const traced_line line{.layers = oblique,
+                           .media = media,
+                           .frequency = 5_MHz,
+                           .aperture = {.fnumbers = fnumbers, .spacing = 15_mm, .elevation_fnumber = 5}};
+    const double shown = 20e-3 * 1540 / 1455; // 21.2 mm: F/3 in the slice plane
+    const double r = wide(fresnel{}.pressure_reflection(media[0], media[2], static_cast<float>(cosine)));
+    const double collected = (1 - 0.06 / std::atan(1.0 / 6)) * (1 - 0.03 / std::atan(1.0 / 10));
+    const double attenuation = level(-loss(media[0], 20e-3, 5));
+
+    const emitted found = emit(physical<>{}, line, 60_mm);
+    REQUIRE(found.surfaces.size() == 1);
+    CHECK(wide(found.surfaces[0].amplitude) == doctest::Approx(r * collected * attenuation).epsilon(1e-4));
+    CHECK(wide(found.surfaces[0].depth) == doctest::Approx(shown).epsilon(1e-6));
+    CHECK(wide(found.surfaces[0].slope.x) == doctest::Approx(std::tan(0.06) * 1540 / 1455));
+    CHECK(wide(found.surfaces[0].slope.y) == doctest::Approx(-std::tan(0.03) * 1540 / 1455));
+
+    const emitted normal = emit(physical<>{.angle = angle::normal}, line, 60_mm);
+    REQUIRE(normal.surfaces.size() == 1);
+    CHECK(wide(normal.surfaces[0].amplitude) ==
+          doctest::Approx(reflection(media[0], media[2]) * attenuation).epsilon(1e-4));
+    CHECK(normal.surfaces[0].slope == vec2{0, 0});
+
+    const emitted uniform = emit(physical<>{.timing = timing::uniform}, line, 60_mm);
+    REQUIRE(uniform.surfaces.size() == 1);
+    CHECK(uniform.surfaces[0].depth == doctest::Approx(20_mm));
+    CHECK(wide(uniform.surfaces[0].slope.x) == doctest::Approx(std::tan(0.06)));
+}
+
+TEST_CASE("physical: a rough surface has a weakened specular echo and a diffuse one of the calibrated level") {
+    using namespace physical_law_test;
+    std::array<medium, 2> rough{medium{.density = 1000, .sound_speed = 1540},
+                                medium{.density = 2000, .sound_speed = 3000, .roughness = 30_um}};
+    const std::array<layer, 2> two{layer{0, 20_mm, 0}, layer{20_mm, 30_mm, 1, 7}};
+    const double r = reflection(rough[0], rough[1]), k = 2 * pi_exact * 5e6 / 1540;
+    const double phase = 2 * k * 30e-6;
+    const traced_line line{.layers = two, .media = rough, .frequency = 5_MHz, .aperture = {.elevation_fnumber = 4}};
+    const emitted found = emit(physical<>{}, line, 30_mm);
+    REQUIRE(found.surfaces.size() == 1);
+    REQUIRE(found.rough.size() == 1);
+    CHECK(wide(found.surfaces[0].amplitude) == doctest::Approx(r * std::exp(-phase * phase / 2)).epsilon(1e-4));
+    CHECK(wide(found.rough[0].amplitude) ==
+          doctest::Approx(r * std::sqrt((1 - std::exp(-phase * phase)) * 0.166 / (2 * 4))).epsilon(1e-4));
+    CHECK(found.rough[0].depth == doctest::Approx(20_mm));
+
+    double power = 0, product = 0; // of the random field at two depths
+    constexpr int lines = 2000;
+    for (int i = 0; i < lines; ++i) {
+        traced_line aside = line;
+        aside.frame.origin = {0.7_mm * static_cast<float>(i), 0, 0};
+        const rough_echo one = emit(physical<>{}, aside, 30_mm).rough.at(0);
+        power += wide(dot(one.value, one.value)) / lines;
+        product += wide(dot(one.value, one.deeper)) / lines;
+    }
+    CHECK(power == doctest::Approx(1).epsilon(0.08)); // 3.5 standard errors
+    CHECK(std::fabs(product) < 0.08);
+
+    rough[1].roughness = 0;
+    CHECK(emit(physical<>{}, line, 30_mm).rough.empty());
+}
+
+TEST_CASE("physical: speckle has the level of the medium's backscatter, after transmission and attenuation") {
+    using namespace physical_law_test;
+    const std::array<medium, 2> tissue{
+        medium{.density = 1000, .sound_speed = 1500, .attenuation = 50, .backscatter = 0.5F},
+        medium{.density = 1200, .sound_speed = 1600, .attenuation = 30, .backscatter = 2}};
+    const std::array<layer, 2> two{layer{0, 10_mm, 0}, layer{10_mm, 40_mm, 1, 1}};
+    const double r = reflection(tissue[0], tissue[1]), sigma = 0.1e-3;
+    double power[2] = {}, metres[2] = {};
+    for (int i = 0; i < 60; ++i) {
+        const emitted found = emit(physical<>{},
+                                   {.layers = two,
+                                    .media = tissue,
+                                    .frequency = 5_MHz,
+                                    .frame = {.origin = {0.9_mm * static_cast<float>(i), 0, 0}},
+                                    .pulse_sigma = static_cast<float>(sigma)},
+                                   30_mm);
+        for (const speckle_run& run : found.speckle) {
+            const scatterer_echoes& e = run.echoes;
+            const double border = 10e-3 * 1540 / 1500;
+            const std::size_t which = wide(e.depth) < border ? 0 : 1;
+            const double stretch = 1540 / wide(tissue[which].sound_speed);
+            const auto decibels = [&](double shown) {
+                return which == 0 ? loss(tissue[0], shown / stretch, 5)
+                                  : loss(tissue[0], 10e-3, 5) + loss(tissue[1], (shown - border) / stretch, 5);
+            };
+            const double end = wide(e.depth) + wide(e.step) * e.count;
+            const double gain = which == 0 ? 1 : 1 - r * r;
+            const double pulse_gain = std::sqrt(std::sqrt(pi_exact) * sigma / wide(e.step));
+            const double base = gain * wide(tissue[which].backscatter) * level(-55) / pulse_gain;
+            CHECK(wide(e.first_level) == doctest::Approx(base * level(-decibels(wide(e.depth)))).epsilon(2e-3));
+            CHECK(wide(e.last_level) == doctest::Approx(base * level(-decibels(end))).epsilon(2e-3));
+            power[which] += run.power;
+            metres[which] += e.count * wide(e.step);
+        }
+    }
+    for (const std::size_t which : {0U, 1U}) { // power 1 for each slot, of c0 / (8 f0) in the medium
+        const double slot = 1540 / (8 * 5e6) * 1540 / wide(tissue[which].sound_speed);
+        CHECK(power[which] * slot / metres[which] == doctest::Approx(1).epsilon(0.02));
+    }
+    CHECK(metres[0] / 60 == doctest::Approx(10e-3 * 1540 / 1500).epsilon(0.01));
+    CHECK(metres[0] / 60 + metres[1] / 60 == doctest::Approx(30e-3).epsilon(0.01)); // to the displayed depth
+}
+
+TEST_CASE("physical: layers that begin beyond the displayed depth are skipped; equal media have no interface") {
+    using namespace physical_law_test;
+    CHECK(emit(physical<>{}, {layers, media, 5_MHz}, 10_mm).surfaces.size() == 1); // surfaces at 10.6, 14.5 and 20.8 mm
+    CHECK(emit(physical<>{}, {layers, media, 5_MHz}, 12_mm).surfaces.size() == 2);
+    CHECK(emit(physical<>{}, {layers, media, 5_MHz}, 15_mm).surfaces.size() == 3);
+    const std::array<layer, 2> same{layer{0, 10_mm, 1}, layer{10_mm, 20_mm, 1, 1}};
+    CHECK(emit(physical<>{}, {same, media, 5_MHz}, 20_mm).surfaces.empty());
+}
+
+TEST_CASE("physical: the samples are those that an echo_line writes of the emitted echoes") {
+    using namespace physical_law_test;
+    std::array<medium, 3> echoic = media;
+    for (medium& m : echoic) m.backscatter = 1, m.roughness = 10_um;
+    const traced_line line{layers, echoic, 5_MHz};
+    std::vector<vec2> written(1200, vec2{0, 0}), added(1200, vec2{0, 0});
+    physical<>{}(exec::seq, line, 25_um, written);
+    physical<>{}.emit(line, echo_line{added, 25_um, 5_MHz});
+    CHECK(written == added);
+    CHECK(length(written[423]) > 0);
+}
+
+TEST_CASE("physical: a shadow floor is a lower bound relative to the attenuation of the background") {
+    using namespace physical_law_test;
+    const emitted bare = emit(physical<>{}, {layers, media, 15_MHz}, 60_mm);
+    const double shown = wide(bare.surfaces[2].depth), r = reflection(media[0], media[2]);
+    for (const float floor_db : {-20.0F, -1.0F, 0.0F}) {
+        const emitted found = emit(physical<>{.shadow_floor_db = floor_db}, {layers, media, 15_MHz}, 60_mm);
+        const double floor = level(wide(floor_db) - loss(media[0], shown, 15));
+        CHECK(wide(found.surfaces[2].amplitude) ==
+              doctest::Approx(std::fmax(wide(bare.surfaces[2].amplitude), r * floor)).epsilon(1e-4));
+    }
+    CHECK(r * level(-loss(media[0], shown, 15)) > 1.1 * wide(bare.surfaces[2].amplitude)); // the last is a floor
+}
+
+TEST_CASE("physical: a broadband pulse loses the decibels of `attenuated`") {
+    using namespace physical_law_test;
+    const std::array<layer, 2> two{layer{0, 30_mm, 0}, layer{30_mm, 60_mm, 2}};
+    const double narrow = loss(media[0], 30e-3, 5), beta = narrow / (8.685889638 * 5e6);
+    const double bandwidth = 0.6, sigma = bandwidth * 5e6 / 2.3548;
+    const double broad = 8.685889638 * (beta * 5e6 - beta * beta * sigma * sigma / 2);
+    const emitted found = emit(physical<>{.bandwidth = pulse_bandwidth::broad},
+                               {.layers = two,
+                                .media = media,
+                                .frequency = 5_MHz,
+                                .pulse_sigma = static_cast<float>(0.1874 * 1540 / (bandwidth * 5e6))},
+                               60_mm);
+    REQUIRE(found.surfaces.size() == 1);
+    CHECK(wide(found.surfaces[0].amplitude) ==
+          doctest::Approx(reflection(media[0], media[2]) * level(-broad)).epsilon(1e-3));
+}
+
+TEST_CASE("physical: at_interface is the response of the boundary, loss that of the attenuation law") {
+    using namespace physical_law_test;
+    struct half {
+        response operator()(const incidence& at) const { return {.reflected = at.cosine / 2, .transmitted = 0.25F}; }
+    };
+    struct constant_loss {
+        float operator()(const medium& m, float frequency) const { return m.attenuation + frequency; }
+    };
+    const incidence oblique{media[0], media[1], 0.8F, 5_MHz};
+    CHECK(physical<>{}.at_interface(oblique).reflected == fresnel{}.pressure_reflection(media[0], media[1], 0.8F));
+    CHECK(physical<>{}.at_interface(oblique).transmitted == fresnel{}.energy_transmission(media[0], media[1], 0.8F));
+    CHECK(physical<half>{}.at_interface(oblique).reflected == 0.4F);
+    CHECK(physical<half>{}.at_interface(oblique).transmitted == 0.25F);
+    CHECK(physical<half>{.angle = angle::normal}.at_interface(oblique).reflected == 0.5F);
+
+    CHECK(physical<>{}.loss({.attenuation = 50}, 5_MHz) == doctest::Approx(500));
+    CHECK(physical<>{}.loss({.attenuation = 0.2F, .attenuation_power = 2}, 3_MHz) == doctest::Approx(3.6));
+    CHECK(physical<>{}.with_attenuation(constant_loss{}).loss({.attenuation = 2}, 3) == 5);
+}
+
+TEST_CASE("physical: default samples and the depth to trace") {
+    using namespace physical_law_test;
+    // Two per standard deviation 0.1874 * 1540 / (0.644 * 7.5e6) = 59.75 um: 1339 samples in 40 mm, rounded up to 1344.
+    CHECK(physical<>{}.samples(40_mm, 7.5_MHz) == 1344);
+    CHECK(physical<>{}.max_depth(40_mm, media) == doctest::Approx(40e-3 * 3500 / 1540 + 1e-3));
+    CHECK(physical<>{.timing = timing::uniform}.max_depth(40_mm, media) == doctest::Approx(41_mm));
+    CHECK(physical<>{}.covariance(0.1_mm, 0.02F) == gaussian_field<>{}.covariance(0.1_mm, 0.02F));
+    CHECK(physical<fresnel, no_scatterers>{}.covariance(0, 0) == 0);
+    CHECK(physical<fresnel, no_scatterers>{}.surface_covariance(0, 0) == 1);
+}

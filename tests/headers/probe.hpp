@@ -1,0 +1,28 @@
+// Calls the templates of probe/, each where its own header alone is included: see tests/CMakeLists.txt.
+#include "pencil.hpp"
+using namespace insonify;
+
+#ifdef CALL_probe_line_fan
+std::uint32_t call(detail::line_fan& fan) {
+    if (!fan.assign(pencil{})) return 0;
+    fan.for_each_crossed({-1, 0}, fan.gap({-1, 0}), {1, 0}, fan.gap({1, 0}), [](std::uint32_t, std::uint32_t) {});
+    float along[simd_width];
+    store(fan.from<simd_width>(0).intersect({-1, 0}, {1, 0}), along);
+    return fan.size();
+}
+#endif
+#ifdef CALL_probe_line_grid
+bool call(scan_lines& lines, iq_lines& echoes, label_lines& labels) {
+    lines.reshape(1, 2, 3);
+    return lines == scan_lines{1, 2, 3} && echoes(0, 0).x == lines(0, 1) && labels(0, 0) == background_label;
+}
+#endif
+#ifdef CALL_probe_refined
+vec2 call(const refined<pencil>& probe) {
+    probe.check();
+    return probe == refined<pencil>{probe} ? probe.locate({0, probe.beam(0).at(1).z}) : vec2{};
+}
+#endif
+#ifdef CALL_probe_transducer
+bool call(const pencil& probe) { return is_full_circle(probe) && line_at_fraction(aperture_fraction(0, 1), 1) == 0; }
+#endif

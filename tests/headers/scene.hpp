@@ -1,0 +1,21 @@
+// Calls the public templates of scene/, each where its own header alone is included: see tests/CMakeLists.txt.
+#include "pencil.hpp"
+using namespace insonify;
+
+#ifdef CALL_scene_diagnose
+diagnosis call(const scene& body) { return diagnose(body, pencil{}, pose{}, {.depth = 0.04F}); }
+#endif
+#ifdef CALL_scene_queries
+bool call(const scene& body) {
+    return first_surface(body, ray{}, [](object_id) { return true; }).has_value();
+}
+#endif
+#ifdef CALL_scene_scene
+scene& call(scene& body, const mesh& surface) {
+    const object_id id = body.add(surface, medium{}, {.name = "one"});
+    body.build(exec::par);
+    body.place(id, pose{});
+    body.update(exec::par_unseq);
+    return body;
+}
+#endif

@@ -1,0 +1,66 @@
+// Calls the templates of signal/, each where its own header alone is included: see tests/CMakeLists.txt.
+#include "pencil.hpp"
+using namespace insonify;
+
+#ifdef CALL_signal_axial_kernel
+void call(detail::axial_kernel& kernel, vec2* line) {
+    kernel.lay_out(line, line);
+    kernel.apply<1>(line, line);
+}
+#endif
+#ifdef CALL_signal_beam
+float call() { return beam_of(pencil{}, 40_mm).lateral_sigma(20_mm) + line_spacing(pencil{}, 20_mm); }
+#endif
+#ifdef CALL_signal_convolve
+iq_lines call(iq_lines echoes, convolve_workspace& own) {
+    echoes = convolve(exec::seq, std::move(echoes), pulse{}, pencil{});
+    return convolve(exec::par_unseq, std::move(echoes), pulse{}, pencil{}, {.decimation = 2}, own);
+}
+#endif
+#ifdef CALL_signal_electronic_noise
+iq_lines call(iq_lines lines) { return add_electronic_noise(exec::par, std::move(lines)); }
+#endif
+#ifdef CALL_signal_envelope
+scan_lines call(const iq_lines& lines, const scan_lines& rf) {
+    return lines.count > 0 ? envelope(exec::par_unseq, lines) : envelope(exec::seq, rf);
+}
+#endif
+#ifdef CALL_signal_gain
+scan_lines call(scan_lines lines, iq_lines echoes) {
+    echoes = tgc(exec::seq, std::move(echoes), 5e6F);
+    return log_compress(exec::par_unseq, tgc(exec::par, std::move(lines), 5e6F));
+}
+#endif
+#ifdef CALL_signal_hilbert
+void call(const detail::hilbert_transform& transform, float* one, float* other) { transform.apply<1>(one, other); }
+#endif
+#ifdef CALL_signal_lateral_kernel
+float call() {
+    const detail::lateral_kernel kernel = detail::make_lateral_kernel(pencil{}, {.depth = 40_mm, .samples = 64});
+    return kernel.at(0).power(
+        0, [](int) { return 1.0F; }, [](std::uint32_t) { return 1.0F; });
+}
+#endif
+#ifdef CALL_signal_lateral_slab
+void call(detail::lateral_slab& slab, vec2* lines) {
+    slab.weigh(0, 1);
+    slab.copy(lines, 1, 1);
+    slab.apply<1>(lines, 1, 1);
+}
+#endif
+#ifdef CALL_signal_persistence
+const scan_lines& call(persistence& fading, scan_lines frame) {
+    fading.reset();
+    fading.add(exec::seq, frame, pose{});
+    return fading.add(exec::par_unseq, std::move(frame), pose{});
+}
+#endif
+#ifdef CALL_signal_pulse
+pulse_envelope call() { return nominal_pulse(pencil{}).envelope(5e6F); }
+#endif
+#ifdef CALL_signal_rf
+scan_lines call(const iq_lines& lines) { return to_rf(exec::par, lines, 5e6F); }
+#endif
+#ifdef CALL_signal_taps
+void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
+#endif

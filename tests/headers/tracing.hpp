@@ -1,0 +1,23 @@
+// Calls the public templates of tracing/, each where its own header alone is included: see tests/CMakeLists.txt.
+#include "pencil.hpp"
+using namespace insonify;
+
+#ifdef CALL_tracing_trace
+iq_lines call(const scene& body) { return trace(exec::par_unseq, body, pencil{}, pose{}, physical{}, {}); }
+iq_lines call_slice(const scene& body) { return trace_slice(exec::seq, body, pencil{}, pose{}, physical{}, {}); }
+#endif
+#ifdef CALL_tracing_label
+label_lines call(const scene& body) { return label(exec::par, body, pencil{}, pose{}, {.depth = 0.04F}); }
+#endif
+#ifdef CALL_tracing_ground_truth
+ground_truth_lines call(const scene& body) { return ground_truth(exec::par, body, pencil{}, pose{}, {.depth = 0.04F}); }
+#endif
+#ifdef CALL_tracing_paths
+iq_lines call(const scene& body) { return trace_paths(exec::par, body, pencil{}, pose{}, physical{}, {}); }
+#endif
+#ifdef CALL_tracing_path_estimate
+void call(path_estimate& estimate, const iq_lines& lines) { estimate.add(exec::par, lines); }
+#endif
+#ifdef CALL_tracing_pixels
+scan_lines call(const scene& body) { return trace_pixels(exec::par, body, pencil{}, pose{}, law2011{}, {}); }
+#endif

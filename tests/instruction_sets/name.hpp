@@ -1,0 +1,2 @@
+#include <insonify/core/config.hpp>
+abi_is INSONIFY_ABI
