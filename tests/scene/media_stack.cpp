@@ -28,8 +28,8 @@ TEST_CASE("the object of lowest rank that contains the point gives the medium, w
 }
 
 TEST_CASE("an object alone on the stack gives the medium, whatever its rank") {
-    std::uint32_t one = 0;
-    media_stack stack{.ranks = {&one, 1}};
+    std::vector<std::uint32_t> ranks(8);
+    media_stack stack{.ranks = view<std::uint32_t>{ranks}};
     for (std::uint32_t rank = 0; rank < 200; ++rank) {
         stack.toggle(rank);
         CHECK(stack.top() == rank);
