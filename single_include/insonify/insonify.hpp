@@ -1004,8 +1004,8 @@ struct array {
         for (T& l : lane) l = value;
     }
     static constexpr std::size_t size() { return N; }
-    INSONIFY_FN T& operator[](int i) { return lane[i]; }
-    INSONIFY_FN T operator[](int i) const { return lane[i]; }
+    INSONIFY_FN T& operator[](std::size_t i) { return lane[i]; }
+    INSONIFY_FN T operator[](std::size_t i) const { return lane[i]; }
 
     /// Lane i is value(i).
     INSONIFY_VISITS
@@ -1341,7 +1341,7 @@ struct lanes {
     INSONIFY_INLINE lanes(float value) : values(value - detail::vector<float, N>{}) {}
     INSONIFY_INLINE explicit lanes(const detail::vector<float, N>& all) : values(all) {}
     static constexpr std::size_t size() { return N; }
-    INSONIFY_INLINE float operator[](int i) const { return values[i]; }
+    INSONIFY_INLINE float operator[](std::size_t i) const { return values[i]; }
 
     INSONIFY_INLINE friend lanes operator-(const lanes& a) { return lanes(-a.values); }
     INSONIFY_INLINE friend lanes operator+(const lanes& a, const lanes& b) { return lanes(a.values + b.values); }
@@ -6986,7 +6986,7 @@ class tree_assembler {
             const std::size_t leaves = from.all.size() / Width;
             made.nodes.reserve(leaves / 4);
             made.slots.reserve((leaves + leaves / 4) * Width);
-            add_node(exec::seq, made, from.all, from.level, nullptr);
+            add_node(any_policy<false>{exec::seq}, made, from.all, from.level, nullptr);
         });
         return joined(policy, top, pieces, postponed);
     }
@@ -9199,9 +9199,11 @@ class kernel_table {
             std::copy_n(weight, planes.count(),
                         plane_weights_.begin() + static_cast<std::ptrdiff_t>(k * planes.count()));
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
-            const levels of_speckle = levels_of(across, turned, planes, weight, speckle);
-            const levels of_surface = levels_of(across, turned, planes, weight, surface);
-            const levels uncorrelated = levels_of(across, turned, planes, weight, [](float, float) { return 0.0F; });
+            const auto levels_with = [&](const auto& covariance) {
+                return levels_of(across, planes, weight, correlations{across, turned, planes, covariance});
+            };
+            const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
+                         uncorrelated = levels_with([](float, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {.lateral_sigma =
                                                                 probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
@@ -9232,21 +9234,36 @@ class kernel_table {
         std::vector<vec2> spread;
     };
 
-    template <class Covariance>
-    levels levels_of(const lateral_weights& across, float turned, const elevation_planes& planes,
-                     const float (&weight)[max_elevation_planes], const Covariance& covariance) const {
+    // The covariance of the echoes of two planes, and of two lines, at one depth.
+    struct correlations {
+        float of_planes[max_elevation_planes][max_elevation_planes] = {};
+        std::vector<float> of_lines; // by distance in lines
+
+        template <class Covariance>
+        correlations(const lateral_weights& across, float turned, const elevation_planes& planes,
+                     const Covariance& covariance)
+            : of_lines(2 * across.half.size() - 1, 1.0F) {
+            for (std::uint32_t i = 0; i < planes.count(); ++i)
+                for (std::uint32_t j = 0; j < planes.count(); ++j)
+                    of_planes[i][j] = i == j ? 1.0F : covariance(planes.offset(i) - planes.offset(j), 0.0F);
+            for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
+                const auto lines = static_cast<float>(lag);
+                of_lines[lag] = covariance(lines * across.spacing, lines * turned);
+            }
+        }
+    };
+
+    levels levels_of(const lateral_weights& across, const elevation_planes& planes,
+                     const float (&weight)[max_elevation_planes], const correlations& correlated) const {
         float power = 0, distance_squared = 0;
         for (std::uint32_t i = 0; i < planes.count(); ++i)
             for (std::uint32_t j = 0; j < planes.count(); ++j) {
                 const float apart = planes.offset(i) - planes.offset(j);
-                const float common = weight[i] * weight[j] * (i == j ? 1.0F : covariance(apart, 0));
+                const float common = weight[i] * weight[j] * correlated.of_planes[i][j];
                 power += common;
                 distance_squared += common * apart * apart;
             }
-        const auto between_lines = [&](int lag) {
-            const auto lines = static_cast<float>(lag);
-            return lag == 0 ? 1.0F : covariance(lines * across.spacing, lines * turned);
-        };
+        const auto between_lines = [&](int lag) { return correlated.of_lines[static_cast<std::size_t>(lag)]; };
         const auto lag_squared = [&](int lag) {
             const float apart = static_cast<float>(lag) * across.spacing;
             return between_lines(lag) * apart * apart;

@@ -2,7 +2,7 @@
 #define INSONIFY_BVH_ASSEMBLE_HPP
 
 #include <insonify/bvh/node.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/any_policy.hpp>
 #include <algorithm>
 #include <array>
 
@@ -52,7 +52,7 @@ class tree_assembler {
             const std::size_t leaves = from.all.size() / Width;
             made.nodes.reserve(leaves / 4);
             made.slots.reserve((leaves + leaves / 4) * Width);
-            add_node(exec::seq, made, from.all, from.level, nullptr);
+            add_node(any_policy<false>{exec::seq}, made, from.all, from.level, nullptr);
         });
         return joined(policy, top, pieces, postponed);
     }
