@@ -1004,8 +1004,8 @@ struct array {
         for (T& l : lane) l = value;
     }
     static constexpr std::size_t size() { return N; }
-    INSONIFY_FN T& operator[](std::size_t i) { return lane[i]; }
-    INSONIFY_FN T operator[](std::size_t i) const { return lane[i]; }
+    INSONIFY_FN T& operator[](int i) { return lane[i]; }
+    INSONIFY_FN T operator[](int i) const { return lane[i]; }
 
     /// Lane i is value(i).
     INSONIFY_VISITS
@@ -1341,7 +1341,7 @@ struct lanes {
     INSONIFY_INLINE lanes(float value) : values(value - detail::vector<float, N>{}) {}
     INSONIFY_INLINE explicit lanes(const detail::vector<float, N>& all) : values(all) {}
     static constexpr std::size_t size() { return N; }
-    INSONIFY_INLINE float operator[](std::size_t i) const { return values[i]; }
+    INSONIFY_INLINE float operator[](int i) const { return values[i]; }
 
     INSONIFY_INLINE friend lanes operator-(const lanes& a) { return lanes(-a.values); }
     INSONIFY_INLINE friend lanes operator+(const lanes& a, const lanes& b) { return lanes(a.values + b.values); }
@@ -5047,6 +5047,13 @@ struct ray_lanes {
         max_distance = each_lane<N>([&](int i) { return first[i].max_distance; });
     }
 
+    /// Negative where a coordinate is not finite or a limit is not a number: such a ray is traced by itself.
+    INSONIFY_INLINE lanes<N> wild() const {
+        bit_lanes<N> bits = not_number<N>(min_distance) | not_number<N>(max_distance);
+        for (int axis = 0; axis < 3; ++axis) bits = bits | not_finite<N>(origin[axis]) | not_finite<N>(direction[axis]);
+        return floats_of<N>(bits);
+    }
+
   private:
 #if !defined(INSONIFY_NO_SIMD)
     // A ray is eight floats: three rounds of interleaving rows i and i + 4 transpose eight of them.
@@ -5080,10 +5087,7 @@ INSONIFY_INLINE std::uint32_t may_enter(const aabb& box, float max_abs_coordinat
     using floats = lanes<N>;
     constexpr float min_length = 1e-16F, max_range = 1e12F; // beyond them the test below might overflow
     constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
-    bit_lanes<N> wild = not_number<N>(rays.min_distance) | not_number<N>(rays.max_distance);
-    for (int axis = 0; axis < 3; ++axis)
-        wild = wild | not_finite<N>(rays.origin[axis]) | not_finite<N>(rays.direction[axis]);
-    if (bits_of(floats_of<N>(wild) < floats(0.0F)) != 0) return all; // NaN would trap below
+    if (bits_of(rays.wild() < floats(0.0F)) != 0) return all; // NaN would trap below
 
     floats size[3], longest(0.0F), range(max_abs_coordinate);
     for (int axis = 0; axis < 3; ++axis) {
@@ -5787,18 +5791,14 @@ struct ray_packet : packet_bounds<N> {
         using floats = lanes<N>;
         const ray_lanes<N> all{first};
         floats size[3];
-        bit_lanes<N> wild = not_number<N>(all.min_distance) | not_number<N>(all.max_distance);
-        for (int axis = 0; axis < 3; ++axis) {
-            size[axis] = abs(all.direction[axis]);
-            wild = wild | not_finite<N>(all.origin[axis]) | not_finite<N>(all.direction[axis]);
-        }
+        for (int axis = 0; axis < 3; ++axis) size[axis] = abs(all.direction[axis]);
         // The axis that sheared_ray chooses, ties included.
         const auto longest = axes[2] == 0   ? size[1] < size[0] && size[2] < size[0]
                              : axes[2] == 1 ? size[0] <= size[1] && size[2] < size[1]
                                             : size[0] <= size[2] && size[1] <= size[2];
         const floats z = all.direction[axes[2]];
         const auto together = longest && floats(1e-30F) < floats(forward) * z && floats(0.0F) <= all.min_distance &&
-                              floats(0.0F) <= floats_of<N>(wild);
+                              floats(0.0F) <= all.wild();
         constexpr std::uint32_t every_ray = (1U << static_cast<unsigned>(N)) - 1;
         if (bits_of(together) != every_ray) return false;
         const floats scale = inverse(z);

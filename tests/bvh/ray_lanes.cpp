@@ -36,6 +36,12 @@ std::uint32_t entering(const std::vector<ray>& rays, const aabb& box) {
     return may_enter(box, 4.0F, ray_lanes<width>{rays.data()});
 }
 
+float lane(const lanes<width>& value, std::size_t i) {
+    float each[width];
+    store(value, each);
+    return each[i];
+}
+
 } // namespace
 } // namespace ray_lanes_test
 
@@ -51,11 +57,11 @@ TEST_CASE("rays in lanes keep their components") {
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const ray& one = rays[i];
         for (int axis = 0; axis < 3; ++axis) {
-            CHECK(lanes.origin[axis][i] == one.origin[axis]);
-            CHECK(lanes.direction[axis][i] == one.direction[axis]);
+            CHECK(lane(lanes.origin[axis], i) == one.origin[axis]);
+            CHECK(lane(lanes.direction[axis], i) == one.direction[axis]);
         }
-        CHECK(lanes.min_distance[i] == one.min_distance);
-        CHECK(lanes.max_distance[i] == one.max_distance);
+        CHECK(lane(lanes.min_distance, i) == one.min_distance);
+        CHECK(lane(lanes.max_distance, i) == one.max_distance);
     }
 }
 

@@ -27,6 +27,13 @@ struct ray_lanes {
         max_distance = each_lane<N>([&](int i) { return first[i].max_distance; });
     }
 
+    /// Negative where a coordinate is not finite or a limit is not a number: such a ray is traced by itself.
+    INSONIFY_INLINE lanes<N> wild() const {
+        bit_lanes<N> bits = not_number<N>(min_distance) | not_number<N>(max_distance);
+        for (int axis = 0; axis < 3; ++axis) bits = bits | not_finite<N>(origin[axis]) | not_finite<N>(direction[axis]);
+        return floats_of<N>(bits);
+    }
+
   private:
 #if !defined(INSONIFY_NO_SIMD)
     // A ray is eight floats: three rounds of interleaving rows i and i + 4 transpose eight of them.
@@ -60,10 +67,7 @@ INSONIFY_INLINE std::uint32_t may_enter(const aabb& box, float max_abs_coordinat
     using floats = lanes<N>;
     constexpr float min_length = 1e-16F, max_range = 1e12F; // beyond them the test below might overflow
     constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
-    bit_lanes<N> wild = not_number<N>(rays.min_distance) | not_number<N>(rays.max_distance);
-    for (int axis = 0; axis < 3; ++axis)
-        wild = wild | not_finite<N>(rays.origin[axis]) | not_finite<N>(rays.direction[axis]);
-    if (bits_of(floats_of<N>(wild) < floats(0.0F)) != 0) return all; // NaN would trap below
+    if (bits_of(rays.wild() < floats(0.0F)) != 0) return all; // NaN would trap below
 
     floats size[3], longest(0.0F), range(max_abs_coordinate);
     for (int axis = 0; axis < 3; ++axis) {

@@ -150,18 +150,14 @@ struct ray_packet : packet_bounds<N> {
         using floats = lanes<N>;
         const ray_lanes<N> all{first};
         floats size[3];
-        bit_lanes<N> wild = not_number<N>(all.min_distance) | not_number<N>(all.max_distance);
-        for (int axis = 0; axis < 3; ++axis) {
-            size[axis] = abs(all.direction[axis]);
-            wild = wild | not_finite<N>(all.origin[axis]) | not_finite<N>(all.direction[axis]);
-        }
+        for (int axis = 0; axis < 3; ++axis) size[axis] = abs(all.direction[axis]);
         // The axis that sheared_ray chooses, ties included.
         const auto longest = axes[2] == 0   ? size[1] < size[0] && size[2] < size[0]
                              : axes[2] == 1 ? size[0] <= size[1] && size[2] < size[1]
                                             : size[0] <= size[2] && size[1] <= size[2];
         const floats z = all.direction[axes[2]];
         const auto together = longest && floats(1e-30F) < floats(forward) * z && floats(0.0F) <= all.min_distance &&
-                              floats(0.0F) <= floats_of<N>(wild);
+                              floats(0.0F) <= all.wild();
         constexpr std::uint32_t every_ray = (1U << static_cast<unsigned>(N)) - 1;
         if (bits_of(together) != every_ray) return false;
         const floats scale = inverse(z);

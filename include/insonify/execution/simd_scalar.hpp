@@ -25,8 +25,8 @@ struct array {
         for (T& l : lane) l = value;
     }
     static constexpr std::size_t size() { return N; }
-    INSONIFY_FN T& operator[](std::size_t i) { return lane[i]; }
-    INSONIFY_FN T operator[](std::size_t i) const { return lane[i]; }
+    INSONIFY_FN T& operator[](int i) { return lane[i]; }
+    INSONIFY_FN T operator[](int i) const { return lane[i]; }
 
     /// Lane i is value(i).
     INSONIFY_VISITS

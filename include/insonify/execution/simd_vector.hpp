@@ -46,7 +46,7 @@ struct lanes {
     INSONIFY_INLINE lanes(float value) : values(value - detail::vector<float, N>{}) {}
     INSONIFY_INLINE explicit lanes(const detail::vector<float, N>& all) : values(all) {}
     static constexpr std::size_t size() { return N; }
-    INSONIFY_INLINE float operator[](std::size_t i) const { return values[i]; }
+    INSONIFY_INLINE float operator[](int i) const { return values[i]; }
 
     INSONIFY_INLINE friend lanes operator-(const lanes& a) { return lanes(-a.values); }
     INSONIFY_INLINE friend lanes operator+(const lanes& a, const lanes& b) { return lanes(a.values + b.values); }
