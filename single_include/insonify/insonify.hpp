@@ -2926,7 +2926,7 @@ struct physical {
     insonify::angle angle = insonify::angle::oblique;        ///< of incidence
     insonify::pulse_bandwidth bandwidth = insonify::pulse_bandwidth::narrow; ///< of the pulse under attenuation
     float texture_db = -55;           ///< level of the speckle of liver relative to a perfect mirror
-    float shadow_floor_db = -FLT_MAX; ///< lower bound on transmission relative to the background alone
+    float shadow_floor_db = -FLT_MAX; ///< lower bound on the level of speckle relative to the background alone
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
     Roughness roughness{};            ///< of surfaces
     Attenuation attenuation{};        ///< dB per metre, there and back
@@ -3036,7 +3036,7 @@ struct physical {
         const incidence at{before, after, cosine, line.frequency};
         const response wave = at_interface(at);
         const float fnumber = line.aperture.fnumber(path.shown), elevation_fnumber = line.aperture.elevation_fnumber;
-        const float arrived = arriving(line, path.passed, path.lost_db, path.shown);
+        const float arrived = path.passed * amplitude_of_decibels(-peak_loss(line, path.lost_db));
 
         const float wavelengths = max(path.shown, 1e-4F) * line.frequency / display_speed;
         const vec2 slope = stretch(before) * slope_of(tilt);
@@ -3047,7 +3047,8 @@ struct physical {
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
-        const float diffuse = arrived * std::sqrt(scattered * 0.166F / (fnumber * elevation_fnumber)) * cosine;
+        const float diffuse =
+            std::fabs(arrived) * std::sqrt(scattered * 0.166F / (fnumber * elevation_fnumber)) * cosine;
         if (diffuse > 0) {
             const pose place = line.places.empty() ? pose{} : line.places[below.place];
             const material_line inside = in_object(line.frame, place, below.object);
@@ -3080,15 +3081,18 @@ struct physical {
         return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
     }
 
-    // Amplitude T A of an echo from displayed depth `shown`, after an attenuation of `lost_db`.
+    // The loss at the peak of the pulse, dB.
+    INSONIFY_FN float peak_loss(const traced_line& line, float lost_db) const {
+        return bandwidth == insonify::pulse_bandwidth::broad
+                   ? attenuated(lost_db, line.frequency, bandwidth_of(line)).loss_db
+                   : lost_db;
+    }
+
+    // Amplitude T A of the speckle at displayed depth `shown`, no less than the floor.
     INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown) const {
-        const float frequency = line.frequency;
-        const float peak_loss = bandwidth == insonify::pulse_bandwidth::broad
-                                    ? attenuated(lost_db, frequency, bandwidth_of(line)).loss_db
-                                    : lost_db;
-        const float direct = passed * amplitude_of_decibels(-peak_loss);
+        const float direct = passed * amplitude_of_decibels(-peak_loss(line, lost_db));
         if (shadow_floor_db == -FLT_MAX) return direct;
-        return max(direct, amplitude_of_decibels(shadow_floor_db - shown * attenuation(line.media[0], frequency)));
+        return max(direct, amplitude_of_decibels(shadow_floor_db - shown * attenuation(line.media[0], line.frequency)));
     }
 
     INSONIFY_FN static float bandwidth_of(const traced_line& line) {
@@ -3098,7 +3102,7 @@ struct physical {
     template <class Echoes>
     INSONIFY_FN void add_speckle(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const Echoes& echoes) const {
-        if (!(m.backscatter > 0)) return;
+        if (!(m.backscatter > 0) || path.shown >= echoes.depth()) return;
         const float displayed = stretch(m), loss = attenuation(m, line.frequency);
         const float sigma = sigma_of(line);
         const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
@@ -10595,6 +10599,8 @@ class layer_walk {
     }
     /// How the line meets that surface.
     INSONIFY_FN const surface_incidence& met() const { return met_; }
+    /// Rank of the object whose surface it is.
+    INSONIFY_FN std::uint32_t surface() const { return surface_; }
     /// Applies the crossings at that surface once more: the objects are again those before it.
     INSONIFY_FN void step_back(media_stack& inside) const {
         for (std::uint32_t i = group_; i < next_; ++i) inside.toggle(found_.room[i].rank);
@@ -10612,11 +10618,12 @@ class layer_walk {
     }
 
     // Of the touching surfaces, the first one that belongs to either medium.
-    INSONIFY_FN surface_incidence incidence_at_change(std::uint32_t before, std::uint32_t after) const {
+    INSONIFY_FN surface_incidence incidence_at_change(std::uint32_t before, std::uint32_t after) {
         std::uint32_t surface = group_;
         while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
             ++surface;
         const crossing& at = found_.room[surface];
+        surface_ = at.rank;
         return incidence_on(scene_.objects[at.rank], at.primitive, line_);
     }
 
@@ -10628,6 +10635,7 @@ class layer_walk {
     std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
     float begin_ = 0;
     surface_incidence met_{};
+    std::uint32_t surface_ = media_stack::none;
     bool at_end_ = false;
 };
 
@@ -10663,6 +10671,19 @@ struct path_branch {
     echo_path path{};          ///< the state of the sound there
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
+    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+};
+
+/// Where a path met a surface. Sound that came along one such path may return along another: see `paths`.
+struct path_arrival {
+    line_frame frame{};        ///< of the path's last piece
+    vec3 point{0, 0, 0};       ///< where it ended
+    vec3 normal{0, 0, 0};      ///< of the surface
+    echo_path path{};          ///< the state of the sound there
+    layer above{}, below{};    ///< before the surface and behind it
+    std::uint32_t bounces = 0; ///< reflections so far
+    std::uint32_t surface = 0; ///< rank of the object whose surface it is
+    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
 };
 
 /// Memory of fixed capacity in which one line is traced. Where it does not suffice, the tracer says so, and the line is
@@ -10672,6 +10693,7 @@ struct line_scratch {
     view<layer> layers{};                 ///< room for its layers
     view<path_branch> branches{};         ///< room for paths that are yet to be followed
     view<std::uint32_t> branch_objects{}; ///< room for the ranks of the objects that contain them, branch after branch
+    view<path_arrival> arrivals{};        ///< room for where paths met surfaces
 };
 
 /// One line of one elevation plane: what a tracer is given.
@@ -10923,7 +10945,8 @@ class scratch_memory {
         return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
                 .layers = layers_,
                 .branches = branches_,
-                .branch_objects = branch_objects_};
+                .branch_objects = branch_objects_,
+                .arrivals = arrivals_};
     }
     void grow() {
         crossings_.resize(2 * crossings_.size());
@@ -10931,6 +10954,7 @@ class scratch_memory {
         layers_.resize(2 * layers_.size());
         branches_.resize(2 * branches_.size());
         branch_objects_.resize(2 * branch_objects_.size());
+        arrivals_.resize(2 * arrivals_.size());
     }
 
   private:
@@ -10939,6 +10963,7 @@ class scratch_memory {
     std::vector<layer> layers_ = std::vector<layer>(64);
     std::vector<path_branch> branches_ = std::vector<path_branch>(32);
     std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
+    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(32);
 };
 
 /// What a tracer prepares for a frame where it does; the tracer itself where it does not.
@@ -13229,12 +13254,13 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// How far sound is followed through refraction and reflection.
 struct path_settings {
-    std::uint32_t bounces = 4;        ///< reflections of a path before its last echo, at most
+    std::uint32_t bounces = 64;       ///< reflections of a path before its last echo, at most
     float min_amplitude = 1e-5F;      ///< paths that would return less are dropped
     float face_reflection = 0;        ///< of the probe's face, as pressure amplitude, for echoes that return to it
     std::uint32_t paths_per_line = 0; ///< random paths (Monte Carlo); 0: every path, split at each surface
     float rough_power = 40;           ///< random paths: normals of rough surfaces are distributed as cos^rough_power
     std::uint64_t seed = 1;           ///< of random paths; another seed is another frame of the same picture
+    bool pairs = true; ///< sound also returns along other paths than it went out by; never with random paths
 
     friend bool operator==(const path_settings&, const path_settings&) = default;
 };
@@ -13271,7 +13297,7 @@ class path_walk {
                           line_scratch& scratch, view<vec2> out, std::uint64_t random)
         : scene_{task.scene}, model_{model}, settings_{settings}, line_{task.line}, face_{task.line.frame},
           echoes_{task.echoes(out)}, found_{scratch.found}, branches_{scratch.branches},
-          branch_objects_{scratch.branch_objects}, random_{random} {
+          branch_objects_{scratch.branch_objects}, arrivals_{scratch.arrivals}, random_{random} {
         for (const medium& m : scene_.media) fastest_ = max(fastest_, m.sound_speed);
     }
 
@@ -13282,18 +13308,18 @@ class path_walk {
         push({.frame = face_}, found_.inside);
         while (count_ > 0 && !overflow_)
             if (!follow(branches_[--count_])) return false;
+        if (!overflow_) add_pairs();
         return !overflow_;
     }
 
   private:
-    // How far a path can go on from a displayed depth, metres.
-    INSONIFY_FN float range(float shown) const { return (echoes_.depth() - shown) * fastest_ / display_speed; }
+    // How far a path can go on from a displayed depth, metres. Beyond the depth of the lines it may still be half of a pair.
+    INSONIFY_FN float range(float shown) const { return (2 * echoes_.depth() - shown) * fastest_ / display_speed; }
 
-    // Distance to the face of the probe for a path that returns to it; FLT_MAX where it does not.
+    // Distance to the face of the probe, where a path that comes back ends; FLT_MAX for one that moves away from it.
     INSONIFY_FN float to_face(const line_frame& at) const {
         const float towards = -dot(at.along, face_.along);
-        if (settings_.face_reflection == 0 || !(towards > 0.5F)) return FLT_MAX;
-        return dot(at.origin - face_.origin, face_.along) / towards;
+        return towards > 1e-3F ? max(dot(at.origin - face_.origin, face_.along), 0) / towards : FLT_MAX;
     }
 
     INSONIFY_FN bool follow(path_branch now) {
@@ -13317,7 +13343,7 @@ class path_walk {
                 return !found_.inside.overflow;
             }
         }
-        if (face < FLT_MAX && limit == face) return_from_face(now, face);
+        if (limit == face) return_from_face(now, face);
         return !found_.inside.overflow;
     }
 
@@ -13333,6 +13359,7 @@ class path_walk {
                 perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power, {first, uniform()});
         }
         const response met = model_.add_interface(line_, above, below, now.path, echoes_);
+        if (keeps_arrivals()) record(now, below.begin, walk.met().normal, walk.surface(), above, below);
         // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
         const float mirrored =
             random ? 1.0F : model_.roughness.coherent({before, after, walk.met().cosine, line_.frequency});
@@ -13357,6 +13384,7 @@ class path_walk {
         off.frame = turned(now.frame, point, reflected);
         on.path.passed *= met.transmitted;
         off.path.passed *= back;
+        off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         if (random) { // one of the two, with the probability of its part: its weight stays
             const float both = back + met.transmitted;
@@ -13371,14 +13399,63 @@ class path_walk {
         push(off, found_.inside);
     }
 
+    // A path ends at the face of the probe, and begins anew where the face reflects.
     INSONIFY_FN void return_from_face(path_branch now, float distance) {
-        echoes_.add(now.path.shown,
-                    {now.path.passed * settings_.face_reflection * amplitude_of_decibels(-now.path.lost_db), 0});
+        constexpr float min_cosine = 0.5F; // the face receives no more at grazing incidence
+        if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
+        add_face_echo(now.path);
         const vec3 point = now.frame.origin + distance * now.frame.along;
+        if (keeps_arrivals()) record(now, distance, face_.along, face_surface, {}, {});
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
         now.path.passed *= settings_.face_reflection * settings_.face_reflection;
+        now.inverted = now.inverted != (settings_.face_reflection < 0);
         ++now.bounces;
         push(now, found_.inside);
+    }
+
+    // The echo that the face itself sends back.
+    INSONIFY_FN void add_face_echo(const echo_path& path) const {
+        echoes_.add(path.shown, {path.passed * settings_.face_reflection * amplitude_of_decibels(-path.lost_db), 0});
+    }
+
+    INSONIFY_FN bool keeps_arrivals() const { return settings_.pairs && settings_.paths_per_line == 0; }
+
+    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, std::uint32_t surface,
+                            const layer& above, const layer& below) {
+        overflow_ = overflow_ || arrived_ == arrivals_.size();
+        if (overflow_) return;
+        const vec3 point = now.frame.origin + distance * now.frame.along;
+        arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, surface, now.inverted};
+    }
+
+    // Sound that goes out along one path may return along another that meets the same surface, at the mean of both times.
+    // Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence the 2.
+    INSONIFY_FN void add_pairs() {
+        for (std::uint32_t i = 0; i < arrived_; ++i)
+            for (std::uint32_t j = i + 1; j < arrived_; ++j) {
+                const path_arrival &out = arrivals_[i], &home = arrivals_[j];
+                if (out.bounces != home.bounces || out.surface != home.surface) continue;
+                if (out.above.object != home.above.object || out.below.object != home.below.object) continue;
+                const float sign = out.inverted == home.inverted ? 2.0F : -2.0F;
+                const echo_path both{.shown = 0.5F * (out.path.shown + home.path.shown),
+                                     .lost_db = 0.5F * (out.path.lost_db + home.path.lost_db),
+                                     .passed =
+                                         sign * in_common(out, home) * std::sqrt(out.path.passed * home.path.passed)};
+                if (both.passed == 0) continue;
+                line_.frame = out.frame;
+                if (out.surface == face_surface)
+                    add_face_echo(both);
+                else
+                    model_.add_interface(line_, out.above, out.below, both, echoes_);
+            }
+    }
+
+    // How much of what arrives along one path returns along the other: all where they meet at one point from one direction.
+    // An estimate: it falls linearly to 0 at 3 degrees and at half a millimetre, on the same surface within 20 um.
+    INSONIFY_FN static float in_common(const path_arrival& a, const path_arrival& b) {
+        const vec3 between = a.point - b.point;
+        const float radians = length(a.frame.along - b.frame.along), height = std::fabs(dot(between, a.normal));
+        return max(1 - radians / 0.05F, 0) * max(1 - length(between) / 0.5e-3F, 0) * max(1 - height / 20e-6F, 0);
     }
 
     INSONIFY_FN void push(path_branch next, const media_stack& inside) {
@@ -13400,6 +13477,8 @@ class path_walk {
 
     INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }
 
+    static constexpr std::uint32_t face_surface = media_stack::none;
+
     const scene_view& scene_;
     const Model& model_;
     const path_settings& settings_;
@@ -13409,9 +13488,11 @@ class path_walk {
     line_crossings& found_;
     view<path_branch> branches_;
     view<std::uint32_t> branch_objects_;
+    view<path_arrival> arrivals_;
     std::uint64_t random_;
     float fastest_ = display_speed;
     std::uint32_t count_ = 0, objects_ = 0; // branches, and the objects that contain them
+    std::uint32_t arrived_ = 0;             // arrivals at surfaces
     bool overflow_ = false;
 };
 
@@ -13427,8 +13508,11 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened by all
 /// that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image behind it, and a
-/// tilted layer displaces what lies below. Directions follow the model's own interface law where it gives one, else Snell's.
-/// The face of the probe, where it reflects, is an infinite plane; curved surfaces neither spread nor focus the sound.
+/// tilted layer displaces what lies below. Where two paths meet a surface at one point from one direction, sound also goes
+/// out along one and returns along the other: plane layers thus give all of their echoes, as the sum over every sequence of
+/// reflections does. Directions follow the model's own interface law where it gives one, else Snell's. The face of the probe
+/// is an infinite plane, where paths end; curved surfaces neither spread nor focus the sound. Speckle is that of sound which
+/// returns as it went out.
 struct paths {
     path_settings settings{}; ///< how far they are followed
 

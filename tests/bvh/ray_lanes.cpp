@@ -48,7 +48,7 @@ float lane(const lanes<width>& value, std::size_t i) {
 TEST_CASE("rays in lanes keep their components") {
     using namespace ray_lanes_test;
     std::vector<ray> rays(width);
-    for (std::uint64_t i = 0; i < width; ++i)
+    for (std::size_t i = 0; i < width; ++i)
         rays[i] = {.origin = {uniform(1, i), uniform(2, i), uniform(3, i)},
                    .direction = {uniform(4, i), uniform(5, i), uniform(6, i)},
                    .min_distance = uniform(7, i),
@@ -71,7 +71,7 @@ TEST_CASE("may_enter loses no ray that enters a box, and culls those that clearl
     int lost = 0, kept = 0, missing = 0, entered = 0;
     for (std::uint64_t group = 0; group < 20'000; ++group) {
         std::vector<ray> rays(width);
-        for (std::uint64_t i = 0; i < width; ++i) {
+        for (std::size_t i = 0; i < width; ++i) {
             const std::uint64_t k = 8 * (group * width + i);
             ray& r = rays[i];
             r.origin = 4.0F * vec3{uniform(9, k), uniform(9, k + 1), uniform(9, k + 2)};

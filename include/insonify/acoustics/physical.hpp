@@ -60,7 +60,7 @@ struct physical {
     insonify::angle angle = insonify::angle::oblique;        ///< of incidence
     insonify::pulse_bandwidth bandwidth = insonify::pulse_bandwidth::narrow; ///< of the pulse under attenuation
     float texture_db = -55;           ///< level of the speckle of liver relative to a perfect mirror
-    float shadow_floor_db = -FLT_MAX; ///< lower bound on transmission relative to the background alone
+    float shadow_floor_db = -FLT_MAX; ///< lower bound on the level of speckle relative to the background alone
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
     Roughness roughness{};            ///< of surfaces
     Attenuation attenuation{};        ///< dB per metre, there and back
@@ -170,7 +170,7 @@ struct physical {
         const incidence at{before, after, cosine, line.frequency};
         const response wave = at_interface(at);
         const float fnumber = line.aperture.fnumber(path.shown), elevation_fnumber = line.aperture.elevation_fnumber;
-        const float arrived = arriving(line, path.passed, path.lost_db, path.shown);
+        const float arrived = path.passed * amplitude_of_decibels(-peak_loss(line, path.lost_db));
 
         const float wavelengths = max(path.shown, 1e-4F) * line.frequency / display_speed;
         const vec2 slope = stretch(before) * slope_of(tilt);
@@ -181,7 +181,8 @@ struct physical {
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
-        const float diffuse = arrived * std::sqrt(scattered * 0.166F / (fnumber * elevation_fnumber)) * cosine;
+        const float diffuse =
+            std::fabs(arrived) * std::sqrt(scattered * 0.166F / (fnumber * elevation_fnumber)) * cosine;
         if (diffuse > 0) {
             const pose place = line.places.empty() ? pose{} : line.places[below.place];
             const material_line inside = in_object(line.frame, place, below.object);
@@ -214,15 +215,18 @@ struct physical {
         return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
     }
 
-    // Amplitude T A of an echo from displayed depth `shown`, after an attenuation of `lost_db`.
+    // The loss at the peak of the pulse, dB.
+    INSONIFY_FN float peak_loss(const traced_line& line, float lost_db) const {
+        return bandwidth == insonify::pulse_bandwidth::broad
+                   ? attenuated(lost_db, line.frequency, bandwidth_of(line)).loss_db
+                   : lost_db;
+    }
+
+    // Amplitude T A of the speckle at displayed depth `shown`, no less than the floor.
     INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown) const {
-        const float frequency = line.frequency;
-        const float peak_loss = bandwidth == insonify::pulse_bandwidth::broad
-                                    ? attenuated(lost_db, frequency, bandwidth_of(line)).loss_db
-                                    : lost_db;
-        const float direct = passed * amplitude_of_decibels(-peak_loss);
+        const float direct = passed * amplitude_of_decibels(-peak_loss(line, lost_db));
         if (shadow_floor_db == -FLT_MAX) return direct;
-        return max(direct, amplitude_of_decibels(shadow_floor_db - shown * attenuation(line.media[0], frequency)));
+        return max(direct, amplitude_of_decibels(shadow_floor_db - shown * attenuation(line.media[0], line.frequency)));
     }
 
     INSONIFY_FN static float bandwidth_of(const traced_line& line) {
@@ -232,7 +236,7 @@ struct physical {
     template <class Echoes>
     INSONIFY_FN void add_speckle(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const Echoes& echoes) const {
-        if (!(m.backscatter > 0)) return;
+        if (!(m.backscatter > 0) || path.shown >= echoes.depth()) return;
         const float displayed = stretch(m), loss = attenuation(m, line.frequency);
         const float sigma = sigma_of(line);
         const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media

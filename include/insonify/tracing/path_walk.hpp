@@ -10,12 +10,13 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// How far sound is followed through refraction and reflection.
 struct path_settings {
-    std::uint32_t bounces = 4;        ///< reflections of a path before its last echo, at most
+    std::uint32_t bounces = 64;       ///< reflections of a path before its last echo, at most
     float min_amplitude = 1e-5F;      ///< paths that would return less are dropped
     float face_reflection = 0;        ///< of the probe's face, as pressure amplitude, for echoes that return to it
     std::uint32_t paths_per_line = 0; ///< random paths (Monte Carlo); 0: every path, split at each surface
     float rough_power = 40;           ///< random paths: normals of rough surfaces are distributed as cos^rough_power
     std::uint64_t seed = 1;           ///< of random paths; another seed is another frame of the same picture
+    bool pairs = true; ///< sound also returns along other paths than it went out by; never with random paths
 
     friend bool operator==(const path_settings&, const path_settings&) = default;
 };
@@ -52,7 +53,7 @@ class path_walk {
                           line_scratch& scratch, view<vec2> out, std::uint64_t random)
         : scene_{task.scene}, model_{model}, settings_{settings}, line_{task.line}, face_{task.line.frame},
           echoes_{task.echoes(out)}, found_{scratch.found}, branches_{scratch.branches},
-          branch_objects_{scratch.branch_objects}, random_{random} {
+          branch_objects_{scratch.branch_objects}, arrivals_{scratch.arrivals}, random_{random} {
         for (const medium& m : scene_.media) fastest_ = max(fastest_, m.sound_speed);
     }
 
@@ -63,18 +64,18 @@ class path_walk {
         push({.frame = face_}, found_.inside);
         while (count_ > 0 && !overflow_)
             if (!follow(branches_[--count_])) return false;
+        if (!overflow_) add_pairs();
         return !overflow_;
     }
 
   private:
-    // How far a path can go on from a displayed depth, metres.
-    INSONIFY_FN float range(float shown) const { return (echoes_.depth() - shown) * fastest_ / display_speed; }
+    // How far a path can go on from a displayed depth, metres. Beyond the depth of the lines it may still be half of a pair.
+    INSONIFY_FN float range(float shown) const { return (2 * echoes_.depth() - shown) * fastest_ / display_speed; }
 
-    // Distance to the face of the probe for a path that returns to it; FLT_MAX where it does not.
+    // Distance to the face of the probe, where a path that comes back ends; FLT_MAX for one that moves away from it.
     INSONIFY_FN float to_face(const line_frame& at) const {
         const float towards = -dot(at.along, face_.along);
-        if (settings_.face_reflection == 0 || !(towards > 0.5F)) return FLT_MAX;
-        return dot(at.origin - face_.origin, face_.along) / towards;
+        return towards > 1e-3F ? max(dot(at.origin - face_.origin, face_.along), 0) / towards : FLT_MAX;
     }
 
     INSONIFY_FN bool follow(path_branch now) {
@@ -98,7 +99,7 @@ class path_walk {
                 return !found_.inside.overflow;
             }
         }
-        if (face < FLT_MAX && limit == face) return_from_face(now, face);
+        if (limit == face) return_from_face(now, face);
         return !found_.inside.overflow;
     }
 
@@ -114,6 +115,7 @@ class path_walk {
                 perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power, {first, uniform()});
         }
         const response met = model_.add_interface(line_, above, below, now.path, echoes_);
+        if (keeps_arrivals()) record(now, below.begin, walk.met().normal, walk.surface(), above, below);
         // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
         const float mirrored =
             random ? 1.0F : model_.roughness.coherent({before, after, walk.met().cosine, line_.frequency});
@@ -138,6 +140,7 @@ class path_walk {
         off.frame = turned(now.frame, point, reflected);
         on.path.passed *= met.transmitted;
         off.path.passed *= back;
+        off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         if (random) { // one of the two, with the probability of its part: its weight stays
             const float both = back + met.transmitted;
@@ -152,14 +155,63 @@ class path_walk {
         push(off, found_.inside);
     }
 
+    // A path ends at the face of the probe, and begins anew where the face reflects.
     INSONIFY_FN void return_from_face(path_branch now, float distance) {
-        echoes_.add(now.path.shown,
-                    {now.path.passed * settings_.face_reflection * amplitude_of_decibels(-now.path.lost_db), 0});
+        constexpr float min_cosine = 0.5F; // the face receives no more at grazing incidence
+        if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
+        add_face_echo(now.path);
         const vec3 point = now.frame.origin + distance * now.frame.along;
+        if (keeps_arrivals()) record(now, distance, face_.along, face_surface, {}, {});
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
         now.path.passed *= settings_.face_reflection * settings_.face_reflection;
+        now.inverted = now.inverted != (settings_.face_reflection < 0);
         ++now.bounces;
         push(now, found_.inside);
+    }
+
+    // The echo that the face itself sends back.
+    INSONIFY_FN void add_face_echo(const echo_path& path) const {
+        echoes_.add(path.shown, {path.passed * settings_.face_reflection * amplitude_of_decibels(-path.lost_db), 0});
+    }
+
+    INSONIFY_FN bool keeps_arrivals() const { return settings_.pairs && settings_.paths_per_line == 0; }
+
+    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, std::uint32_t surface,
+                            const layer& above, const layer& below) {
+        overflow_ = overflow_ || arrived_ == arrivals_.size();
+        if (overflow_) return;
+        const vec3 point = now.frame.origin + distance * now.frame.along;
+        arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, surface, now.inverted};
+    }
+
+    // Sound that goes out along one path may return along another that meets the same surface, at the mean of both times.
+    // Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence the 2.
+    INSONIFY_FN void add_pairs() {
+        for (std::uint32_t i = 0; i < arrived_; ++i)
+            for (std::uint32_t j = i + 1; j < arrived_; ++j) {
+                const path_arrival &out = arrivals_[i], &home = arrivals_[j];
+                if (out.bounces != home.bounces || out.surface != home.surface) continue;
+                if (out.above.object != home.above.object || out.below.object != home.below.object) continue;
+                const float sign = out.inverted == home.inverted ? 2.0F : -2.0F;
+                const echo_path both{.shown = 0.5F * (out.path.shown + home.path.shown),
+                                     .lost_db = 0.5F * (out.path.lost_db + home.path.lost_db),
+                                     .passed =
+                                         sign * in_common(out, home) * std::sqrt(out.path.passed * home.path.passed)};
+                if (both.passed == 0) continue;
+                line_.frame = out.frame;
+                if (out.surface == face_surface)
+                    add_face_echo(both);
+                else
+                    model_.add_interface(line_, out.above, out.below, both, echoes_);
+            }
+    }
+
+    // How much of what arrives along one path returns along the other: all where they meet at one point from one direction.
+    // An estimate: it falls linearly to 0 at 3 degrees and at half a millimetre, on the same surface within 20 um.
+    INSONIFY_FN static float in_common(const path_arrival& a, const path_arrival& b) {
+        const vec3 between = a.point - b.point;
+        const float radians = length(a.frame.along - b.frame.along), height = std::fabs(dot(between, a.normal));
+        return max(1 - radians / 0.05F, 0) * max(1 - length(between) / 0.5e-3F, 0) * max(1 - height / 20e-6F, 0);
     }
 
     INSONIFY_FN void push(path_branch next, const media_stack& inside) {
@@ -181,6 +233,8 @@ class path_walk {
 
     INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }
 
+    static constexpr std::uint32_t face_surface = media_stack::none;
+
     const scene_view& scene_;
     const Model& model_;
     const path_settings& settings_;
@@ -190,9 +244,11 @@ class path_walk {
     line_crossings& found_;
     view<path_branch> branches_;
     view<std::uint32_t> branch_objects_;
+    view<path_arrival> arrivals_;
     std::uint64_t random_;
     float fastest_ = display_speed;
     std::uint32_t count_ = 0, objects_ = 0; // branches, and the objects that contain them
+    std::uint32_t arrived_ = 0;             // arrivals at surfaces
     bool overflow_ = false;
 };
 

@@ -19,7 +19,8 @@ class scratch_memory {
         return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
                 .layers = layers_,
                 .branches = branches_,
-                .branch_objects = branch_objects_};
+                .branch_objects = branch_objects_,
+                .arrivals = arrivals_};
     }
     void grow() {
         crossings_.resize(2 * crossings_.size());
@@ -27,6 +28,7 @@ class scratch_memory {
         layers_.resize(2 * layers_.size());
         branches_.resize(2 * branches_.size());
         branch_objects_.resize(2 * branch_objects_.size());
+        arrivals_.resize(2 * arrivals_.size());
     }
 
   private:
@@ -35,6 +37,7 @@ class scratch_memory {
     std::vector<layer> layers_ = std::vector<layer>(64);
     std::vector<path_branch> branches_ = std::vector<path_branch>(32);
     std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
+    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(32);
 };
 
 /// What a tracer prepares for a frame where it does; the tracer itself where it does not.

@@ -15,6 +15,19 @@ struct path_branch {
     echo_path path{};          ///< the state of the sound there
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
+    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+};
+
+/// Where a path met a surface. Sound that came along one such path may return along another: see `paths`.
+struct path_arrival {
+    line_frame frame{};        ///< of the path's last piece
+    vec3 point{0, 0, 0};       ///< where it ended
+    vec3 normal{0, 0, 0};      ///< of the surface
+    echo_path path{};          ///< the state of the sound there
+    layer above{}, below{};    ///< before the surface and behind it
+    std::uint32_t bounces = 0; ///< reflections so far
+    std::uint32_t surface = 0; ///< rank of the object whose surface it is
+    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
 };
 
 /// Memory of fixed capacity in which one line is traced. Where it does not suffice, the tracer says so, and the line is
@@ -24,6 +37,7 @@ struct line_scratch {
     view<layer> layers{};                 ///< room for its layers
     view<path_branch> branches{};         ///< room for paths that are yet to be followed
     view<std::uint32_t> branch_objects{}; ///< room for the ranks of the objects that contain them, branch after branch
+    view<path_arrival> arrivals{};        ///< room for where paths met surfaces
 };
 
 /// One line of one elevation plane: what a tracer is given.
