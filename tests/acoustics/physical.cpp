@@ -119,10 +119,11 @@ TEST_CASE("physical: an oblique surface has Fresnel's reflection, the specular l
                            .aperture = {.fnumbers = fnumbers, .spacing = 15_mm, .elevation_fnumber = 5}};
     const double shown = 20e-3 * 1540 / 1455; // 21.2 mm: F/3 in the slice plane
     const double r = wide(fresnel{}.pressure_reflection(media[0], media[2], static_cast<float>(cosine)));
+    const specular_return aperture{.lobe = specular_return::lobe::aperture};
     const double collected = (1 - 0.06 / std::atan(1.0 / 6)) * (1 - 0.03 / std::atan(1.0 / 10));
     const double attenuation = level(-loss(media[0], 20e-3, 5));
 
-    const emitted found = emit(physical<>{}, line, 60_mm);
+    const emitted found = emit(physical<>{.specular = aperture}, line, 60_mm);
     REQUIRE(found.surfaces.size() == 1);
     CHECK(wide(found.surfaces[0].amplitude) == doctest::Approx(r * collected * attenuation).epsilon(1e-4));
     CHECK(wide(found.surfaces[0].depth) == doctest::Approx(shown).epsilon(1e-6));

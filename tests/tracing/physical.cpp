@@ -395,7 +395,9 @@ TEST_CASE("every part of the model can be a user's own, and works in it") {
     CHECK(first(plain) == doctest::Approx(0.2).epsilon(1e-3)); // (1500 - 1000) / 2500, and nothing taken from it
     CHECK(first(plain.with_attenuation(power_law{})) < 0.2 * std::pow(10, -9.9 / 20)); // 2 x 0.5 x 5 x 2 cm = 10 dB
     CHECK(first(plain.with_roughness(kirchhoff{})) < 0.19);
-    CHECK(first(plain.with_specular(specular_return{})) < 0.17); // tilted by 2.9 degrees
+    const float tilted = std::atan(0.05F); // 2.9 degrees, F/2, 20 mm deep
+    CHECK(first(plain.with_specular(specular_return{})) ==
+          doctest::Approx(0.2F * specular_return{}(tilted, 2, 20_mm * 5_MHz / 1540)).epsilon(2e-3));
     CHECK(echoes_test::echoes_of(trace_paths(exec::seq, body, probe, pose{}, plain, scan), 0).at(0).amplitude ==
           doctest::Approx(0.2).epsilon(1e-3));
 }
@@ -466,7 +468,7 @@ TEST_CASE("a model changes its law, its texture and its options, and keeps the r
     CHECK(first_echo(silent.with_boundary(mirror{})) == doctest::Approx(0.5));
     CHECK(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, silent.with_boundary(fresnel{}), scan) ==
           trace(exec::par, body, physical_test::probe(5_MHz), pose{}, silent, scan));
-    const physical<fresnel, no_scatterers> oblique{};
+    const physical<fresnel, no_scatterers> oblique{.specular = {.lobe = specular_return::lobe::aperture}};
     CHECK(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, oblique, scan).values ==
           std::vector<vec2>(16 * 4000, vec2{0, 0})); // 17 degrees off: beside the aperture
     const physical<fresnel, no_scatterers> broad{.bandwidth = pulse_bandwidth::broad}, narrow{};

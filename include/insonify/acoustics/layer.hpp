@@ -18,7 +18,7 @@ struct layer {
     std::uint32_t medium = 0;   ///< index into the media of the line
     std::uint32_t object = ~0U; ///< id of the object, ~0 for the background
     float cosine = 1;           ///< of the angle of incidence on the surface at `begin`; 1 on the first layer
-    vec2 tilt{0, 0}; ///< angle between that surface's normal and the line, radians: in the slice plane, out of it
+    vec2 tilt{0, 0}; ///< of that surface's forward normal against the line, radians: in the slice plane, out of it
     std::uint32_t place = 0; ///< index into the poses of the line
 };
 

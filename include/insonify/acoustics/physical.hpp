@@ -5,6 +5,7 @@
 #include <insonify/acoustics/cell_field.hpp>
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/fresnel.hpp>
+#include <insonify/acoustics/line_refraction.hpp>
 #include <insonify/acoustics/roughness.hpp>
 #include <insonify/acoustics/specular.hpp>
 #include <insonify/core/decibels.hpp>
@@ -25,9 +26,10 @@ enum class pulse_bandwidth { narrow, broad };
 
 /// State of the wave at a point of its path.
 struct echo_path {
-    float shown = 0;   ///< displayed depth, metres
-    float lost_db = 0; ///< attenuation so far, there and back, dB
-    float passed = 1;  ///< factor on amplitude of the interfaces so far, there and back
+    float shown = 0;              ///< displayed depth, metres
+    float lost_db = 0;            ///< attenuation so far, there and back, dB
+    float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
+    refracted_layer refraction{}; ///< of the present layer
 };
 
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
@@ -128,6 +130,12 @@ struct physical {
         if (angle == insonify::angle::normal) at.cosine = 1;
         return boundary(at);
     }
+    /// The direction of sound behind an interface, by the interface law's own `refracted` or by Snell's law; {0, 0, 0} where
+    /// it is totally reflected. Unchanged where all media have one speed (`timing::uniform`) or all incidence is normal.
+    INSONIFY_FN vec3 refracted(vec3 direction, vec3 normal, const medium& before, const medium& after) const {
+        if (timing == insonify::timing::uniform || angle == insonify::angle::normal) return direction;
+        return detail::refracted_by(boundary, direction, normal, before, after);
+    }
     /// Attenuation of an echo per metre of a medium, there and back, dB/m; the frequency is in hertz.
     INSONIFY_FN float loss(const medium& m, float frequency) const { return attenuation(m, frequency); }
 
@@ -141,10 +149,16 @@ struct physical {
     template <class Echoes>
     INSONIFY_FN void emit(const traced_line& line, const Echoes& echoes) const {
         echo_path path{};
-        for (std::size_t i = 0; i < line.layers.size() && path.shown < echoes.depth(); ++i) {
-            add_layer(line, line.layers[i], path, echoes);
-            if (i + 1 < line.layers.size() && line.layers[i + 1].medium != line.layers[i].medium)
-                path.passed *= add_interface(line, line.layers[i], line.layers[i + 1], path, echoes).transmitted;
+        detail::line_refraction<physical> refraction{*this, line};
+        for (std::size_t i = 0; i < line.layers.size(); ++i) {
+            layer here = line.layers[i];
+            path.refraction = refraction.next();
+            if (i > 0 && here.medium != path.refraction.before) {
+                here.cosine = path.refraction.cosine;
+                path.passed *= add_interface(line, line.layers[i - 1], here, path, echoes).transmitted;
+            }
+            if (path.shown >= echoes.depth()) return;
+            add_layer(line, here, path, echoes);
         }
     }
 
@@ -154,8 +168,9 @@ struct physical {
                                const Echoes& echoes) const {
         const medium& m = line.media[here.medium];
         add_speckle(line, here, m, path, echoes);
-        path.shown += (here.end - here.begin) * stretch(m);
-        path.lost_db += (here.end - here.begin) * attenuation(m, line.frequency);
+        const float length = here.end - here.begin;
+        path.shown += length * stretch(m);
+        path.lost_db += length * loss_per_metre(line, m, path);
     }
 
     /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
@@ -208,6 +223,12 @@ struct physical {
         return timing == insonify::timing::sound_speed ? displayed_stretch(m) : 1.0F;
     }
 
+    // Attenuation, dB per metre of the line.
+    INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
+        const medium& before = line.media[path.refraction.before];
+        return path.refraction.loss(attenuation(m, line.frequency), attenuation(before, line.frequency));
+    }
+
     // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
     INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
 
@@ -237,7 +258,7 @@ struct physical {
     INSONIFY_FN void add_speckle(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const Echoes& echoes) const {
         if (!(m.backscatter > 0) || path.shown >= echoes.depth()) return;
-        const float displayed = stretch(m), loss = attenuation(m, line.frequency);
+        const float displayed = stretch(m), loss = loss_per_metre(line, m, path);
         const float sigma = sigma_of(line);
         const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
         // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.

@@ -13,15 +13,16 @@ inline constexpr float touching_distance = 1e-6F;
 
 /// How a line meets a surface.
 struct surface_incidence {
-    float cosine = 1;      ///< of the angle of incidence, 0 to 1
-    vec2 tilt{0, 0};       ///< of the normal against the line, radians: within the slice plane, and out of it
-    vec3 normal{0, 0, -1}; ///< of the surface in the world, length 1
+    float cosine = 1;     ///< of the angle of incidence, 0 to 1
+    vec2 tilt{0, 0};      ///< of the normal against the line, radians: within the slice plane, and out of it
+    vec3 normal{0, 0, 1}; ///< of the surface in the world, on the side away from the probe; length 1
 };
 /// How a line meets a face; at normal incidence where the face has no area.
 INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::uint32_t face, const line_frame& line) {
     const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
-    const vec3 normal = unit_normal(one.surface[face], -along);
-    const float facing = std::fabs(dot(normal, along));
+    const vec3 outwards = unit_normal(one.surface[face], -along);
+    const vec3 normal = dot(outwards, along) < 0 ? -outwards : outwards; // points along the line
+    const float facing = dot(normal, along);
     return {
         .cosine = min(facing, 1.0F),
         .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)},

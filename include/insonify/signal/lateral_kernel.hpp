@@ -45,7 +45,7 @@ struct lateral_weights {
     /// @param covariance  C(lag) of the echoes on two lines, the lag in lines; 1 at lag 0, and 0 from some lag on
     /// @param gain        g(line), amplitude of the echoes of a line before weighting
     template <class Covariance, class Gain>
-    INSONIFY_FN float power(std::uint32_t line, const Covariance& covariance, const Gain& gain) const {
+    float power(std::uint32_t line, const Covariance& covariance, const Gain& gain) const {
         const int begin = first(line), end = last(line), here = static_cast<int>(line);
         const auto amplitude = [&](int offset) {
             const int count = static_cast<int>(lines);

@@ -2,6 +2,7 @@
 #define INSONIFY_TRACING_GROUND_TRUTH_HPP
 
 #include <insonify/acoustics/interface_law.hpp>
+#include <insonify/acoustics/line_refraction.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/core/decibels.hpp>
 #include <insonify/tracing/label.hpp>
@@ -51,12 +52,14 @@ struct truth_model : label_axis {
     INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<truth_sample> out) const {
         float lost = 0;   // dB, to attenuation
         float passed = 1; // through interfaces
+        line_refraction<Model> refraction{model, line};
         this->for_each_stretch(line, out.size(), spacing, [&](std::size_t i, const label_stretch& part) {
             const layer& here = line.layers[i];
             const medium& m = line.media[here.medium];
+            const refracted_layer bent = refraction.next();
             if (i > 0 && line.layers[i - 1].medium != here.medium) {
                 const layer& above = line.layers[i - 1];
-                passed *= model.at_interface({line.media[above.medium], m, here.cosine, line.frequency}).transmitted;
+                passed *= model.at_interface({line.media[above.medium], m, bent.cosine, line.frequency}).transmitted;
                 const auto k = static_cast<std::size_t>(min(part.begin / spacing, static_cast<float>(out.size())));
                 if (k < out.size() && out[k].surface == background_label) {
                     // Ranks, in which the background comes last: place 0 wraps around.
@@ -65,7 +68,8 @@ struct truth_model : label_axis {
                     out[k].incidence = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
                 }
             }
-            const float loss = model.loss(m, line.frequency);
+            const float loss =
+                bent.loss(model.loss(m, line.frequency), model.loss(line.media[bent.before], line.frequency));
             for (std::size_t k = part.first; k < part.last; ++k) {
                 const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
                 out[k].label = here.object;

@@ -28,20 +28,10 @@ concept path_model = acoustic_model<Model> && requires(const Model& m, const tra
     m.add_layer(line, one, path, echoes);
     { m.add_interface(line, one, one, path, echoes) } -> std::same_as<response>;
     { m.roughness.coherent(at) } -> std::convertible_to<float>;
-    { m.timing } -> std::convertible_to<timing>;
+    { m.refracted(vec3{}, vec3{}, at.before, at.after) } -> std::convertible_to<vec3>;
 };
 
 namespace detail {
-
-/// The direction in which sound continues behind an interface: by the law's own `refracted(direction, normal, before,
-/// after)` where it has one, else by Snell's; {0, 0, 0} where it is totally reflected.
-template <class Law>
-INSONIFY_FN vec3 refracted_by(const Law& law, vec3 direction, vec3 normal, const medium& before, const medium& after) {
-    if constexpr (requires { law.refracted(direction, normal, before, after); })
-        return law.refracted(direction, normal, before, after);
-    else
-        return refracted(direction, normal, before, after);
-}
 
 /// Follows all paths of one line: a stack of branches, each of which ends at the next change of medium, where its
 /// reflected and transmitted parts begin.
@@ -123,10 +113,7 @@ class path_walk {
 
         // A facet that would send the path to the wrong side of the surface gives way to the surface as a whole.
         const auto crosses = [&](vec3 direction) { return dot(direction, smooth) * dot(along, smooth) > 0; };
-        const auto transmitted_by = [&](vec3 normal) {
-            if (model_.timing != timing::sound_speed) return along;
-            return refracted_by(model_.boundary, along, normal, before, after);
-        };
+        const auto transmitted_by = [&](vec3 normal) { return model_.refracted(along, normal, before, after); };
         const auto mirrored_by = [&](vec3 normal) { return along - 2 * dot(along, normal) * normal; };
         vec3 onwards = transmitted_by(facet), reflected = mirrored_by(facet);
         if (!crosses(onwards)) onwards = transmitted_by(smooth);

@@ -1,0 +1,93 @@
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/tracing/ground_truth.hpp>
+#include <insonify/tracing/trace.hpp>
+#include <cmath>
+#include <doctest/doctest.h>
+
+#include "echoes.hpp"
+
+using namespace insonify;
+
+namespace refraction_test {
+namespace {
+
+double wide(float x) { return static_cast<double>(x); }
+
+// A plane plate in a medium, tilted by an angle, and an air wall behind it at right angles to the line: level and displayed
+// depth of the wall's echo, in double precision. The level is that of the refracted ray, the depth that of the line.
+struct oblique_plate {
+    medium around{}, inside{};
+    double thickness = 3e-3, degrees = 0, front = 20e-3, wall = 40e-3;
+
+    echoes_test::echo expected(double megahertz) const {
+        const double i = degrees * 3.14159265358979 / 180, c1 = wide(around.sound_speed), c2 = wide(inside.sound_speed);
+        const double t = std::asin(c2 / c1 * std::sin(i));
+        const double z1 = wide(around.density) * c1, z2 = wide(inside.density) * c2;
+        const double sum = z2 * std::cos(i) + z1 * std::cos(t);
+        const double transmitted =
+            4 * z1 * z2 * std::cos(i) * std::cos(t) / (sum * sum); // there and back, each surface
+        const double through =
+            thickness / std::cos(t); // along the refracted ray, which advances by the cosine of its turn
+        const double outside = wall - through * std::cos(t - i);
+        const double loss =
+            2 * (wide(around.attenuation) * std::pow(megahertz, wide(around.attenuation_power)) * outside +
+                 wide(inside.attenuation) * std::pow(megahertz, wide(inside.attenuation_power)) * through);
+        const medium air = tissue::air;
+        const double za = wide(air.density) * wide(air.sound_speed), r = (za - z1) / (za + z1);
+        return {transmitted * transmitted * std::fabs(r) * std::pow(10.0, -loss / 20),
+                1540 * ((wall - thickness / std::cos(i)) / c1 + thickness / std::cos(i) / c2)};
+    }
+
+    scene body() const {
+        const auto tilt = static_cast<float>(degrees * 3.14159265358979 / 180);
+        const auto at = static_cast<float>(front);
+        scene made{around};
+        made.add(make_box({-80_mm, -60_mm, 0}, {80_mm, 60_mm, static_cast<float>(thickness)}), inside,
+                 {.at = look_at({0, 0, at}, {std::sin(tilt), 0, at + std::cos(tilt)},
+                                {std::cos(tilt), 0, -std::sin(tilt)})});
+        made.add(make_box({-90_mm, -60_mm, static_cast<float>(wall)}, {90_mm, 60_mm, 90_mm}), tissue::air);
+        made.build(exec::par);
+        return made;
+    }
+};
+
+medium quiet(medium m) {
+    m.backscatter = m.roughness = 0;
+    return m;
+}
+
+} // namespace
+} // namespace refraction_test
+
+TEST_CASE("behind an oblique plate, straight lines have the level of the refracted ray") {
+    using namespace refraction_test;
+    const medium muscle = quiet(tissue::muscle), bone = quiet(tissue::bone);
+    const medium silicone{.density = 1070, .sound_speed = 1000, .attenuation = 100}; // slower than its surroundings
+    const physical<> model = physical<>{.specular = {.lobe = specular_return::lobe::cosine, .power = 0}};
+    const linear_array one_line{.lines = 1, .width = 1_mm, .frequency = 2.5_MHz};
+    const oblique_plate plates[] = {{muscle, bone, 3e-3, 0},     {muscle, bone, 3e-3, 10}, {muscle, bone, 3e-3, 20},
+                                    {muscle, bone, 3e-3, 24},    {muscle, bone, 1e-3, 26}, {muscle, silicone, 5e-3, 20},
+                                    {muscle, silicone, 5e-3, 40}};
+    for (const oblique_plate& plate : plates) {
+        const scene body = plate.body();
+        const auto found = echoes_test::echoes_of(
+            trace(exec::par, body, one_line, pose{}, model, {.depth = 60_mm, .samples = 6000}), 0);
+        REQUIRE(found.size() == 3);
+        const echoes_test::echo expected = plate.expected(2.5);
+        MESSAGE(plate.inside.sound_speed, " m/s, ", plate.degrees, " degrees: ", found[2].decibels(), " dB at ",
+                found[2].depth * 1e3, " mm (expected ", expected.decibels(), " dB at ", expected.depth * 1e3, " mm)");
+        CHECK(std::fabs(found[2].decibels() - expected.decibels()) < 0.05);
+        CHECK(std::fabs(found[2].depth - expected.depth) < 10e-6);
+
+        const ground_truth_lines truth =
+            ground_truth(exec::par, body, one_line, pose{},
+                         {.depth = 60_mm, .samples = 6000, .grid = label_settings::grid::displayed}, model);
+        const auto before_wall = static_cast<std::uint32_t>((expected.depth - 20e-6) / 10e-6);
+        CHECK(truth.label(0, before_wall) == background_label); // the muscle behind the plate
+        CHECK(truth.label(0, before_wall + 4) == 1);
+        CHECK(20 * std::log10(wide(truth.transmitted(0, before_wall))) ==
+              doctest::Approx(found[2].decibels()).epsilon(2e-3));
+    }
+}
