@@ -6,7 +6,9 @@
 
 /// Refraction along a straight line. The line itself never bends, but the direction that refraction would give the sound
 /// is carried along it: angles of incidence and attenuation follow from that direction, exactly so for parallel layers.
-/// Depths stay those of the straight line: behind 10 mm of fat at 40 degrees they are 0.03 mm too large.
+/// Depths stay those of the straight line: behind 10 mm of fat at 40 degrees they are 0.03 mm too large. Where sound has
+/// the speed again with which it left the probe, its direction is that of the line again, as behind a parallel layer;
+/// behind a rib, say, other rays than the one that was bent away reach the line.
 namespace insonify::inline INSONIFY_ABI {
 
 /// How refraction changes a layer of a straight line.
@@ -53,6 +55,8 @@ class line_refraction {
                 const vec3 bent =
                     model_.refracted(direction_, normal, line_.media[found.before], line_.media[here.medium]);
                 if (bent != vec3{0, 0, 0} && is_finite(bent)) direction_ = bent; // else no sound goes on
+                const medium& first = line_.media[line_.layers[0].medium];
+                if (line_.media[here.medium].sound_speed == first.sound_speed) direction_ = {0, 0, 1};
             }
             if (straight() || i + 1 == line_.layers.size()) return found;
             // Path and line end on the plane of the surface that ends the layer.
