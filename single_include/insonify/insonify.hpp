@@ -2712,25 +2712,20 @@ struct fresnel {
 #define INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
 
 
-/// Refraction along a straight line. The line itself never bends, but the direction that refraction would give the sound
-/// is carried along it: angles of incidence and attenuation follow from that direction, exactly so for parallel layers.
-/// Depths stay those of the straight line: behind 10 mm of fat at 40 degrees they are 0.03 mm too large. Where sound has
-/// the speed again with which it left the probe, its direction is that of the line again, as behind a parallel layer;
-/// behind a rib, say, other rays than the one that was bent away reach the line.
+/// Refraction along a straight line. The line itself never bends, but the ray that refraction would make of it is carried
+/// along: angles of incidence and attenuation are those of that ray, exactly so for plane surfaces. Depths stay those of
+/// the straight line: behind 10 mm of fat at 40 degrees they are 0.03 mm too large.
+///
+/// Where the ray comes back to the sound speed that it had before a layer, it takes the direction again that it had there,
+/// as it does behind a parallel layer. Behind a layer that is not parallel, such as a rib, the line is reached by other rays.
 namespace insonify::inline INSONIFY_ABI {
 
 /// How refraction changes a layer of a straight line.
 struct refracted_layer {
     float cosine = 1;         ///< of the angle of incidence at its beginning
-    float length_factor = 1;  ///< length of the path over that of the line
-    float spared = 0;         ///< length of path that is saved in the layer before, over that of the line in this one
+    float length_factor = 1;  ///< length of the ray over that of the line
+    float saved = 0;          ///< metres by which the ray is ahead at the beginning: its path in this layer is shorter
     std::uint32_t before = 0; ///< medium of the layer before
-
-    /// Attenuation per metre of the line. @param in_this, in_before  per metre of path in this medium and in the one before
-    INSONIFY_FN float loss(float in_this, float in_before) const {
-        const float saved = spared * in_before;
-        return spared == 0 ? length_factor * in_this : max(length_factor * in_this - saved, 0);
-    }
 };
 
 namespace detail {
@@ -2757,26 +2752,38 @@ class line_refraction {
         const layer& here = line_.layers[i];
         refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
         if constexpr (requires(const medium& m) { model_.refracted(vec3{}, vec3{}, m, m); }) {
-            if (found.before != here.medium) {
-                const vec3 normal = normal_of(here);
-                if (!straight()) found.cosine = min(std::fabs(dot(normal, direction_)), 1);
-                const vec3 bent =
-                    model_.refracted(direction_, normal, line_.media[found.before], line_.media[here.medium]);
-                if (bent != vec3{0, 0, 0} && is_finite(bent)) direction_ = bent; // else no sound goes on
-                const medium& first = line_.media[line_.layers[0].medium];
-                if (line_.media[here.medium].sound_speed == first.sound_speed) direction_ = {0, 0, 1};
-            }
-            if (straight() || i + 1 == line_.layers.size()) return found;
-            // Path and line end on the plane of the surface that ends the layer.
-            const vec3 end = normal_of(line_.layers[i + 1]);
-            found.length_factor = clamp(end.z / max(dot(end, direction_), 1e-3F), 0.25F, 4);
-            found.spared = found.length_factor * max(direction_.z, 0) - 1;
+            if (found.before != here.medium) cross(here, found);
+            if (straight() && ahead_ == vec3{0, 0, 0}) return found;
+            // Line and ray end on the plane of the surface that ends the layer; the last layer has none.
+            const bool last = i + 1 == line_.layers.size();
+            const vec3 end = last ? vec3{0, 0, 1} : normal_of(line_.layers[i + 1]);
+            const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
+            found.length_factor = clamp(end.z / towards, 0.25F, 4);
+            found.saved = clamp(dot(end, ahead_) / towards, -max_saved, max_saved);
+            const float travelled = max(found.length_factor * length - found.saved, 0);
+            ahead_ = ahead_ + travelled * direction_ - vec3{0, 0, length};
         }
         return found;
     }
 
   private:
+    static constexpr float max_saved = 0.02F; // metres: surfaces are not plane as far as that
+
     INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
+
+    // The ray crosses the surface at the beginning of a layer.
+    INSONIFY_FN void cross(const layer& here, refracted_layer& found) {
+        const medium &before = line_.media[found.before], &after = line_.media[here.medium];
+        const vec3 normal = normal_of(here), arriving = direction_;
+        if (!straight()) found.cosine = min(std::fabs(dot(normal, arriving)), 1);
+        const vec3 bent = model_.refracted(arriving, normal, before, after);
+        if (after.sound_speed == former_speed_)
+            direction_ = former_direction_;
+        else if (bent != vec3{0, 0, 0} && is_finite(bent)) // else it is totally reflected
+            direction_ = bent;
+        former_speed_ = before.sound_speed;
+        former_direction_ = arriving;
+    }
 
     // Of the surface at the beginning of a layer: x in the slice plane across the line, y out of the slice, z along it.
     INSONIFY_FN static vec3 normal_of(const layer& below) {
@@ -2787,7 +2794,10 @@ class line_refraction {
     const Model& model_;
     const traced_line& line_;
     std::size_t next_ = 0;
-    vec3 direction_{0, 0, 1}; // in the same axes
+    vec3 direction_{0, 0, 1};        // of the ray, in the axes of `normal_of`
+    vec3 ahead_{0, 0, 0};            // from the line to the ray, where both cross a surface
+    float former_speed_ = -1;        // in the medium before the last surface
+    vec3 former_direction_{0, 0, 1}; // of the ray there
 };
 
 } // namespace detail
@@ -2900,11 +2910,10 @@ concept specular_law = requires(const Law& law, float x) {
 ///     L(phi) = |e(x)| / |e(0)|,   e(x) = (1 - i) max(0, p - |x|) - w(x + p) + 2 w(x) - w(x - p)
 ///     w(x) = (x g(x) + i (1/pi - x f(x))) exp(-i pi x^2 / 2)   for x >= 0,   w(-x) = w(x)
 ///
-/// where f and g are the auxiliary functions of the Fresnel integrals. Angles are assumed small, and the pulse
-/// narrowband.
+/// where f and g are the auxiliary functions of the Fresnel integrals. Angles are assumed small.
 ///
-/// `lobe::pulse` averages e(x) over the spectrum of a pulse of 2.5 cycles, by Gauss-Hermite quadrature at the carrier and
-/// at 1 +- 0.474 times it.
+/// This is for a single frequency f. `lobe::pulse` averages e(x) / f over the spectrum of a pulse of 2.5 cycles, whatever the
+/// probe's own, by Gauss-Hermite quadrature: at the carrier and at 1 +- 0.474 times it.
 ///
 /// Compared with a broadband simulation of a plate at the focus, 30 mm deep, at 2.5, 5 and 7.5 MHz, above -12 dB:
 ///
@@ -2919,7 +2928,7 @@ struct specular_return {
         aperture, ///< max(0, 1 - |phi| / psi), psi = atan(1 / (2 F)): overlap of the aperture and its mirror image
         cosine,   ///< cos^power phi, the specularity of Buerger et al. 2013; a plate at F/2 has power 79, at F/4 270
         exact,    ///< `aperture` with diffraction at its edges, in closed form, at a single frequency
-        pulse     ///< the same for a short pulse
+        pulse     ///< `exact` averaged over the spectrum of a short pulse
     };
 
     enum lobe lobe = lobe::pulse; ///< shape of the lobe
@@ -3130,6 +3139,9 @@ struct physical {
                 path.passed *= add_interface(line, line.layers[i - 1], here, path, echoes).transmitted;
             }
             if (path.shown >= echoes.depth()) return;
+            if (path.refraction.saved != 0)
+                path.lost_db =
+                    max(path.lost_db - path.refraction.saved * attenuation(line.media[here.medium], line.frequency), 0);
             add_layer(line, here, path, echoes);
         }
     }
@@ -3142,7 +3154,7 @@ struct physical {
         add_speckle(line, here, m, path, echoes);
         const float length = here.end - here.begin;
         path.shown += length * stretch(m);
-        path.lost_db += length * loss_per_metre(line, m, path);
+        path.lost_db += length * path.refraction.length_factor * attenuation(m, line.frequency);
     }
 
     /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
@@ -3195,12 +3207,6 @@ struct physical {
         return timing == insonify::timing::sound_speed ? displayed_stretch(m) : 1.0F;
     }
 
-    // Attenuation, dB per metre of the line.
-    INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
-        const medium& before = line.media[path.refraction.before];
-        return path.refraction.loss(attenuation(m, line.frequency), attenuation(before, line.frequency));
-    }
-
     // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
     INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
 
@@ -3230,7 +3236,7 @@ struct physical {
     INSONIFY_FN void add_speckle(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const Echoes& echoes) const {
         if (!(m.backscatter > 0) || path.shown >= echoes.depth()) return;
-        const float displayed = stretch(m), loss = loss_per_metre(line, m, path);
+        const float displayed = stretch(m), loss = path.refraction.length_factor * attenuation(m, line.frequency);
         const float sigma = sigma_of(line);
         const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
         // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
@@ -4288,14 +4294,14 @@ struct beam_model {
     /// Lateral -6 dB width, metres: k lambda F#(z), where
     ///
     ///     k = 1.26 - 0.41 (1 - 1.05 s^2) exp(-s^2),   s = (q + 2.2) / 3.4 below q = -2.2, (q + 2.2) / 7.2 above
-    ///     q = (1 - z_f / z) z_f / (lambda F#^2)       defocus of the transmit aperture, 8 wavelengths at its edge
+    ///     q = (1 - z_f / z) z_f / (lambda F#(z_f)^2)  defocus at the edge of the transmit aperture, eighths of a wavelength
     ///
     /// The beam is narrowest before the focus, where the near side of the transmitted wave meets the growing aperture.
     /// Source: fit to simulated fields of an array that receives at constant F#: 3.5 to 7.5 MHz, F/2 to F/4, foci of 20 to
     /// 40 mm, depths of 0.4 to 2.2 times the focus; within 10 % in 98 % of 513 cases, 20 % at most.
     INSONIFY_FN float lateral_width(float depth) const {
-        const float z = max(depth, 0.1F * focus);
-        const float defocus = focus * (1 - focus / z) / (wavelength * min_fnumber * min_fnumber);
+        const float z = max(max(depth, 0.1F * focus), 1e-6F), sent = fnumber(focus);
+        const float defocus = focus * (1 - focus / z) / (wavelength * sent * sent);
         const float from_narrowest = defocus + 2.2F;
         const float s = from_narrowest / (from_narrowest < 0 ? 3.4F : 7.2F);
         const float k = 1.26F - 0.41F * (1 - 1.05F * s * s) * std::exp(-s * s);
@@ -10734,8 +10740,6 @@ class layer_walk {
     }
     /// How the line meets that surface.
     INSONIFY_FN const surface_incidence& met() const { return met_; }
-    /// Rank of the object whose surface it is.
-    INSONIFY_FN std::uint32_t surface() const { return surface_; }
     /// Applies the crossings at that surface once more: the objects are again those before it.
     INSONIFY_FN void step_back(media_stack& inside) const {
         for (std::uint32_t i = group_; i < next_; ++i) inside.toggle(found_.room[i].rank);
@@ -10753,12 +10757,11 @@ class layer_walk {
     }
 
     // Of the touching surfaces, the first one that belongs to either medium.
-    INSONIFY_FN surface_incidence incidence_at_change(std::uint32_t before, std::uint32_t after) {
+    INSONIFY_FN surface_incidence incidence_at_change(std::uint32_t before, std::uint32_t after) const {
         std::uint32_t surface = group_;
         while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
             ++surface;
         const crossing& at = found_.room[surface];
-        surface_ = at.rank;
         return incidence_on(scene_.objects[at.rank], at.primitive, line_);
     }
 
@@ -10770,7 +10773,6 @@ class layer_walk {
     std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
     float begin_ = 0;
     surface_incidence met_{};
-    std::uint32_t surface_ = media_stack::none;
     bool at_end_ = false;
 };
 
@@ -10817,8 +10819,8 @@ struct path_arrival {
     echo_path path{};          ///< the state of the sound there
     layer above{}, below{};    ///< before the surface and behind it
     std::uint32_t bounces = 0; ///< reflections so far
-    std::uint32_t surface = 0; ///< rank of the object whose surface it is
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+    bool at_face = false;      ///< the surface is the face of the probe
 };
 
 /// Memory of fixed capacity in which one line is traced. Where it does not suffice, the tracer says so, and the line is
@@ -11098,7 +11100,7 @@ class scratch_memory {
     std::vector<layer> layers_ = std::vector<layer>(64);
     std::vector<path_branch> branches_ = std::vector<path_branch>(32);
     std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
-    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(32);
+    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
 };
 
 /// What a tracer prepares for a frame where it does; the tracer itself where it does not.
@@ -13268,8 +13270,8 @@ struct truth_model : label_axis {
                     out[k].incidence = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
                 }
             }
-            const float loss =
-                bent.loss(model.loss(m, line.frequency), model.loss(line.media[bent.before], line.frequency));
+            const float per_metre = model.loss(m, line.frequency), loss = bent.length_factor * per_metre;
+            if (bent.saved != 0) lost = max(lost - bent.saved * per_metre, 0);
             for (std::size_t k = part.first; k < part.last; ++k) {
                 const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
                 out[k].label = here.object;
@@ -13289,8 +13291,8 @@ struct truth_model : label_axis {
 ///
 ///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///
-/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m there and back, d in
-/// metres. It is the amplitude with which the model weights every echo; 1 is what the probe sends.
+/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m there and back, d the
+/// metres of the refracted ray. It is the amplitude with which the model weights every echo; 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
 /// has precedence. Of several in one sample the one nearest to the probe is reported.
@@ -13392,13 +13394,13 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// How far sound is followed through refraction and reflection.
 struct path_settings {
-    std::uint32_t bounces = 64;       ///< reflections of a path before its last echo, at most
-    float min_amplitude = 1e-5F;      ///< paths that would return less are dropped
+    std::uint32_t bounces = 16;       ///< reflections of a path before its last echo, at most
+    float min_amplitude = 1e-5F;      ///< paths that would return less by themselves are dropped
     float face_reflection = 0;        ///< of the probe's face, as pressure amplitude, for echoes that return to it
     std::uint32_t paths_per_line = 0; ///< random paths (Monte Carlo); 0: every path, split at each surface
     float rough_power = 40;           ///< random paths: normals of rough surfaces are distributed as cos^rough_power
     std::uint64_t seed = 1;           ///< of random paths; another seed is another frame of the same picture
-    bool pairs = true; ///< sound also returns along other paths than it went out by; never with random paths
+    bool pairs = true;                ///< sound also returns along a different path; never with random paths
 
     friend bool operator==(const path_settings&, const path_settings&) = default;
 };
@@ -13441,13 +13443,16 @@ class path_walk {
     }
 
   private:
-    // How far a path can go on from a displayed depth, metres. Beyond the depth of the lines it may still be half of a pair.
-    INSONIFY_FN float range(float shown) const { return (2 * echoes_.depth() - shown) * fastest_ / display_speed; }
+    // Displayed depth at which paths end. Beyond the depth of the lines they may still be half of a pair.
+    INSONIFY_FN float max_shown() const { return (keeps_arrivals() ? 2 : 1) * echoes_.depth(); }
+    // How far a path can go on from a displayed depth, metres.
+    INSONIFY_FN float range(float shown) const { return (max_shown() - shown) * fastest_ / display_speed; }
 
     // Distance to the face of the probe, where a path that comes back ends; FLT_MAX for one that moves away from it.
     INSONIFY_FN float to_face(const line_frame& at) const {
         const float towards = -dot(at.along, face_.along);
-        return towards > 1e-3F ? max(dot(at.origin - face_.origin, face_.along), 0) / towards : FLT_MAX;
+        if (!(towards > 1e-3F)) return FLT_MAX;
+        return max(dot(at.origin - face_.origin, face_.along), 0) / towards;
     }
 
     INSONIFY_FN bool follow(path_branch now) {
@@ -13460,9 +13465,11 @@ class path_walk {
         found_.inside.assign({.ranks = containing, .count = now.inside});
         if (!complete || found_.inside.overflow) return false;
         line_.frame = now.frame;
-        layer_walk walk{scene_, now.frame, found_, limit, true};
+        // Surfaces that touch the face are not met before it.
+        layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure();
         for (layer above; walk.next(above);) {
+            if (walk.at_end()) above.end = limit;
             model_.add_layer(line_, above, now.path, echoes_);
             if (walk.at_end()) break;
             layer below = walk.beyond();
@@ -13487,7 +13494,7 @@ class path_walk {
                 perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power, {first, uniform()});
         }
         const response met = model_.add_interface(line_, above, below, now.path, echoes_);
-        if (keeps_arrivals()) record(now, below.begin, walk.met().normal, walk.surface(), above, below);
+        if (keeps_arrivals()) record(now, below.begin, walk.met().normal, above, below);
         // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
         const float mirrored =
             random ? 1.0F : model_.roughness.coherent({before, after, walk.met().cosine, line_.frequency});
@@ -13526,11 +13533,12 @@ class path_walk {
 
     // A path ends at the face of the probe, and begins anew where the face reflects.
     INSONIFY_FN void return_from_face(path_branch now, float distance) {
-        constexpr float min_cosine = 0.5F; // the face receives no more at grazing incidence
+        constexpr float min_cosine = 0.5F; // beyond 60 degrees no sound that is reflected again comes back to the array
         if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
         add_face_echo(now.path);
         const vec3 point = now.frame.origin + distance * now.frame.along;
-        if (keeps_arrivals()) record(now, distance, face_.along, face_surface, {}, {});
+        if (keeps_arrivals()) record(now, distance, face_.along, {}, {});
+        if (keeps_arrivals() && !overflow_) arrivals_[arrived_ - 1].at_face = true;
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
         now.path.passed *= settings_.face_reflection * settings_.face_reflection;
         now.inverted = now.inverted != (settings_.face_reflection < 0);
@@ -13545,30 +13553,31 @@ class path_walk {
 
     INSONIFY_FN bool keeps_arrivals() const { return settings_.pairs && settings_.paths_per_line == 0; }
 
-    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, std::uint32_t surface,
-                            const layer& above, const layer& below) {
+    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, const layer& above,
+                            const layer& below) {
         overflow_ = overflow_ || arrived_ == arrivals_.size();
         if (overflow_) return;
         const vec3 point = now.frame.origin + distance * now.frame.along;
-        arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, surface, now.inverted};
+        arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, now.inverted};
     }
 
     // Sound that goes out along one path may return along another that meets the same surface, at the mean of both times.
-    // Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence the 2.
+    // Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence the 2. Tilt
+    // and random field of the surface are those of the path that was followed first.
     INSONIFY_FN void add_pairs() {
         for (std::uint32_t i = 0; i < arrived_; ++i)
             for (std::uint32_t j = i + 1; j < arrived_; ++j) {
                 const path_arrival &out = arrivals_[i], &home = arrivals_[j];
-                if (out.bounces != home.bounces || out.surface != home.surface) continue;
+                if (out.bounces != home.bounces || out.at_face != home.at_face) continue;
                 if (out.above.object != home.above.object || out.below.object != home.below.object) continue;
                 const float sign = out.inverted == home.inverted ? 2.0F : -2.0F;
                 const echo_path both{.shown = 0.5F * (out.path.shown + home.path.shown),
                                      .lost_db = 0.5F * (out.path.lost_db + home.path.lost_db),
                                      .passed =
                                          sign * in_common(out, home) * std::sqrt(out.path.passed * home.path.passed)};
-                if (both.passed == 0) continue;
+                if (both.passed == 0 || both.shown >= echoes_.depth()) continue;
                 line_.frame = out.frame;
-                if (out.surface == face_surface)
+                if (out.at_face)
                     add_face_echo(both);
                 else
                     model_.add_interface(line_, out.above, out.below, both, echoes_);
@@ -13586,7 +13595,7 @@ class path_walk {
     INSONIFY_FN void push(path_branch next, const media_stack& inside) {
         const float amplitude = next.path.passed * amplitude_of_decibels(-next.path.lost_db);
         if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
-        if (next.bounces > settings_.bounces) return;
+        if (next.bounces > settings_.bounces || next.path.shown >= max_shown()) return;
         overflow_ = overflow_ || count_ == branches_.size() || objects_ + inside.count > branch_objects_.size();
         if (overflow_) return;
         next.inside = inside.count;
@@ -13601,8 +13610,6 @@ class path_walk {
     }
 
     INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }
-
-    static constexpr std::uint32_t face_surface = media_stack::none;
 
     const scene_view& scene_;
     const Model& model_;
@@ -13635,7 +13642,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image behind it, and a
 /// tilted layer displaces what lies below. Where two paths meet a surface at one point from one direction, sound also goes
 /// out along one and returns along the other: plane layers thus give all of their echoes, as the sum over every sequence of
-/// reflections does. Directions follow the model's own interface law where it gives one, else Snell's. The face of the probe
+/// reflections does, above `min_amplitude`. Directions follow the model's own interface law where it gives one, else Snell's. The face of the probe
 /// is an infinite plane, where paths end; curved surfaces neither spread nor focus the sound. Speckle is that of sound which
 /// returns as it went out.
 struct paths {
@@ -13669,7 +13676,7 @@ struct paths {
 /// `trace_beams` where nothing bends and nothing is reflected twice.
 ///
 /// With `settings.paths_per_line` the paths are chosen at random and averaged; another seed gives an independent estimate
-/// of the same lines (see `path_estimate`).
+/// of the lines with `pairs = false` (see `path_estimate`).
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe, class... Laws>
 iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,

@@ -258,6 +258,7 @@ TEST_CASE("physical: a shadow floor is a lower bound of speckle relative to the 
             wide(emit(physical<>{}, {layers, clear, 15_MHz}, 60_mm).speckle.front().echoes.first_level);
         const double floor = unshadowed * level(wide(floor_db) - loss(media[0], shown, 15));
         CHECK(to == doctest::Approx(std::fmax(from, floor)).epsilon(1e-3));
+        REQUIRE(found.surfaces.size() == bare.surfaces.size());
         for (std::size_t i = 0; i < bare.surfaces.size(); ++i)
             CHECK(found.surfaces[i].amplitude == bare.surfaces[i].amplitude);
     }

@@ -185,8 +185,10 @@ double worst_of(const specular_return& lobe, double frequency, double fnumber, d
         if (expected < -12) break;
         const double measured = static_cast<double>(decibels(lobe(
             static_cast<float>(angle), static_cast<float>(fnumber), static_cast<float>(depth * frequency / speed))));
+        CHECK(std::fabs(measured - expected) < 10); // a number
         worst = std::max(worst, std::fabs(measured - expected));
     }
+    CHECK(worst > 0);
     return worst;
 }
 

@@ -91,3 +91,46 @@ TEST_CASE("behind an oblique plate, straight lines have the level of the refract
               doctest::Approx(found[2].decibels()).epsilon(2e-3));
     }
 }
+
+TEST_CASE("through parallel oblique layers, every surface has the level of the refracted ray") {
+    using namespace refraction_test;
+    // Gel, muscle, bone, fat, all tilted by 20 degrees: thickness over the cosine of each layer's angle of refraction.
+    const medium gel{.density = 1020, .sound_speed = 1540, .attenuation = 20};
+    const medium media[] = {gel, quiet(tissue::muscle), quiet(tissue::bone), quiet(tissue::fat), quiet(tissue::muscle)};
+    const double tilt = 20 * 3.14159265358979 / 180, thickness[] = {5e-3, 10e-3, 3e-3, 30e-3};
+    const auto lean = static_cast<float>(tilt);
+    scene body{media[0]};
+    double along = thickness[0] / std::cos(tilt);
+    for (std::size_t i = 1; i < 5; ++i) {
+        const auto at = static_cast<float>(along);
+        body.add(make_box({-200_mm, -100_mm, 0}, {200_mm, 100_mm, 150_mm}), media[i],
+                 {.priority = static_cast<int>(i),
+                  .at = look_at({0, 0, at}, {std::sin(lean), 0, at + std::cos(lean)},
+                                {std::cos(lean), 0, -std::sin(lean)})});
+        if (i < 4) along += thickness[i] / std::cos(tilt);
+    }
+    body.build(exec::par);
+    const auto found = echoes_test::echoes_of(
+        trace(exec::par, body, linear_array{.lines = 1, .width = 1_mm, .frequency = 2.5_MHz}, pose{},
+              physical<>{.specular = {.lobe = specular_return::lobe::cosine, .power = 0}}.with_scattering(
+                  no_scatterers{}),
+              {.depth = 70_mm, .samples = 7000}),
+        0);
+    REQUIRE(found.size() == 4);
+    const double invariant = std::sin(tilt) / wide(media[0].sound_speed);
+    const auto cosine = [&](std::size_t i) {
+        return std::sqrt(1 - std::pow(invariant * wide(media[i].sound_speed), 2));
+    };
+    double amplitude = 1, loss = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+        loss +=
+            2 * wide(media[i].attenuation) * std::pow(2.5, wide(media[i].attenuation_power)) * thickness[i] / cosine(i);
+        const double z1 = wide(media[i].density) * wide(media[i].sound_speed) / cosine(i),
+                     z2 = wide(media[i + 1].density) * wide(media[i + 1].sound_speed) / cosine(i + 1);
+        const double r = (z2 - z1) / (z2 + z1);
+        const double expected = 20 * std::log10(amplitude * std::fabs(r)) - loss;
+        MESSAGE("surface ", i, ": ", found[i].decibels(), " dB (expected ", expected, ")");
+        CHECK(std::fabs(found[i].decibels() - expected) < 0.05);
+        amplitude *= 1 - r * r;
+    }
+}

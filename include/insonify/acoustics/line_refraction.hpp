@@ -4,25 +4,20 @@
 #include <insonify/acoustics/fresnel.hpp>
 #include <insonify/acoustics/layer.hpp>
 
-/// Refraction along a straight line. The line itself never bends, but the direction that refraction would give the sound
-/// is carried along it: angles of incidence and attenuation follow from that direction, exactly so for parallel layers.
-/// Depths stay those of the straight line: behind 10 mm of fat at 40 degrees they are 0.03 mm too large. Where sound has
-/// the speed again with which it left the probe, its direction is that of the line again, as behind a parallel layer;
-/// behind a rib, say, other rays than the one that was bent away reach the line.
+/// Refraction along a straight line. The line itself never bends, but the ray that refraction would make of it is carried
+/// along: angles of incidence and attenuation are those of that ray, exactly so for plane surfaces. Depths stay those of
+/// the straight line: behind 10 mm of fat at 40 degrees they are 0.03 mm too large.
+///
+/// Where the ray comes back to the sound speed that it had before a layer, it takes the direction again that it had there,
+/// as it does behind a parallel layer. Behind a layer that is not parallel, such as a rib, the line is reached by other rays.
 namespace insonify::inline INSONIFY_ABI {
 
 /// How refraction changes a layer of a straight line.
 struct refracted_layer {
     float cosine = 1;         ///< of the angle of incidence at its beginning
-    float length_factor = 1;  ///< length of the path over that of the line
-    float spared = 0;         ///< length of path that is saved in the layer before, over that of the line in this one
+    float length_factor = 1;  ///< length of the ray over that of the line
+    float saved = 0;          ///< metres by which the ray is ahead at the beginning: its path in this layer is shorter
     std::uint32_t before = 0; ///< medium of the layer before
-
-    /// Attenuation per metre of the line. @param in_this, in_before  per metre of path in this medium and in the one before
-    INSONIFY_FN float loss(float in_this, float in_before) const {
-        const float saved = spared * in_before;
-        return spared == 0 ? length_factor * in_this : max(length_factor * in_this - saved, 0);
-    }
 };
 
 namespace detail {
@@ -49,26 +44,38 @@ class line_refraction {
         const layer& here = line_.layers[i];
         refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
         if constexpr (requires(const medium& m) { model_.refracted(vec3{}, vec3{}, m, m); }) {
-            if (found.before != here.medium) {
-                const vec3 normal = normal_of(here);
-                if (!straight()) found.cosine = min(std::fabs(dot(normal, direction_)), 1);
-                const vec3 bent =
-                    model_.refracted(direction_, normal, line_.media[found.before], line_.media[here.medium]);
-                if (bent != vec3{0, 0, 0} && is_finite(bent)) direction_ = bent; // else no sound goes on
-                const medium& first = line_.media[line_.layers[0].medium];
-                if (line_.media[here.medium].sound_speed == first.sound_speed) direction_ = {0, 0, 1};
-            }
-            if (straight() || i + 1 == line_.layers.size()) return found;
-            // Path and line end on the plane of the surface that ends the layer.
-            const vec3 end = normal_of(line_.layers[i + 1]);
-            found.length_factor = clamp(end.z / max(dot(end, direction_), 1e-3F), 0.25F, 4);
-            found.spared = found.length_factor * max(direction_.z, 0) - 1;
+            if (found.before != here.medium) cross(here, found);
+            if (straight() && ahead_ == vec3{0, 0, 0}) return found;
+            // Line and ray end on the plane of the surface that ends the layer; the last layer has none.
+            const bool last = i + 1 == line_.layers.size();
+            const vec3 end = last ? vec3{0, 0, 1} : normal_of(line_.layers[i + 1]);
+            const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
+            found.length_factor = clamp(end.z / towards, 0.25F, 4);
+            found.saved = clamp(dot(end, ahead_) / towards, -max_saved, max_saved);
+            const float travelled = max(found.length_factor * length - found.saved, 0);
+            ahead_ = ahead_ + travelled * direction_ - vec3{0, 0, length};
         }
         return found;
     }
 
   private:
+    static constexpr float max_saved = 0.02F; // metres: surfaces are not plane as far as that
+
     INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
+
+    // The ray crosses the surface at the beginning of a layer.
+    INSONIFY_FN void cross(const layer& here, refracted_layer& found) {
+        const medium &before = line_.media[found.before], &after = line_.media[here.medium];
+        const vec3 normal = normal_of(here), arriving = direction_;
+        if (!straight()) found.cosine = min(std::fabs(dot(normal, arriving)), 1);
+        const vec3 bent = model_.refracted(arriving, normal, before, after);
+        if (after.sound_speed == former_speed_)
+            direction_ = former_direction_;
+        else if (bent != vec3{0, 0, 0} && is_finite(bent)) // else it is totally reflected
+            direction_ = bent;
+        former_speed_ = before.sound_speed;
+        former_direction_ = arriving;
+    }
 
     // Of the surface at the beginning of a layer: x in the slice plane across the line, y out of the slice, z along it.
     INSONIFY_FN static vec3 normal_of(const layer& below) {
@@ -79,7 +86,10 @@ class line_refraction {
     const Model& model_;
     const traced_line& line_;
     std::size_t next_ = 0;
-    vec3 direction_{0, 0, 1}; // in the same axes
+    vec3 direction_{0, 0, 1};        // of the ray, in the axes of `normal_of`
+    vec3 ahead_{0, 0, 0};            // from the line to the ray, where both cross a surface
+    float former_speed_ = -1;        // in the medium before the last surface
+    vec3 former_direction_{0, 0, 1}; // of the ray there
 };
 
 } // namespace detail

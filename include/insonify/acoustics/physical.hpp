@@ -158,6 +158,9 @@ struct physical {
                 path.passed *= add_interface(line, line.layers[i - 1], here, path, echoes).transmitted;
             }
             if (path.shown >= echoes.depth()) return;
+            if (path.refraction.saved != 0)
+                path.lost_db =
+                    max(path.lost_db - path.refraction.saved * attenuation(line.media[here.medium], line.frequency), 0);
             add_layer(line, here, path, echoes);
         }
     }
@@ -170,7 +173,7 @@ struct physical {
         add_speckle(line, here, m, path, echoes);
         const float length = here.end - here.begin;
         path.shown += length * stretch(m);
-        path.lost_db += length * loss_per_metre(line, m, path);
+        path.lost_db += length * path.refraction.length_factor * attenuation(m, line.frequency);
     }
 
     /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
@@ -223,12 +226,6 @@ struct physical {
         return timing == insonify::timing::sound_speed ? displayed_stretch(m) : 1.0F;
     }
 
-    // Attenuation, dB per metre of the line.
-    INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
-        const medium& before = line.media[path.refraction.before];
-        return path.refraction.loss(attenuation(m, line.frequency), attenuation(before, line.frequency));
-    }
-
     // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
     INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
 
@@ -258,7 +255,7 @@ struct physical {
     INSONIFY_FN void add_speckle(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const Echoes& echoes) const {
         if (!(m.backscatter > 0) || path.shown >= echoes.depth()) return;
-        const float displayed = stretch(m), loss = loss_per_metre(line, m, path);
+        const float displayed = stretch(m), loss = path.refraction.length_factor * attenuation(m, line.frequency);
         const float sigma = sigma_of(line);
         const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
         // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.

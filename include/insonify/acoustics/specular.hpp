@@ -30,11 +30,10 @@ concept specular_law = requires(const Law& law, float x) {
 ///     L(phi) = |e(x)| / |e(0)|,   e(x) = (1 - i) max(0, p - |x|) - w(x + p) + 2 w(x) - w(x - p)
 ///     w(x) = (x g(x) + i (1/pi - x f(x))) exp(-i pi x^2 / 2)   for x >= 0,   w(-x) = w(x)
 ///
-/// where f and g are the auxiliary functions of the Fresnel integrals. Angles are assumed small, and the pulse
-/// narrowband.
+/// where f and g are the auxiliary functions of the Fresnel integrals. Angles are assumed small.
 ///
-/// `lobe::pulse` averages e(x) over the spectrum of a pulse of 2.5 cycles, by Gauss-Hermite quadrature at the carrier and
-/// at 1 +- 0.474 times it.
+/// This is for a single frequency f. `lobe::pulse` averages e(x) / f over the spectrum of a pulse of 2.5 cycles, whatever the
+/// probe's own, by Gauss-Hermite quadrature: at the carrier and at 1 +- 0.474 times it.
 ///
 /// Compared with a broadband simulation of a plate at the focus, 30 mm deep, at 2.5, 5 and 7.5 MHz, above -12 dB:
 ///
@@ -49,7 +48,7 @@ struct specular_return {
         aperture, ///< max(0, 1 - |phi| / psi), psi = atan(1 / (2 F)): overlap of the aperture and its mirror image
         cosine,   ///< cos^power phi, the specularity of Buerger et al. 2013; a plate at F/2 has power 79, at F/4 270
         exact,    ///< `aperture` with diffraction at its edges, in closed form, at a single frequency
-        pulse     ///< the same for a short pulse
+        pulse     ///< `exact` averaged over the spectrum of a short pulse
     };
 
     enum lobe lobe = lobe::pulse; ///< shape of the lobe

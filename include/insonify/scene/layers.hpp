@@ -82,8 +82,6 @@ class layer_walk {
     }
     /// How the line meets that surface.
     INSONIFY_FN const surface_incidence& met() const { return met_; }
-    /// Rank of the object whose surface it is.
-    INSONIFY_FN std::uint32_t surface() const { return surface_; }
     /// Applies the crossings at that surface once more: the objects are again those before it.
     INSONIFY_FN void step_back(media_stack& inside) const {
         for (std::uint32_t i = group_; i < next_; ++i) inside.toggle(found_.room[i].rank);
@@ -101,12 +99,11 @@ class layer_walk {
     }
 
     // Of the touching surfaces, the first one that belongs to either medium.
-    INSONIFY_FN surface_incidence incidence_at_change(std::uint32_t before, std::uint32_t after) {
+    INSONIFY_FN surface_incidence incidence_at_change(std::uint32_t before, std::uint32_t after) const {
         std::uint32_t surface = group_;
         while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
             ++surface;
         const crossing& at = found_.room[surface];
-        surface_ = at.rank;
         return incidence_on(scene_.objects[at.rank], at.primitive, line_);
     }
 
@@ -118,7 +115,6 @@ class layer_walk {
     std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
     float begin_ = 0;
     surface_incidence met_{};
-    std::uint32_t surface_ = media_stack::none;
     bool at_end_ = false;
 };
 

@@ -68,8 +68,8 @@ struct truth_model : label_axis {
                     out[k].incidence = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
                 }
             }
-            const float loss =
-                bent.loss(model.loss(m, line.frequency), model.loss(line.media[bent.before], line.frequency));
+            const float per_metre = model.loss(m, line.frequency), loss = bent.length_factor * per_metre;
+            if (bent.saved != 0) lost = max(lost - bent.saved * per_metre, 0);
             for (std::size_t k = part.first; k < part.last; ++k) {
                 const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
                 out[k].label = here.object;
@@ -89,8 +89,8 @@ struct truth_model : label_axis {
 ///
 ///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///
-/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m there and back, d in
-/// metres. It is the amplitude with which the model weights every echo; 1 is what the probe sends.
+/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m there and back, d the
+/// metres of the refracted ray. It is the amplitude with which the model weights every echo; 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
 /// has precedence. Of several in one sample the one nearest to the probe is reported.

@@ -10,13 +10,13 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// How far sound is followed through refraction and reflection.
 struct path_settings {
-    std::uint32_t bounces = 64;       ///< reflections of a path before its last echo, at most
-    float min_amplitude = 1e-5F;      ///< paths that would return less are dropped
+    std::uint32_t bounces = 16;       ///< reflections of a path before its last echo, at most
+    float min_amplitude = 1e-5F;      ///< paths that would return less by themselves are dropped
     float face_reflection = 0;        ///< of the probe's face, as pressure amplitude, for echoes that return to it
     std::uint32_t paths_per_line = 0; ///< random paths (Monte Carlo); 0: every path, split at each surface
     float rough_power = 40;           ///< random paths: normals of rough surfaces are distributed as cos^rough_power
     std::uint64_t seed = 1;           ///< of random paths; another seed is another frame of the same picture
-    bool pairs = true; ///< sound also returns along other paths than it went out by; never with random paths
+    bool pairs = true;                ///< sound also returns along a different path; never with random paths
 
     friend bool operator==(const path_settings&, const path_settings&) = default;
 };
@@ -59,13 +59,16 @@ class path_walk {
     }
 
   private:
-    // How far a path can go on from a displayed depth, metres. Beyond the depth of the lines it may still be half of a pair.
-    INSONIFY_FN float range(float shown) const { return (2 * echoes_.depth() - shown) * fastest_ / display_speed; }
+    // Displayed depth at which paths end. Beyond the depth of the lines they may still be half of a pair.
+    INSONIFY_FN float max_shown() const { return (keeps_arrivals() ? 2 : 1) * echoes_.depth(); }
+    // How far a path can go on from a displayed depth, metres.
+    INSONIFY_FN float range(float shown) const { return (max_shown() - shown) * fastest_ / display_speed; }
 
     // Distance to the face of the probe, where a path that comes back ends; FLT_MAX for one that moves away from it.
     INSONIFY_FN float to_face(const line_frame& at) const {
         const float towards = -dot(at.along, face_.along);
-        return towards > 1e-3F ? max(dot(at.origin - face_.origin, face_.along), 0) / towards : FLT_MAX;
+        if (!(towards > 1e-3F)) return FLT_MAX;
+        return max(dot(at.origin - face_.origin, face_.along), 0) / towards;
     }
 
     INSONIFY_FN bool follow(path_branch now) {
@@ -78,9 +81,11 @@ class path_walk {
         found_.inside.assign({.ranks = containing, .count = now.inside});
         if (!complete || found_.inside.overflow) return false;
         line_.frame = now.frame;
-        layer_walk walk{scene_, now.frame, found_, limit, true};
+        // Surfaces that touch the face are not met before it.
+        layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure();
         for (layer above; walk.next(above);) {
+            if (walk.at_end()) above.end = limit;
             model_.add_layer(line_, above, now.path, echoes_);
             if (walk.at_end()) break;
             layer below = walk.beyond();
@@ -105,7 +110,7 @@ class path_walk {
                 perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power, {first, uniform()});
         }
         const response met = model_.add_interface(line_, above, below, now.path, echoes_);
-        if (keeps_arrivals()) record(now, below.begin, walk.met().normal, walk.surface(), above, below);
+        if (keeps_arrivals()) record(now, below.begin, walk.met().normal, above, below);
         // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
         const float mirrored =
             random ? 1.0F : model_.roughness.coherent({before, after, walk.met().cosine, line_.frequency});
@@ -144,11 +149,12 @@ class path_walk {
 
     // A path ends at the face of the probe, and begins anew where the face reflects.
     INSONIFY_FN void return_from_face(path_branch now, float distance) {
-        constexpr float min_cosine = 0.5F; // the face receives no more at grazing incidence
+        constexpr float min_cosine = 0.5F; // beyond 60 degrees no sound that is reflected again comes back to the array
         if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
         add_face_echo(now.path);
         const vec3 point = now.frame.origin + distance * now.frame.along;
-        if (keeps_arrivals()) record(now, distance, face_.along, face_surface, {}, {});
+        if (keeps_arrivals()) record(now, distance, face_.along, {}, {});
+        if (keeps_arrivals() && !overflow_) arrivals_[arrived_ - 1].at_face = true;
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
         now.path.passed *= settings_.face_reflection * settings_.face_reflection;
         now.inverted = now.inverted != (settings_.face_reflection < 0);
@@ -163,30 +169,31 @@ class path_walk {
 
     INSONIFY_FN bool keeps_arrivals() const { return settings_.pairs && settings_.paths_per_line == 0; }
 
-    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, std::uint32_t surface,
-                            const layer& above, const layer& below) {
+    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, const layer& above,
+                            const layer& below) {
         overflow_ = overflow_ || arrived_ == arrivals_.size();
         if (overflow_) return;
         const vec3 point = now.frame.origin + distance * now.frame.along;
-        arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, surface, now.inverted};
+        arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, now.inverted};
     }
 
     // Sound that goes out along one path may return along another that meets the same surface, at the mean of both times.
-    // Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence the 2.
+    // Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence the 2. Tilt
+    // and random field of the surface are those of the path that was followed first.
     INSONIFY_FN void add_pairs() {
         for (std::uint32_t i = 0; i < arrived_; ++i)
             for (std::uint32_t j = i + 1; j < arrived_; ++j) {
                 const path_arrival &out = arrivals_[i], &home = arrivals_[j];
-                if (out.bounces != home.bounces || out.surface != home.surface) continue;
+                if (out.bounces != home.bounces || out.at_face != home.at_face) continue;
                 if (out.above.object != home.above.object || out.below.object != home.below.object) continue;
                 const float sign = out.inverted == home.inverted ? 2.0F : -2.0F;
                 const echo_path both{.shown = 0.5F * (out.path.shown + home.path.shown),
                                      .lost_db = 0.5F * (out.path.lost_db + home.path.lost_db),
                                      .passed =
                                          sign * in_common(out, home) * std::sqrt(out.path.passed * home.path.passed)};
-                if (both.passed == 0) continue;
+                if (both.passed == 0 || both.shown >= echoes_.depth()) continue;
                 line_.frame = out.frame;
-                if (out.surface == face_surface)
+                if (out.at_face)
                     add_face_echo(both);
                 else
                     model_.add_interface(line_, out.above, out.below, both, echoes_);
@@ -204,7 +211,7 @@ class path_walk {
     INSONIFY_FN void push(path_branch next, const media_stack& inside) {
         const float amplitude = next.path.passed * amplitude_of_decibels(-next.path.lost_db);
         if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
-        if (next.bounces > settings_.bounces) return;
+        if (next.bounces > settings_.bounces || next.path.shown >= max_shown()) return;
         overflow_ = overflow_ || count_ == branches_.size() || objects_ + inside.count > branch_objects_.size();
         if (overflow_) return;
         next.inside = inside.count;
@@ -219,8 +226,6 @@ class path_walk {
     }
 
     INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }
-
-    static constexpr std::uint32_t face_surface = media_stack::none;
 
     const scene_view& scene_;
     const Model& model_;

@@ -15,7 +15,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image behind it, and a
 /// tilted layer displaces what lies below. Where two paths meet a surface at one point from one direction, sound also goes
 /// out along one and returns along the other: plane layers thus give all of their echoes, as the sum over every sequence of
-/// reflections does. Directions follow the model's own interface law where it gives one, else Snell's. The face of the probe
+/// reflections does, above `min_amplitude`. Directions follow the model's own interface law where it gives one, else Snell's. The face of the probe
 /// is an infinite plane, where paths end; curved surfaces neither spread nor focus the sound. Speckle is that of sound which
 /// returns as it went out.
 struct paths {
@@ -49,7 +49,7 @@ struct paths {
 /// `trace_beams` where nothing bends and nothing is reflected twice.
 ///
 /// With `settings.paths_per_line` the paths are chosen at random and averaged; another seed gives an independent estimate
-/// of the same lines (see `path_estimate`).
+/// of the lines with `pairs = false` (see `path_estimate`).
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe, class... Laws>
 iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,

@@ -37,7 +37,7 @@ class scratch_memory {
     std::vector<layer> layers_ = std::vector<layer>(64);
     std::vector<path_branch> branches_ = std::vector<path_branch>(32);
     std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
-    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(32);
+    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
 };
 
 /// What a tracer prepares for a frame where it does; the tracer itself where it does not.

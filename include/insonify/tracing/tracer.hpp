@@ -26,8 +26,8 @@ struct path_arrival {
     echo_path path{};          ///< the state of the sound there
     layer above{}, below{};    ///< before the surface and behind it
     std::uint32_t bounces = 0; ///< reflections so far
-    std::uint32_t surface = 0; ///< rank of the object whose surface it is
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+    bool at_face = false;      ///< the surface is the face of the probe
 };
 
 /// Memory of fixed capacity in which one line is traced. Where it does not suffice, the tracer says so, and the line is
