@@ -72,7 +72,7 @@ struct lateral_weights {
 ///
 /// Computed at the centre of every depth step and interpolated linearly, since steps would add noise.
 struct lateral_kernel {
-    static constexpr std::uint32_t depth_step = 8; ///< samples
+    static constexpr std::uint32_t depth_step = 4; ///< samples
 
     /// Range of the weights of a depth step in `weights`.
     struct entry {
