@@ -41,7 +41,8 @@ void check_weights(const Probe& probe) {
     const auto lines = static_cast<int>(probe.lines);
     for (const std::uint32_t sample : {4U, 100U, 604U, 1196U}) {
         const detail::lateral_weights weights = kernel.at(sample);
-        const double depth = (sample / 8 * 8 + 4.0) * static_cast<double>(end) / samples;
+        constexpr std::uint32_t step = detail::lateral_kernel::depth_step; // weights are those of the middle of a step
+        const double depth = (sample / step * step + 0.5 * step) * static_cast<double>(end) / samples;
         for (const int line : {0, 1, lines / 3, lines - 1}) {
             const std::vector<double> expected = reference(probe, end, depth, line);
             const auto here = static_cast<std::uint32_t>(line);
@@ -86,9 +87,11 @@ TEST_CASE("lateral_kernel: weights are linear in depth between the centres of tw
     const phased_array probe{.lines = 64, .frequency = 2.5_MHz};
     const detail::lateral_kernel kernel = detail::make_lateral_kernel(probe, {.depth = 60_mm, .samples = 1203});
     for (const std::uint32_t sample : {0U, 3U, 4U, 500U, 1199U, 1202U}) {
-        const double place = std::min(std::max((sample + 0.5) / 8 - 0.5, 0.0), 150.0); // of 151 steps
+        constexpr std::uint32_t length = detail::lateral_kernel::depth_step, last = 1202 / length;
+        const double place = std::min(std::max((sample + 0.5) / length - 0.5, 0.0), static_cast<double>(last));
         const auto step = static_cast<std::uint32_t>(place);
-        const detail::lateral_weights above = kernel.at(8 * step), below = kernel.at(std::min(8 * step + 8, 1200U));
+        const detail::lateral_weights above = kernel.at(length * step),
+                                      below = kernel.at(length * std::min(step + 1, last));
         const detail::lateral_kernel::blend blend = kernel.blend_at(sample);
         CHECK(blend.above.first == above.half.first);
         CHECK(blend.above.size() == above.half.size());
