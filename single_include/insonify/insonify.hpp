@@ -10817,7 +10817,8 @@ struct path_arrival {
     vec3 point{0, 0, 0};       ///< where it ended
     vec3 normal{0, 0, 0};      ///< of the surface
     echo_path path{};          ///< the state of the sound there
-    layer above{}, below{};    ///< before the surface and behind it
+    layer above{};             ///< before the surface
+    layer below{};             ///< behind it
     std::uint32_t bounces = 0; ///< reflections so far
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
     bool at_face = false;      ///< the surface is the face of the probe
