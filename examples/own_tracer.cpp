@@ -80,14 +80,13 @@ struct voxel_tracer {
             scratch.layers[count++] = here;
             const vec3 towards = around(start + below * frame.along, label).towards;
             const vec3 normal = length(towards) > 0 ? -normalize(towards) : -frame.along;
-            const float facing = std::fabs(dot(normal, frame.along));
+            const float facing = max(std::fabs(dot(normal, frame.along)), 1e-4F);
             const vec3 lateral = cross(frame.elevation, frame.along);
-            here = {
-                .begin = here.end,
-                .medium = label,
-                .object = label,
-                .cosine = min(facing, 1.0F),
-                .tilt = {std::atan2(dot(normal, lateral), facing), std::atan2(dot(normal, frame.elevation), facing)}};
+            here = {.begin = here.end,
+                    .medium = label,
+                    .object = label,
+                    .cosine = min(facing, 1.0F),
+                    .slope = {dot(normal, lateral) / facing, dot(normal, frame.elevation) / facing}};
         }
         if (count == scratch.layers.size()) return false;
         here.end = task.max_depth;

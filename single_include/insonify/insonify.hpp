@@ -477,7 +477,8 @@ struct layer {
     std::uint32_t medium = 0;   ///< index into the media of the line
     std::uint32_t object = ~0U; ///< id of the object, ~0 for the background
     float cosine = 1;           ///< of the angle of incidence on the surface at `begin`; 1 on the first layer
-    vec2 tilt{0, 0}; ///< of that surface's forward normal against the line, radians: in the slice plane, out of it
+    vec2 slope{0, 0}; ///< of that surface: tangents of the angles between its forward normal and the line, within the
+                      ///< slice plane and out of it
     std::uint32_t place = 0; ///< index into the poses of the line
 };
 
@@ -501,6 +502,66 @@ struct line_aperture {
     }
 };
 
+/// What the aperture adds to one point of a line, or takes from it: see `aperture_gains`.
+struct aperture_gain {
+    float surfaces = 1; ///< factor on the amplitude of the echoes of surfaces
+    float speckle = 1;  ///< factor on the amplitude of speckle
+    float deeper = 0;   ///< metres by which echoes are displayed deeper
+};
+
+/// Sound reaches a point of a line from the whole width of the aperture: behind an obstacle it also comes past it, sooner or
+/// later than through it, and beside one some of it is kept away.
+///
+/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes along
+/// the line below `least` count as that. None where the line stands for all.
+struct aperture_gains {
+    static constexpr float least = 1e-12F; ///< smallest amplitude that a factor belongs to
+
+    view<const aperture_gain> at_steps{}; ///< element k at a distance of (k + 1) * spacing from the probe face
+    float spacing = 1;                    ///< metres along the line
+
+    /// The amplitude that arrives through the whole aperture. @param factor  `surfaces` or `speckle` of a gain
+    INSONIFY_FN float amplitude(float along_line, float factor) const {
+        return at_steps.empty() ? along_line : max(along_line, least) * factor;
+    }
+};
+
+/// The `aperture_gains` within one layer. They are continuous across surfaces; those of other layers, and those so close to a
+/// surface that rounding decides on which side they are, have no part in it.
+struct layer_gains {
+    static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
+
+    view<const aperture_gain> at_steps{}; ///< those within the layer
+    float first = 0;                      ///< where the first of them lies, metres
+    float per_step = 1;                   ///< one over their spacing, 1/m
+    aperture_gain before{};               ///< the last one above the layer
+
+    /// At a distance from the probe face, metres.
+    INSONIFY_FN aperture_gain at(float distance) const {
+        if (at_steps.empty()) return before;
+        const float place = clamp((distance - first) * per_step, 0, static_cast<float>(at_steps.size() - 1));
+        const auto above = static_cast<std::size_t>(place);
+        const aperture_gain &a = at_steps[above], &b = at_steps[above + 1 < at_steps.size() ? above + 1 : above];
+        const float part = place - static_cast<float>(above);
+        return {a.surfaces + part * (b.surfaces - a.surfaces), a.speckle + part * (b.speckle - a.speckle),
+                a.deeper + part * (b.deeper - a.deeper)};
+    }
+    /// At the end of the layer.
+    INSONIFY_FN const aperture_gain& last() const { return at_steps.empty() ? before : at_steps[at_steps.size() - 1]; }
+
+    /// Those of the next layer.
+    INSONIFY_FN layer_gains next(const aperture_gains& all, const layer& here) const {
+        layer_gains own{.per_step = 1 / all.spacing, .before = last()};
+        const auto steps_above = [&](float distance) {
+            return static_cast<std::size_t>(clamp(distance * own.per_step, 0, static_cast<float>(all.at_steps.size())));
+        };
+        const std::size_t begin = steps_above(here.begin + clearance), end = steps_above(here.end - clearance);
+        own.at_steps = {all.at_steps.data() + begin, begin < end ? end - begin : 0};
+        own.first = static_cast<float>(begin + 1) * all.spacing;
+        return own;
+    }
+};
+
 /// One traced line, the input of an acoustic model: its layers, frame, pulse and aperture.
 struct traced_line {
     view<const layer> layers{}; ///< from the probe face on, without gaps
@@ -509,7 +570,8 @@ struct traced_line {
     view<const pose> places{};  ///< object to world: of the background (identity), then of the objects
     line_frame frame{};         ///< in the world
     line_aperture aperture{};   ///< of the receiving array
-    float pulse_sigma = 0; ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
+    float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
+    aperture_gains gains{}; ///< because sound comes from the whole aperture
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -871,7 +933,12 @@ namespace insonify::inline INSONIFY_ABI {
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 ///     float covariance(float distance, float angle) const;
 ///
-/// For a model that assumes normal incidence, angles (`layer::cosine`, `layer::tilt`) are not computed:
+/// For a model whose shadows are to have a penumbra, what arrives along a line; it then applies `traced_line::gains`, which
+/// the tracer computes from that. See `physical::arrivals`:
+///
+///     void arrivals(const traced_line& line, float spacing, view<vec2> out) const;
+///
+/// For a model that assumes normal incidence, angles (`layer::cosine`, `layer::slope`) are not computed:
 ///
 ///     static constexpr bool normal_incidence = true;
 ///
@@ -2752,11 +2819,11 @@ class line_refraction {
         const layer& here = line_.layers[i];
         refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
         if constexpr (requires(const medium& m) { model_.refracted(vec3{}, vec3{}, m, m); }) {
-            if (found.before != here.medium) cross(here, found);
+            if (found.before != here.medium) cross(i, found);
             if (straight() && ahead_ == vec3{0, 0, 0}) return found;
             // Line and ray end on the plane of the surface that ends the layer; the last layer has none.
             const bool last = i + 1 == line_.layers.size();
-            const vec3 end = last ? vec3{0, 0, 1} : normal_of(line_.layers[i + 1]);
+            const vec3 end = last ? vec3{0, 0, 1} : normal_of(i + 1);
             const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
             found.length_factor = clamp(end.z / towards, 0.25F, 4);
             found.saved = clamp(dot(end, ahead_) / towards, -max_saved, max_saved);
@@ -2772,9 +2839,9 @@ class line_refraction {
     INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
 
     // The ray crosses the surface at the beginning of a layer.
-    INSONIFY_FN void cross(const layer& here, refracted_layer& found) {
-        const medium &before = line_.media[found.before], &after = line_.media[here.medium];
-        const vec3 normal = normal_of(here), arriving = direction_;
+    INSONIFY_FN void cross(std::size_t i, refracted_layer& found) {
+        const medium &before = line_.media[found.before], &after = line_.media[line_.layers[i].medium];
+        const vec3 normal = normal_of(i), arriving = direction_;
         if (!straight()) found.cosine = min(std::fabs(dot(normal, arriving)), 1);
         const vec3 bent = model_.refracted(arriving, normal, before, after);
         if (after.sound_speed == former_speed_)
@@ -2785,15 +2852,21 @@ class line_refraction {
         former_direction_ = arriving;
     }
 
-    // Of the surface at the beginning of a layer: x in the slice plane across the line, y out of the slice, z along it.
-    INSONIFY_FN static vec3 normal_of(const layer& below) {
-        const vec3 normal{std::tan(below.tilt.x), std::tan(below.tilt.y), 1};
-        return normal / length(normal);
+    // Of the surface at the beginning of layer i, once asked for by the layer above and once by this one: x in the slice plane across the line, y out of the slice, z along it.
+    INSONIFY_FN vec3 normal_of(std::size_t i) {
+        if (i != normal_is_of_) {
+            const vec2 slope = line_.layers[i].slope;
+            normal_ = vec3{slope.x, slope.y, 1} / std::sqrt(dot(slope, slope) + 1);
+            normal_is_of_ = i;
+        }
+        return normal_;
     }
 
     const Model& model_;
     const traced_line& line_;
     std::size_t next_ = 0;
+    std::size_t normal_is_of_ = 0; // no surface begins the first layer
+    vec3 normal_{0, 0, 1};
     vec3 direction_{0, 0, 1};        // of the ray, in the axes of `normal_of`
     vec3 ahead_{0, 0, 0};            // from the line to the ray, where both cross a surface
     float former_speed_ = -1;        // in the medium before the last surface
@@ -3011,6 +3084,7 @@ struct echo_path {
     float lost_db = 0;            ///< attenuation so far, there and back, dB
     float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
     refracted_layer refraction{}; ///< of the present layer
+    layer_gains gains{};          ///< of the present layer
 };
 
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
@@ -3120,6 +3194,32 @@ struct physical {
     /// Attenuation of an echo per metre of a medium, there and back, dB/m; the frequency is in hertz.
     INSONIFY_FN float loss(const medium& m, float frequency) const { return attenuation(m, frequency); }
 
+    /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y, the
+    /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
+    INSONIFY_FN void arrivals(const traced_line& line, float spacing, view<vec2> out) const {
+        detail::line_refraction<physical> refraction{*this, line};
+        float passed = 1, lost_db = 0, shown = 0;
+        std::size_t k = 0;
+        for (std::size_t i = 0; i < line.layers.size(); ++i) {
+            const layer& here = line.layers[i];
+            const refracted_layer bent = refraction.next();
+            const medium &m = line.media[here.medium], &before = line.media[bent.before];
+            if (here.medium != bent.before)
+                passed *= at_interface({before, m, bent.cosine, line.frequency}).transmitted;
+            const float loss = attenuation(m, line.frequency), per_metre = bent.length_factor * loss;
+            lost_db = max(lost_db - bent.saved * loss, 0);
+            const float first = static_cast<float>(k + 1) * spacing - here.begin;
+            float amplitude = passed * amplitude_of_decibels(-(lost_db + per_metre * first));
+            const float step = amplitude_of_decibels(-per_metre * spacing);
+            const float displayed = stretch(m);
+            const bool last = i + 1 == line.layers.size();
+            for (; k < out.size() && (last || static_cast<float>(k + 1) * spacing < here.end); ++k, amplitude *= step)
+                out[k] = {amplitude, shown + (static_cast<float>(k + 1) * spacing - here.begin) * displayed};
+            lost_db += per_metre * (here.end - here.begin);
+            shown += displayed * (here.end - here.begin);
+        }
+    }
+
     /// Adds the echoes of one line to samples that start at 0; sample k lies at displayed depth (k + 1/2) * spacing.
     template <class Policy>
     INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<vec2> out) const {
@@ -3134,11 +3234,13 @@ struct physical {
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
             layer here = line.layers[i];
             path.refraction = refraction.next();
+            const layer_gains gains = path.gains.next(line.gains, here);
             if (i > 0 && here.medium != path.refraction.before) {
                 here.cosine = path.refraction.cosine;
                 path.passed *= add_interface(line, line.layers[i - 1], here, path, echoes).transmitted;
             }
-            if (path.shown >= echoes.depth()) return;
+            path.gains = gains;
+            if (path.shown + gains.last().deeper >= echoes.depth()) return;
             if (path.refraction.saved != 0)
                 path.lost_db =
                     max(path.lost_db - path.refraction.saved * attenuation(line.media[here.medium], line.frequency), 0);
@@ -3165,18 +3267,23 @@ struct physical {
         const medium &before = line.media[above.medium], &after = line.media[below.medium];
         const bool normal_incidence = angle == insonify::angle::normal;
         const float cosine = normal_incidence ? 1.0F : below.cosine;
-        const vec2 tilt = normal_incidence ? vec2{0, 0} : below.tilt;
+        const vec2 tangent = normal_incidence ? vec2{0, 0} : below.slope;
         const incidence at{before, after, cosine, line.frequency};
         const response wave = at_interface(at);
-        const float fnumber = line.aperture.fnumber(path.shown), elevation_fnumber = line.aperture.elevation_fnumber;
-        const float arrived = path.passed * amplitude_of_decibels(-peak_loss(line, path.lost_db));
+        const float elevation_fnumber = line.aperture.elevation_fnumber;
+        const float arrived = line.gains.amplitude(path.passed * amplitude_of_decibels(-peak_loss(line, path.lost_db)),
+                                                   path.gains.last().surfaces);
+        const float shown = path.shown + path.gains.last().deeper;
 
-        const float wavelengths = max(path.shown, 1e-4F) * line.frequency / display_speed;
-        const vec2 slope = stretch(before) * slope_of(tilt);
-        const float collected =
-            specular(tilt.x, fnumber, wavelengths) * specular(tilt.y, elevation_fnumber, wavelengths);
+        const float fnumber = line.aperture.fnumber(shown);
+        const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
+        constexpr float steepest = 5.8F; // 80 degrees
+        const vec2 slope =
+            stretch(before) * vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
+        const float collected = specular(std::atan(tangent.x), fnumber, wavelengths) *
+                                specular(std::atan(tangent.y), elevation_fnumber, wavelengths);
         const float coherent = arrived * wave.reflected * roughness.coherent(at) * collected;
-        if (coherent != 0) echoes.surface(path.shown, coherent, slope);
+        if (coherent != 0) echoes.surface(shown, coherent, slope);
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
@@ -3187,7 +3294,7 @@ struct physical {
             const material_line inside = in_object(line.frame, place, below.object);
             const gaussian_field<> field = surface_field();
             const float displayed = stretch(before);
-            echoes.rough_surface(path.shown, diffuse, slope, [&](float offset) {
+            echoes.rough_surface(shown, diffuse, slope, [&](float offset) {
                 return field.value(inside, below.begin + offset / displayed, scatterer_spacing(line.frequency));
             });
         }
@@ -3222,8 +3329,8 @@ struct physical {
     }
 
     // Amplitude T A of the speckle at displayed depth `shown`, no less than the floor.
-    INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown) const {
-        const float direct = passed * amplitude_of_decibels(-peak_loss(line, lost_db));
+    INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown, float gain) const {
+        const float direct = line.gains.amplitude(passed * amplitude_of_decibels(-peak_loss(line, lost_db)), gain);
         if (shadow_floor_db == -FLT_MAX) return direct;
         return max(direct, amplitude_of_decibels(shadow_floor_db - shown * attenuation(line.media[0], line.frequency)));
     }
@@ -3235,7 +3342,8 @@ struct physical {
     template <class Echoes>
     INSONIFY_FN void add_speckle(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const Echoes& echoes) const {
-        if (!(m.backscatter > 0) || path.shown >= echoes.depth()) return;
+        const float begin = path.shown + path.gains.at(here.begin).deeper;
+        if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
         const float displayed = stretch(m), loss = path.refraction.length_factor * attenuation(m, line.frequency);
         const float sigma = sigma_of(line);
         const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
@@ -3243,29 +3351,29 @@ struct physical {
         const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
         const float level = m.backscatter * amplitude_of_decibels(texture_db) / pulse_gain;
         const pose place = line.places.empty() ? pose{} : line.places[here.place];
-        const float end = min(here.end, here.begin + (echoes.depth() - path.shown) / displayed + slot);
+        const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
         const material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
         scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
-            const auto level_at = [&](float distance) {
-                const float into = distance - here.begin;
-                const float arrived =
-                    arriving(line, path.passed, path.lost_db + into * loss, path.shown + into * displayed);
+            const auto length = static_cast<float>(run.count) * run.step;
+            const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
+            const auto shown_at = [&](float distance, const aperture_gain& gain) {
+                return path.shown + (distance - here.begin) * displayed + gain.deeper;
+            };
+            const auto level_at = [&](float distance, const aperture_gain& gain) {
+                const float arrived = arriving(line, path.passed, path.lost_db + (distance - here.begin) * loss,
+                                               shown_at(distance, gain), gain.speckle);
                 return min(level * arrived, 1e20F); // keeps sums finite
             };
-            echoes.scatterers({.depth = path.shown + (run.first - here.begin) * displayed,
-                               .step = run.step * displayed,
+            const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
+            echoes.scatterers({.depth = shown_at(run.first, first),
+                               .step = max(run.step * displayed + longer, 0),
                                .count = run.count,
                                .real = run.real,
                                .imaginary = run.imaginary,
-                               .first_level = level_at(run.first),
-                               .last_level = level_at(run.first + run.step * static_cast<float>(run.count)),
+                               .first_level = level_at(run.first, first),
+                               .last_level = level_at(run.first + length, last),
                                .slope = run.slope * displayed});
         });
-    }
-
-    // Change of depth per metre across the line, for a surface of this tilt.
-    INSONIFY_FN static vec2 slope_of(vec2 tilt) {
-        return {std::tan(clamp(tilt.x, -1.4F, 1.4F)), std::tan(clamp(tilt.y, -1.4F, 1.4F))};
     }
 
     INSONIFY_FN gaussian_field<> surface_field() const { return {.seed = seed}; }
@@ -9012,130 +9120,311 @@ inline object_id scene::add(mesh surface, const medium& inside, object_settings 
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_TRACING_FRAME_PLAN_HPP
-#define INSONIFY_TRACING_FRAME_PLAN_HPP
+#ifndef INSONIFY_TRACING_APERTURE_SHADING_HPP
+#define INSONIFY_TRACING_APERTURE_SHADING_HPP
 
-#ifndef INSONIFY_TRACING_CHECK_HPP
-#define INSONIFY_TRACING_CHECK_HPP
+#ifndef INSONIFY_TRACING_SCRATCH_MEMORY_HPP
+#define INSONIFY_TRACING_SCRATCH_MEMORY_HPP
 
+#ifndef INSONIFY_TRACING_TRACER_HPP
+#define INSONIFY_TRACING_TRACER_HPP
 
-namespace insonify::inline INSONIFY_ABI::detail {
+#ifndef INSONIFY_SCENE_LAYERS_HPP
+#define INSONIFY_SCENE_LAYERS_HPP
 
-/// Upper bound of the samples of a frame.
-inline constexpr std::uint64_t max_samples = std::uint64_t{1} << 28U;
+#ifndef INSONIFY_SCENE_CROSSINGS_HPP
+#define INSONIFY_SCENE_CROSSINGS_HPP
 
-/// Upper bound of the length of a line in wavelengths: the number of scatterers grows with it, whatever the samples.
-inline constexpr float max_wavelengths = 1 << 24;
+#ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
+#define INSONIFY_SCENE_MEDIA_STACK_HPP
 
-/// Checks the arguments of a tracer.
-/// @return the number of samples along each line
-/// @throws usage_error     for a scene that was not built, or settings out of range
-/// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe, class Model>
-std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pose& at, const Model& model,
-                                const acquisition& settings) {
-    body.require_built();
-    probe.check();
-    if constexpr (requires { model.check(); }) model.check();
-    if (!is_rigid(at))
-        throw geometry_error{"trace: the pose of the probe is not a rigid transform; make it with look_at"};
-    check_depth(settings.depth, "trace");
-    if (settings.depth * probe.frequency > max_wavelengths * display_speed)
-        throw usage_error{"trace: a depth of " + number_text(settings.depth) + " m at " + number_text(probe.frequency) +
-                          " Hz is more than 2^24 wavelengths; lower the depth or the frequency"};
-    const std::uint32_t samples =
-        settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency);
-    if (std::uint64_t{samples} * probe.lines > max_samples)
-        throw usage_error{"trace: " + std::to_string(probe.lines) + " lines of " + std::to_string(samples) +
-                          " samples are more than 2^28; ask for fewer"};
-    return samples;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
-#ifndef INSONIFY_TRACING_ELEVATION_HPP
-#define INSONIFY_TRACING_ELEVATION_HPP
-
-#include <string>
-#include <vector>
+#include <cstddef>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Most elevation planes of a frame.
-inline constexpr std::uint32_t max_elevation_planes = 7;
+/// The objects that contain a point moving along a line, as ascending ranks in memory of fixed capacity. The first one's
+/// medium applies.
+struct media_stack {
+    static constexpr std::uint32_t none = ~0U; ///< rank of the background
+
+    view<std::uint32_t> ranks{}; ///< room for as many objects as may contain a point
+    std::uint32_t count = 0;     ///< objects that do
+    bool overflow = false;       ///< there were more than fit
+
+    /// Outside all objects.
+    INSONIFY_FN void clear() {
+        count = 0;
+        overflow = false;
+    }
+
+    /// The point crosses the surface of an object: enters it, or leaves it.
+    INSONIFY_FN void toggle(std::uint32_t rank) {
+        std::uint32_t place = 0;
+        while (place < count && ranks[place] < rank) ++place;
+        if (place < count && ranks[place] == rank) {
+            --count;
+            for (; place < count; ++place) ranks[place] = ranks[place + 1];
+        } else if (count == ranks.size()) {
+            overflow = true;
+        } else {
+            for (std::uint32_t i = count; i > place; --i) ranks[i] = ranks[i - 1];
+            ranks[place] = rank;
+            ++count;
+        }
+    }
+
+    /// Whether the point is in this object.
+    INSONIFY_FN bool contains(std::uint32_t rank) const {
+        for (std::uint32_t i = 0; i < count; ++i)
+            if (ranks[i] == rank) return true;
+        return false;
+    }
+
+    /// Rank of the object whose medium applies; `none` outside all.
+    INSONIFY_FN std::uint32_t top() const { return count > 0 ? ranks[0] : none; }
+
+    /// Takes over the objects of another stack, not its memory.
+    INSONIFY_FN void assign(const media_stack& other) {
+        overflow = other.overflow || other.count > ranks.size();
+        count = overflow ? 0 : other.count;
+        for (std::uint32_t i = 0; i < count; ++i) ranks[i] = other.ranks[i];
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A point where a line crosses the surface of an object.
+struct crossing {
+    float distance = 0;          ///< metres from the origin of the line
+    std::uint32_t rank = 0;      ///< of the object: index into `scene_view::objects`
+    std::uint32_t primitive = 0; ///< face of the object's mesh
+
+    friend bool operator==(const crossing&, const crossing&) = default;
+    /// Nearest first; ties by rank, then by face.
+    INSONIFY_FN friend bool operator<(const crossing& a, const crossing& b) {
+        return a.distance != b.distance ? a.distance < b.distance
+               : a.rank != b.rank       ? a.rank < b.rank
+                                        : a.primitive < b.primitive;
+    }
+};
+
+/// All crossings of one line and the objects that contain its origin, in memory of fixed capacity.
+struct line_crossings {
+    view<crossing> room{};   ///< for the crossings
+    std::uint32_t count = 0; ///< of crossings
+    bool overflow = false;   ///< there were more than fit
+    media_stack inside{};    ///< the objects that contain the origin
+
+    /// Removes all crossings and objects.
+    INSONIFY_FN void clear() {
+        count = 0;
+        overflow = false;
+        inside.clear();
+    }
+    /// Appends a crossing, or sets `overflow` where there is no room.
+    INSONIFY_FN void add(const crossing& one) {
+        if (count == room.size())
+            overflow = true;
+        else
+            room[count++] = one;
+    }
+    /// Whether all crossings and containing objects fit.
+    INSONIFY_FN bool complete() const { return !overflow && !inside.overflow; }
+
+    /// Sorts the crossings, nearest first. Shell sort: fast for the nearly sorted, and available on a device.
+    INSONIFY_FN void sort() {
+        constexpr std::uint32_t gaps[] = {301, 57, 10, 1}; // of Ciura's sequence
+        for (const std::uint32_t gap : gaps)
+            for (std::uint32_t i = gap; i < count; ++i) {
+                if (!(room[i] < room[i - gap])) continue;
+                const crossing one = room[i];
+                std::uint32_t place = i;
+                for (; place >= gap && one < room[place - gap]; place -= gap) room[place] = room[place - gap];
+                room[place] = one;
+            }
+    }
+    /// The crossings, after `sort`.
+    INSONIFY_FN view<const crossing> sorted() const { return {room.data(), count}; }
+};
 
 namespace detail {
 
-/// Parallel planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it.
+/// Adds every crossing of a line with one object, from its origin to `depth` metres, in any order.
 ///
-/// A reflector out of the slice plane counts with the weights of the planes that intersect it, which change with depth as
-/// the elevation width of the beam does.
-class elevation_planes {
+/// An object contains the origin if the half line crosses its surface an odd number of times. The same crossings decide
+/// both, so that the two never contradict each other, even where the probe touches a surface.
+INSONIFY_FN inline void add_crossings(const object_view& one, std::uint32_t rank, const ray& line, float depth,
+                                      line_crossings& found) {
+    const bool contains_origin = one.box.contains(line.origin);
+    ray local = one.local(line);
+    local.max_distance = contains_origin ? FLT_MAX : depth;
+    one.tree.for_each_hit(local, [&](const hit& at) {
+        if (contains_origin) found.inside.toggle(rank);
+        if (at.distance <= depth) found.add({at.distance, rank, at.primitive});
+    });
+}
+
+} // namespace detail
+
+/// Finds every crossing of a line from its origin to `depth` metres, nearest first, and the objects that contain its
+/// origin, by a ray through the objects' trees, all of which must be up to date.
+/// @return false where they do not fit into `found`
+INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line, float depth, line_crossings& found) {
+    found.clear();
+    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth}, [&](const hit& at) {
+        detail::add_crossings(scene.objects[at.primitive], at.primitive, line, depth, found);
+    });
+    found.sort();
+    return found.complete();
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Crossings closer together than this count as one, metres: touching faces make one interface, not a film between two.
+inline constexpr float touching_distance = 1e-6F;
+
+/// How a line meets a surface.
+struct surface_incidence {
+    float cosine = 1; ///< of the angle of incidence, 0 to 1
+    vec2 slope{0, 0}; ///< tangents of the angles of the normal against the line: within the slice plane, and out of it
+    vec3 normal{0, 0, 1}; ///< of the surface in the world, on the side away from the probe; length 1
+};
+/// How a line meets a face; at normal incidence where the face has no area.
+INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::uint32_t face, const line_frame& line) {
+    const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
+    const vec3 outwards = unit_normal(one.surface[face], -along);
+    const vec3 normal = dot(outwards, along) < 0 ? -outwards : outwards; // points along the line
+    const float facing = dot(normal, along), steep = 1 / max(facing, 1e-4F);
+    return {.cosine = min(facing, 1.0F),
+            .slope = steep * vec2{dot(normal, cross(elevation, along)), dot(normal, elevation)},
+            .normal = one.at.direction(normal)};
+}
+
+/// The frame in which a line meets a surface at a distance: its own, for a straight line.
+INSONIFY_FN inline const line_frame& frame_at(const line_frame& line, float /* distance */) { return line; }
+
+/// Turns the crossings of a line into layers, one at a time: which object's medium fills which part of the line.
+///
+/// Crossings within `touching_distance` of one another are applied together before the media are compared. For all
+/// tracers: a straight line takes all layers, a path goes on until its medium changes.
+/// @tparam Line  a type with `frame_at`
+template <class Line = line_frame>
+class layer_walk {
   public:
-    /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 standard deviations of the beam where it is
-    ///               thinnest
-    /// @throws usage_error  for another count
-    elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
-        if (count % 2 == 0 || count > max_elevation_planes)
-            throw usage_error{"trace: `planes` is " + std::to_string(count) +
-                              "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
-        constexpr float deviations[] = {0, 0.9F, 2.2F, 5};
-        const float sigma = beam.elevation_sigma(beam.elevation_focus);
-        for (std::uint32_t i = 0; i < count; ++i) {
-            offset_[i] = deviations[(i + 1) / 2] * (i % 2 == 0 ? sigma : -sigma);
-            const float inner = i == 0 ? 0 : deviations[(i + 1) / 2 - 1];
-            const bool last = i + 2 >= count;
-            const float outer = last ? deviations[(i + 1) / 2] : deviations[(i + 1) / 2 + 1];
-            width_[i] = i == 0 ? 2 * outer : outer - inner; // twice the strip that the plane represents
-            height_[i] = count == 1 ? 0 : 0.5F * width_[i] * sigma;
-        }
-        if (count == 1) width_[0] = 1;
+    /// @param found     sorted; its `inside` follows the walk
+    /// @param depth     where the line ends, metres
+    /// @param incident  whether to compute how the line meets surfaces
+    INSONIFY_FN layer_walk(const scene_view& scene, const Line& line, line_crossings& found, float depth, bool incident)
+        : scene_{scene}, line_{line}, found_{found}, depth_{depth}, incident_{incident} {}
+
+    /// Crossings at the origin of the line belong to the probe's face: they are applied before the first layer.
+    INSONIFY_FN void enter_at_face() {
+        for (; next_ < found_.count && found_.room[next_].distance <= touching_distance; ++next_)
+            found_.inside.toggle(found_.room[next_].rank);
+    }
+    /// Crossings at the origin belong to the surface that a path has just left: they are skipped.
+    INSONIFY_FN void skip_departure() {
+        while (next_ < found_.count && found_.room[next_].distance <= touching_distance) ++next_;
     }
 
-    std::uint32_t count() const { return count_; }
-
-    /// Metres out of the slice plane.
-    float offset(std::uint32_t plane) const { return offset_[plane]; }
-
-    /// Height of the strip that a plane represents, metres; 0 for a single plane.
-    float height(std::uint32_t plane) const { return height_[plane]; }
-
-    /// The weight of each plane at a depth in metres; their sum is 1.
-    void weights(float depth, float (&weight)[max_elevation_planes]) const {
-        const float sigma = beam_.elevation_sigma(depth);
-        float sum = 0;
-        for (std::uint32_t i = 0; i < count_; ++i) {
-            const float deviations = offset_[i] / sigma;
-            weight[i] = width_[i] * std::exp(-0.5F * deviations * deviations);
-            sum += weight[i];
+    /// The next layer, which ends at a change of object or at the end of the line. @return false after the last one
+    INSONIFY_FN bool next(layer& here) {
+        if (at_end_) return false;
+        const std::uint32_t current = found_.inside.top();
+        here = layer_from(current, begin_, met_);
+        while (next_ < found_.count && found_.room[next_].distance < depth_) {
+            group_ = next_;
+            const float place = found_.room[group_].distance;
+            for (; next_ < found_.count && found_.room[next_].distance <= place + touching_distance; ++next_)
+                found_.inside.toggle(found_.room[next_].rank);
+            const std::uint32_t after = found_.inside.top();
+            if (after == current) continue;
+            if (incident_) met_ = incidence_at_change(current, after);
+            here.end = begin_ = place;
+            return true;
         }
-        for (std::uint32_t i = 0; i < count_; ++i) weight[i] /= sum;
+        at_end_ = true;
+        return true;
     }
+    /// Whether the last layer ended at the end of the line.
+    INSONIFY_FN bool at_end() const { return at_end_; }
 
-    /// The same for every sample of a line: plane after plane, each with `samples` weights.
-    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
-        all.resize(std::size_t{count_} * samples);
-        float weight[max_elevation_planes];
-        for (std::uint32_t k = 0; k < samples; ++k) {
-            weights((static_cast<float>(k) + 0.5F) * spacing, weight);
-            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = weight[i];
-        }
+    /// What follows the surface at which the last layer ended, as a layer of no thickness.
+    INSONIFY_FN layer beyond() const {
+        layer after = layer_from(found_.inside.top(), begin_, met_);
+        after.end = begin_;
+        return after;
+    }
+    /// How the line meets that surface.
+    INSONIFY_FN const surface_incidence& met() const { return met_; }
+    /// Applies the crossings at that surface once more: the objects are again those before it.
+    INSONIFY_FN void step_back(media_stack& inside) const {
+        for (std::uint32_t i = group_; i < next_; ++i) inside.toggle(found_.room[i].rank);
     }
 
   private:
-    beam_model beam_;
-    std::uint32_t count_;
-    float offset_[max_elevation_planes] = {};
-    float width_[max_elevation_planes] = {};
-    float height_[max_elevation_planes] = {};
+    INSONIFY_FN layer layer_from(std::uint32_t rank, float begin, const surface_incidence& met) const {
+        layer here{.begin = begin, .end = depth_, .cosine = met.cosine, .slope = met.slope};
+        if (rank == media_stack::none) return here;
+        const object_view& one = scene_.objects[rank];
+        here.medium = one.medium;
+        here.object = one.id;
+        here.place = 1 + rank;
+        return here;
+    }
+
+    // Of the touching surfaces, the first one that belongs to either medium.
+    INSONIFY_FN surface_incidence incidence_at_change(std::uint32_t before, std::uint32_t after) const {
+        std::uint32_t surface = group_;
+        while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
+            ++surface;
+        const crossing& at = found_.room[surface];
+        return incidence_on(scene_.objects[at.rank], at.primitive, frame_at(line_, at.distance));
+    }
+
+    const scene_view& scene_;
+    const Line& line_;
+    line_crossings& found_;
+    float depth_;
+    bool incident_;
+    std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
+    float begin_ = 0;
+    surface_incidence met_{};
+    bool at_end_ = false;
 };
 
 } // namespace detail
+
+/// Turns the sorted crossings of a straight line into layers.
+///
+/// @param depth     where the line ends, metres
+/// @param room      for the layers
+/// @param incident  whether to compute how the line meets surfaces (`layer::cosine`, `layer::slope`)
+/// @return          the layers, a part of `room`; none where they do not fit
+template <class Line>
+INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& line, float depth,
+                                           line_crossings& found, view<layer> room, bool incident = true) {
+    detail::layer_walk walk{scene, line, found, depth, incident};
+    walk.enter_at_face();
+    std::size_t count = 0;
+    for (layer here; walk.next(here);) {
+        if (count == room.size()) return {};
+        room[count++] = here;
+    }
+    return found.inside.overflow ? view<const layer>{} : view<const layer>{room.data(), count};
+}
+
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_TRACING_KERNEL_TABLE_HPP
-#define INSONIFY_TRACING_KERNEL_TABLE_HPP
-
 #ifndef INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
 #define INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
 
@@ -9280,6 +9569,258 @@ class compensated_echoes {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A path that is yet to be followed: see `paths`.
+struct path_branch {
+    line_frame frame{};        ///< where its next piece begins, and along what
+    echo_path path{};          ///< the state of the sound there
+    std::uint32_t bounces = 0; ///< reflections so far
+    std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
+    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+};
+
+/// Where a path met a surface. Sound that came along one such path may return along another: see `paths`.
+struct path_arrival {
+    line_frame frame{};        ///< of the path's last piece
+    vec3 point{0, 0, 0};       ///< where it ended
+    vec3 normal{0, 0, 0};      ///< of the surface
+    echo_path path{};          ///< the state of the sound there
+    layer above{};             ///< before the surface
+    layer below{};             ///< behind it
+    std::uint32_t bounces = 0; ///< reflections so far
+    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+    bool at_face = false;      ///< the surface is the face of the probe
+};
+
+/// Memory of fixed capacity in which one line is traced. Where it does not suffice, the tracer says so, and the line is
+/// traced again in larger memory.
+struct line_scratch {
+    line_crossings found{};               ///< crossings and containing objects of the line
+    view<layer> layers{};                 ///< room for its layers
+    view<path_branch> branches{};         ///< room for paths that are yet to be followed
+    view<std::uint32_t> branch_objects{}; ///< room for the ranks of the objects that contain them, branch after branch
+    view<path_arrival> arrivals{};        ///< room for where paths met surfaces
+};
+
+/// One line of one elevation plane: what a tracer is given.
+struct line_task {
+    scene_view scene{};       ///< all objects
+    traced_line line{};       ///< as the model will see it, without layers yet
+    std::uint32_t number = 0; ///< of the line
+    std::uint32_t plane = 0;  ///< of the slice's planes, the middle one first
+    std::uint32_t planes = 1; ///< that there are
+    float max_depth = 0;      ///< how far the line is to be followed, metres
+    float spacing = 0;        ///< metres from sample to sample
+    line_kernels kernels{};   ///< of the stages that follow
+
+    /// The line as a ray in the world.
+    INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.along}; }
+
+    /// Where models emit their echoes so that later stages leave their levels as they are.
+    INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {
+        return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
+    }
+
+    /// Lets the model write the samples of this line, once its layers are known.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
+                           view<typename Model::sample_type> out) const {
+        traced_line traced = line;
+        traced.layers = layers;
+        if constexpr (requires { model.emit(traced, echoes(out)); })
+            model.emit(traced, echoes(out));
+        else
+            model(policy, traced, spacing, out);
+    }
+};
+
+/// How sound travels: `straight_lines` (the default), `paths`, or one of your own. A tracer turns one line into samples:
+///
+///     template <class Policy, acoustic_model Model>
+///     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
+///                                 view<typename Model::sample_type> out) const;
+///
+/// It adds to samples that start at 0 and returns false where the scratch is too small, and only then. One that finds layers
+/// passes them to `task.apply`; one that needs no mesh may find them in whatever it holds. It must not throw. It is called
+/// from many threads at once, and on a device where it is marked INSONIFY_FN.
+template <class Tracer, class Model = physical<>>
+concept tracer = acoustic_model<Model> && requires(const Tracer& trace_one, const line_task& task, const Model& model,
+                                                   line_scratch& scratch, view<typename Model::sample_type> out) {
+    { trace_one(exec::seq, task, model, scratch, out) } -> std::same_as<bool>;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The scratch of one thread on the host: doubles until the line fits.
+class scratch_memory {
+  public:
+    line_scratch scratch() {
+        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
+                .layers = layers_,
+                .branches = branches_,
+                .branch_objects = branch_objects_,
+                .arrivals = arrivals_};
+    }
+    void grow() {
+        crossings_.resize(2 * crossings_.size());
+        inside_.resize(2 * inside_.size());
+        layers_.resize(2 * layers_.size());
+        branches_.resize(2 * branches_.size());
+        branch_objects_.resize(2 * branch_objects_.size());
+        arrivals_.resize(2 * arrivals_.size());
+    }
+
+    /// Calls attempt(scratch), in larger and larger memory, until it returns true.
+    template <class Attempt>
+    void fit(const Attempt& attempt) {
+        for (line_scratch room = scratch(); !attempt(room); room = scratch()) grow();
+    }
+
+  private:
+    std::vector<crossing> crossings_ = std::vector<crossing>(128);
+    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
+    std::vector<layer> layers_ = std::vector<layer>(64);
+    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
+    std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
+    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_TRACING_SLICE_FINDER_HPP
+#define INSONIFY_TRACING_SLICE_FINDER_HPP
+
+#ifndef INSONIFY_TRACING_FRAME_PLAN_HPP
+#define INSONIFY_TRACING_FRAME_PLAN_HPP
+
+#ifndef INSONIFY_TRACING_CHECK_HPP
+#define INSONIFY_TRACING_CHECK_HPP
+
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Upper bound of the samples of a frame.
+inline constexpr std::uint64_t max_samples = std::uint64_t{1} << 28U;
+
+/// Upper bound of the length of a line in wavelengths: the number of scatterers grows with it, whatever the samples.
+inline constexpr float max_wavelengths = 1 << 24;
+
+/// Checks the arguments of a tracer.
+/// @return the number of samples along each line
+/// @throws usage_error     for a scene that was not built, or settings out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <transducer Probe, class Model>
+std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pose& at, const Model& model,
+                                const acquisition& settings) {
+    body.require_built();
+    probe.check();
+    if constexpr (requires { model.check(); }) model.check();
+    if (!is_rigid(at))
+        throw geometry_error{"trace: the pose of the probe is not a rigid transform; make it with look_at"};
+    check_depth(settings.depth, "trace");
+    if (settings.depth * probe.frequency > max_wavelengths * display_speed)
+        throw usage_error{"trace: a depth of " + number_text(settings.depth) + " m at " + number_text(probe.frequency) +
+                          " Hz is more than 2^24 wavelengths; lower the depth or the frequency"};
+    const std::uint32_t samples =
+        settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency);
+    if (std::uint64_t{samples} * probe.lines > max_samples)
+        throw usage_error{"trace: " + std::to_string(probe.lines) + " lines of " + std::to_string(samples) +
+                          " samples are more than 2^28; ask for fewer"};
+    return samples;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_TRACING_ELEVATION_HPP
+#define INSONIFY_TRACING_ELEVATION_HPP
+
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Most elevation planes of a frame.
+inline constexpr std::uint32_t max_elevation_planes = 7;
+
+namespace detail {
+
+/// Parallel planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it.
+///
+/// A reflector out of the slice plane counts with the weights of the planes that intersect it, which change with depth as
+/// the elevation width of the beam does.
+class elevation_planes {
+  public:
+    /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 standard deviations of the beam where it is
+    ///               thinnest
+    /// @throws usage_error  for another count
+    elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
+        if (count % 2 == 0 || count > max_elevation_planes)
+            throw usage_error{"trace: `planes` is " + std::to_string(count) +
+                              "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
+        constexpr float deviations[] = {0, 0.9F, 2.2F, 5};
+        const float sigma = beam.elevation_sigma(beam.elevation_focus);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            offset_[i] = deviations[(i + 1) / 2] * (i % 2 == 0 ? sigma : -sigma);
+            const float inner = i == 0 ? 0 : deviations[(i + 1) / 2 - 1];
+            const bool last = i + 2 >= count;
+            const float outer = last ? deviations[(i + 1) / 2] : deviations[(i + 1) / 2 + 1];
+            width_[i] = i == 0 ? 2 * outer : outer - inner; // twice the strip that the plane represents
+            height_[i] = count == 1 ? 0 : 0.5F * width_[i] * sigma;
+        }
+        if (count == 1) width_[0] = 1;
+    }
+
+    std::uint32_t count() const { return count_; }
+
+    /// Metres out of the slice plane.
+    float offset(std::uint32_t plane) const { return offset_[plane]; }
+
+    /// Height of the strip that a plane represents, metres; 0 for a single plane.
+    float height(std::uint32_t plane) const { return height_[plane]; }
+
+    /// The weight of each plane at a depth in metres; their sum is 1.
+    void weights(float depth, float (&weight)[max_elevation_planes]) const {
+        const float sigma = beam_.elevation_sigma(depth);
+        float sum = 0;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            const float deviations = offset_[i] / sigma;
+            weight[i] = width_[i] * std::exp(-0.5F * deviations * deviations);
+            sum += weight[i];
+        }
+        for (std::uint32_t i = 0; i < count_; ++i) weight[i] /= sum;
+    }
+
+    /// The same for every sample of a line: plane after plane, each with `samples` weights.
+    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
+        all.resize(std::size_t{count_} * samples);
+        float weight[max_elevation_planes];
+        for (std::uint32_t k = 0; k < samples; ++k) {
+            weights((static_cast<float>(k) + 0.5F) * spacing, weight);
+            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = weight[i];
+        }
+    }
+
+  private:
+    beam_model beam_;
+    std::uint32_t count_;
+    float offset_[max_elevation_planes] = {};
+    float width_[max_elevation_planes] = {};
+    float height_[max_elevation_planes] = {};
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_TRACING_KERNEL_TABLE_HPP
+#define INSONIFY_TRACING_KERNEL_TABLE_HPP
+
 #include <algorithm>
 #include <vector>
 
@@ -9560,161 +10101,6 @@ class frame_plan {
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_TRACING_SLICE_FINDER_HPP
-#define INSONIFY_TRACING_SLICE_FINDER_HPP
-
-#ifndef INSONIFY_SCENE_CROSSINGS_HPP
-#define INSONIFY_SCENE_CROSSINGS_HPP
-
-#ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
-#define INSONIFY_SCENE_MEDIA_STACK_HPP
-
-#include <cstddef>
-#include <cstdint>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The objects that contain a point moving along a line, as ascending ranks in memory of fixed capacity. The first one's
-/// medium applies.
-struct media_stack {
-    static constexpr std::uint32_t none = ~0U; ///< rank of the background
-
-    view<std::uint32_t> ranks{}; ///< room for as many objects as may contain a point
-    std::uint32_t count = 0;     ///< objects that do
-    bool overflow = false;       ///< there were more than fit
-
-    /// Outside all objects.
-    INSONIFY_FN void clear() {
-        count = 0;
-        overflow = false;
-    }
-
-    /// The point crosses the surface of an object: enters it, or leaves it.
-    INSONIFY_FN void toggle(std::uint32_t rank) {
-        std::uint32_t place = 0;
-        while (place < count && ranks[place] < rank) ++place;
-        if (place < count && ranks[place] == rank) {
-            --count;
-            for (; place < count; ++place) ranks[place] = ranks[place + 1];
-        } else if (count == ranks.size()) {
-            overflow = true;
-        } else {
-            for (std::uint32_t i = count; i > place; --i) ranks[i] = ranks[i - 1];
-            ranks[place] = rank;
-            ++count;
-        }
-    }
-
-    /// Whether the point is in this object.
-    INSONIFY_FN bool contains(std::uint32_t rank) const {
-        for (std::uint32_t i = 0; i < count; ++i)
-            if (ranks[i] == rank) return true;
-        return false;
-    }
-
-    /// Rank of the object whose medium applies; `none` outside all.
-    INSONIFY_FN std::uint32_t top() const { return count > 0 ? ranks[0] : none; }
-
-    /// Takes over the objects of another stack, not its memory.
-    INSONIFY_FN void assign(const media_stack& other) {
-        overflow = other.overflow || other.count > ranks.size();
-        count = overflow ? 0 : other.count;
-        for (std::uint32_t i = 0; i < count; ++i) ranks[i] = other.ranks[i];
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A point where a line crosses the surface of an object.
-struct crossing {
-    float distance = 0;          ///< metres from the origin of the line
-    std::uint32_t rank = 0;      ///< of the object: index into `scene_view::objects`
-    std::uint32_t primitive = 0; ///< face of the object's mesh
-
-    friend bool operator==(const crossing&, const crossing&) = default;
-    /// Nearest first; ties by rank, then by face.
-    INSONIFY_FN friend bool operator<(const crossing& a, const crossing& b) {
-        return a.distance != b.distance ? a.distance < b.distance
-               : a.rank != b.rank       ? a.rank < b.rank
-                                        : a.primitive < b.primitive;
-    }
-};
-
-/// All crossings of one line and the objects that contain its origin, in memory of fixed capacity.
-struct line_crossings {
-    view<crossing> room{};   ///< for the crossings
-    std::uint32_t count = 0; ///< of crossings
-    bool overflow = false;   ///< there were more than fit
-    media_stack inside{};    ///< the objects that contain the origin
-
-    /// Removes all crossings and objects.
-    INSONIFY_FN void clear() {
-        count = 0;
-        overflow = false;
-        inside.clear();
-    }
-    /// Appends a crossing, or sets `overflow` where there is no room.
-    INSONIFY_FN void add(const crossing& one) {
-        if (count == room.size())
-            overflow = true;
-        else
-            room[count++] = one;
-    }
-    /// Whether all crossings and containing objects fit.
-    INSONIFY_FN bool complete() const { return !overflow && !inside.overflow; }
-
-    /// Sorts the crossings, nearest first. Shell sort: fast for the nearly sorted, and available on a device.
-    INSONIFY_FN void sort() {
-        constexpr std::uint32_t gaps[] = {301, 57, 10, 1}; // of Ciura's sequence
-        for (const std::uint32_t gap : gaps)
-            for (std::uint32_t i = gap; i < count; ++i) {
-                if (!(room[i] < room[i - gap])) continue;
-                const crossing one = room[i];
-                std::uint32_t place = i;
-                for (; place >= gap && one < room[place - gap]; place -= gap) room[place] = room[place - gap];
-                room[place] = one;
-            }
-    }
-    /// The crossings, after `sort`.
-    INSONIFY_FN view<const crossing> sorted() const { return {room.data(), count}; }
-};
-
-namespace detail {
-
-/// Adds every crossing of a line with one object, from its origin to `depth` metres, in any order.
-///
-/// An object contains the origin if the half line crosses its surface an odd number of times. The same crossings decide
-/// both, so that the two never contradict each other, even where the probe touches a surface.
-INSONIFY_FN inline void add_crossings(const object_view& one, std::uint32_t rank, const ray& line, float depth,
-                                      line_crossings& found) {
-    const bool contains_origin = one.box.contains(line.origin);
-    ray local = one.local(line);
-    local.max_distance = contains_origin ? FLT_MAX : depth;
-    one.tree.for_each_hit(local, [&](const hit& at) {
-        if (contains_origin) found.inside.toggle(rank);
-        if (at.distance <= depth) found.add({at.distance, rank, at.primitive});
-    });
-}
-
-} // namespace detail
-
-/// Finds every crossing of a line from its origin to `depth` metres, nearest first, and the objects that contain its
-/// origin, by a ray through the objects' trees, all of which must be up to date.
-/// @return false where they do not fit into `found`
-INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line, float depth, line_crossings& found) {
-    found.clear();
-    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth}, [&](const hit& at) {
-        detail::add_crossings(scene.objects[at.primitive], at.primitive, line, depth, found);
-    });
-    found.sort();
-    return found.complete();
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #ifndef INSONIFY_TRACING_SLICE_CUT_HPP
 #define INSONIFY_TRACING_SLICE_CUT_HPP
 
@@ -9906,6 +10292,17 @@ class line_fan {
     struct neighbours {
         lanes<N> origin_x, origin_y, along_x, along_y;
 
+        /// Those from `first` on; the last line fills the lanes beyond it.
+        static neighbours from(const std::vector<line>& lines, std::size_t first) {
+            const auto each = [&](auto value) {
+                return each_lane<N>([&](int i) {
+                    return value(lines[std::min(first + static_cast<std::size_t>(i), lines.size() - 1)]);
+                });
+            };
+            return {each([](const line& l) { return l.origin.x; }), each([](const line& l) { return l.origin.y; }),
+                    each([](const line& l) { return l.along.x; }), each([](const line& l) { return l.along.y; })};
+        }
+
         /// Distance along each line at which the segment from p to q crosses it, given that it does.
         INSONIFY_INLINE lanes<N> intersect(vec2 p, vec2 q) const {
             const lanes<N> zero(0.0F), one(1.0F);
@@ -9934,6 +10331,17 @@ class line_fan {
         return find_apex() && turn_upright() && number_gaps();
     }
 
+    /// Takes over every `stride`-th line of another fan, from `first` on.
+    void assign(const line_fan& other, std::uint32_t first, std::uint32_t stride) {
+        parallel_ = other.parallel_;
+        apex_ = other.apex_;
+        axis_ = other.axis_;
+        extent_ = other.extent_;
+        lines_.clear();
+        for (std::size_t i = first; i < other.lines_.size(); i += stride) lines_.push_back(other.lines_[i]);
+        number_gaps();
+    }
+
     std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
     const line& operator[](std::size_t i) const { return lines_[i]; }
 
@@ -9958,12 +10366,7 @@ class line_fan {
     /// The lines from `first` on; the last line fills the lanes beyond it.
     template <int N>
     neighbours<N> from(std::size_t first) const {
-        const auto each = [&](auto value) {
-            return each_lane<N>(
-                [&](int i) { return value(lines_[std::min(first + static_cast<std::size_t>(i), lines_.size() - 1)]); });
-        };
-        return {each([](const line& l) { return l.origin.x; }), each([](const line& l) { return l.origin.y; }),
-                each([](const line& l) { return l.along.x; }), each([](const line& l) { return l.along.y; })};
+        return neighbours<N>::from(lines_, first);
     }
 
     /// Search keys of N points for `gap`.
@@ -10301,6 +10704,7 @@ struct cut_segment {
     vec2 from{0, 0}, to{0, 0}; ///< in the coordinates of the fan
     std::uint32_t first = 0;   ///< the lines that cross it are [first, last)
     std::uint32_t last = 0;
+    bool again = false;          ///< the same segment as the one before, with other lines
     std::uint32_t slice = 0;     ///< its number
     std::uint32_t object = 0;    ///< rank of the object
     std::uint32_t primitive = 0; ///< face of the object's mesh
@@ -10316,9 +10720,11 @@ class slice_cut {
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
     /// @param offsets   elevation of the slices above that plane, metres
     /// @param max_depth  how far lines are followed, metres
+    /// @param keep_all   segments between two lines are kept as well
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const float> offsets, float max_depth) {
+             const pose& probe_at, view<const float> offsets, float max_depth, bool keep_all) {
+        keep_all_ = keep_all;
         plan(scene, chosen, fan, probe_at, offsets, max_depth);
         exec::for_each_block(policy, vertex_parts_.size(), 1, 0.5F * block, [&](std::size_t i, std::size_t) {
             const part& own = vertex_parts_[i];
@@ -10435,11 +10841,16 @@ class slice_cut {
                 for (; cut_ones != 0; cut_ones &= cut_ones - 1) {
                     const std::uint32_t i = detail::lowest_bit(cut_ones);
                     const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
-                    fan.for_each_crossed(
-                        p, fan.gap(places_from, i), q, fan.gap(places_to, i),
-                        [&](std::uint32_t first, std::uint32_t last) {
-                            found.push_back({p, q, first, last, slice, own.object, faces.primitive[i]});
-                        });
+                    cut_segment segment{
+                        .from = p, .to = q, .slice = slice, .object = own.object, .primitive = faces.primitive[i]};
+                    fan.for_each_crossed(p, fan.gap(places_from, i), q, fan.gap(places_to, i),
+                                         [&](std::uint32_t first, std::uint32_t last) {
+                                             segment.first = first;
+                                             segment.last = last;
+                                             found.push_back(segment);
+                                             segment.again = true;
+                                         });
+                    if (keep_all_ && !segment.again) found.push_back(segment);
                 }
             };
             cut_faces(region.frame, faces, keep);
@@ -10465,6 +10876,7 @@ class slice_cut {
         }
     }
 
+    bool keep_all_ = false;
     slice_region unbounded_{}, within_depth_{};
     std::vector<part> vertex_parts_, face_parts_;
     std::vector<std::uint32_t> subtrees_, below_;
@@ -10519,8 +10931,11 @@ class slice_finder {
     /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice costs a
     /// factor of at most 1.2, but for many crossings on few lines, where it costs 2. Both ways scale alike with the number
     /// of slices. The choice for an object does not depend on other objects, so that these change no bit of its echoes.
+    /// @param all         all objects
+    /// @param directions  along which the lines are traced
     /// @return whether any is cut
-    bool choose(const scene_view& scene, const pose& at, view<const float> offsets, bool all) {
+    bool choose(const scene_view& scene, const pose& at, view<const float> offsets, bool all,
+                std::uint32_t directions) {
         const float middle = 0;
         const slice_frame frame{at * fan_.upright(), {&middle, 1}};
         float max_offset = 0;
@@ -10529,8 +10944,8 @@ class slice_finder {
         std::size_t cut = 0;
         for (std::size_t i = 0; i < chosen_.size(); ++i) {
             const object_view& one = scene.objects[i];
-            chosen_[i] =
-                all || !one.tree_is_current || (near_slices(one.box, frame, max_offset) && worth_cutting(one, frame));
+            chosen_[i] = all || !one.tree_is_current ||
+                         (near_slices(one.box, frame, max_offset) && worth_cutting(one, frame, directions));
             cut += chosen_[i];
         }
         leaves_rays_ = cut < chosen_.size();
@@ -10542,6 +10957,10 @@ class slice_finder {
     /// Whether there are others.
     bool leaves_rays() const { return leaves_rays_; }
 
+    const line_fan& fan() const { return fan_; }
+    /// The segments of the last `cut`.
+    const slice_cut& segments() const { return cut_; }
+
     /// Nanoseconds to find the crossings of a line and turn them into layers, roughly.
     float search_time() const {
         const auto blocks = static_cast<float>(block_end_.size());
@@ -10550,9 +10969,10 @@ class slice_finder {
 
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const float> offsets, float depth) {
+    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const float> offsets, float depth,
+             bool keep_all) {
         slices_ = offsets.size();
-        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, offsets, depth);
+        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, offsets, depth, keep_all);
         const std::size_t blocks = (fan_.size() + block - 1) / block;
         block_end_.resize(blocks + 1);
         std::fill(block_end_.begin(), block_end_.end(), 0);
@@ -10612,11 +11032,11 @@ class slice_finder {
         const cut_segment* segment = nullptr;
     };
 
-    bool worth_cutting(const object_view& one, const slice_frame& frame) const {
+    bool worth_cutting(const object_view& one, const slice_frame& frame, std::uint32_t directions) const {
         const std::uint32_t near_lines = one.box.empty() ? 0 : lines_near(one.box, frame);
         const float doublings = near_lines == 0 ? 0.0F : std::log2(static_cast<float>(one.surface.faces.size()));
         const float rays = static_cast<float>(near_lines) + 0.05F * static_cast<float>(fan_.size());
-        return 1 + 0.32F * doublings * doublings <= rays;
+        return 1 + 0.32F * doublings * doublings <= static_cast<float>(directions) * rays;
     }
 
     // Whether a box may reach into one of the slices.
@@ -10655,233 +11075,614 @@ class slice_finder {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
-#ifndef INSONIFY_TRACING_TRACER_HPP
-#define INSONIFY_TRACING_TRACER_HPP
+#ifndef INSONIFY_TRACING_TRACE_LINE_HPP
+#define INSONIFY_TRACING_TRACE_LINE_HPP
 
-#ifndef INSONIFY_SCENE_LAYERS_HPP
-#define INSONIFY_SCENE_LAYERS_HPP
+#include <concepts>
 
+namespace insonify::inline INSONIFY_ABI::detail {
 
-namespace insonify::inline INSONIFY_ABI {
+/// Whether samples can be weighted and added.
+template <class Sample>
+inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
 
-namespace detail {
-
-/// Crossings closer together than this count as one, metres: touching faces make one interface, not a film between two.
-inline constexpr float touching_distance = 1e-6F;
-
-/// How a line meets a surface.
-struct surface_incidence {
-    float cosine = 1;     ///< of the angle of incidence, 0 to 1
-    vec2 tilt{0, 0};      ///< of the normal against the line, radians: within the slice plane, and out of it
-    vec3 normal{0, 0, 1}; ///< of the surface in the world, on the side away from the probe; length 1
-};
-/// How a line meets a face; at normal incidence where the face has no area.
-INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::uint32_t face, const line_frame& line) {
-    const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
-    const vec3 outwards = unit_normal(one.surface[face], -along);
-    const vec3 normal = dot(outwards, along) < 0 ? -outwards : outwards; // points along the line
-    const float facing = dot(normal, along);
-    return {
-        .cosine = min(facing, 1.0F),
-        .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)},
-        .normal = one.at.direction(normal)};
+/// One line of one plane, as a tracer is given it.
+template <transducer Probe>
+INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
+                              std::uint32_t plane) {
+    return {.scene = scene,
+            .line = {.media = scene.media,
+                     .frequency = frame.probe.frequency,
+                     .places = scene.places,
+                     .frame = frame.line(number, plane),
+                     .aperture = frame.aperture,
+                     .pulse_sigma = frame.pulse_sigma},
+            .number = number,
+            .plane = plane,
+            .planes = frame.planes,
+            .max_depth = frame.max_depth,
+            .spacing = frame.spacing,
+            .kernels = frame.kernels.of_line(number, frame.plane_height[plane])};
 }
 
-/// Turns the crossings of a line into layers, one at a time: which object's medium fills which part of the line.
+/// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
 ///
-/// Crossings within `touching_distance` of one another are applied together before the media are compared. For all
-/// tracers: a straight line takes all layers, a path goes on until its medium changes.
-class layer_walk {
-  public:
-    /// @param found     sorted; its `inside` follows the walk
-    /// @param depth     where the line ends, metres
-    /// @param incident  whether to compute how the line meets surfaces
-    INSONIFY_FN layer_walk(const scene_view& scene, const line_frame& line, line_crossings& found, float depth,
-                           bool incident)
-        : scene_{scene}, line_{line}, found_{found}, depth_{depth}, incident_{incident} {}
-
-    /// Crossings at the origin of the line belong to the probe's face: they are applied before the first layer.
-    INSONIFY_FN void enter_at_face() {
-        for (; next_ < found_.count && found_.room[next_].distance <= touching_distance; ++next_)
-            found_.inside.toggle(found_.room[next_].rank);
-    }
-    /// Crossings at the origin belong to the surface that a path has just left: they are skipped.
-    INSONIFY_FN void skip_departure() {
-        while (next_ < found_.count && found_.room[next_].distance <= touching_distance) ++next_;
-    }
-
-    /// The next layer, which ends at a change of object or at the end of the line. @return false after the last one
-    INSONIFY_FN bool next(layer& here) {
-        if (at_end_) return false;
-        const std::uint32_t current = found_.inside.top();
-        here = layer_from(current, begin_, met_);
-        while (next_ < found_.count && found_.room[next_].distance < depth_) {
-            group_ = next_;
-            const float place = found_.room[group_].distance;
-            for (; next_ < found_.count && found_.room[next_].distance <= place + touching_distance; ++next_)
-                found_.inside.toggle(found_.room[next_].rank);
-            const std::uint32_t after = found_.inside.top();
-            if (after == current) continue;
-            if (incident_) met_ = incidence_at_change(current, after);
-            here.end = begin_ = place;
-            return true;
+/// @param plane_samples  room for the samples of one plane where there are several
+/// @param out            the samples of the line; whatever they held is overwritten
+/// @return               false where the scratch is too small; the samples then mean nothing
+template <class Policy, transducer Probe, class Tracer, acoustic_model Model>
+INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame, const scene_view& scene,
+                            const Tracer& tracer, const Model& model, std::uint32_t number, line_scratch& scratch,
+                            view<typename Model::sample_type> plane_samples, view<typename Model::sample_type> out) {
+    using sample_type = typename Model::sample_type;
+    for (sample_type& sample : out) sample = sample_type{};
+    for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+        const line_task task = task_of(frame, scene, number, plane);
+        if (frame.planes == 1) return tracer(policy, task, model, scratch, out);
+        if constexpr (is_average_v<sample_type>) {
+            for (sample_type& sample : plane_samples) sample = sample_type{};
+            if (!tracer(policy, task, model, scratch, plane_samples)) return false;
+            const float* weight = frame.plane_weights.data() + std::size_t{plane} * frame.samples;
+            for (std::size_t k = 0; k < out.size(); ++k) out[k] += weight[k] * plane_samples[k];
         }
-        at_end_ = true;
+    }
+    return true;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_TRACING_TURNED_FAN_HPP
+#define INSONIFY_TRACING_TURNED_FAN_HPP
+
+#include <cmath>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Where the lines of a fan begin and how they diverge, where all have the same distance: parallel lines from a plane face,
+/// or lines that leave a circle around the apex along its radii.
+struct face_shape {
+    float radius = 0;  ///< of the circle, metres; 0: a plane
+    float spacing = 0; ///< from line to line: metres, or radians around the apex
+    std::uint32_t lines = 0;
+    bool full_circle = false; ///< the last line is next to the first
+
+    /// @return whether the lines are of this kind
+    bool assign(const line_fan& fan, bool circle) {
+        lines = fan.size();
+        full_circle = circle;
+        if (lines < 2) return false;
+        const auto place = [&](std::uint32_t i) {
+            return fan.parallel() ? fan[i].origin.x : std::atan2(fan[i].along.x, fan[i].along.y);
+        };
+        const std::uint32_t middle = (lines - 1) / 2;
+        spacing = place(middle + 1) - place(middle);
+        radius = fan.parallel() ? 0.0F : length(fan[middle].origin);
+        if (!(spacing > 0) || (!fan.parallel() && !(radius > 1e-4F))) return false;
+        for (std::uint32_t i = 0; i < lines; ++i) {
+            const float face = fan.parallel() ? fan[i].origin.y - fan[middle].origin.y : length(fan[i].origin) - radius;
+            const float expected = place(middle) + (static_cast<float>(i) - static_cast<float>(middle)) * spacing;
+            if (std::fabs(face) > 1e-6F || std::fabs(place(i) - expected) > 0.05F * spacing) return false;
+        }
         return true;
     }
-    /// Whether the last layer ended at the end of the line.
-    INSONIFY_FN bool at_end() const { return at_end_; }
+};
 
-    /// What follows the surface at which the last layer ended, as a layer of no thickness.
-    INSONIFY_FN layer beyond() const {
-        layer after = layer_from(found_.inside.top(), begin_, met_);
-        after.end = begin_;
-        return after;
+/// By how much lines are turned about their origins in the slice plane, to the right. A turned line is measured by the depth
+/// that it reaches.
+struct line_turn {
+    float sine = 0;
+    float cosine = 1;
+    float radius = 0; ///< see `face_shape`
+
+    /// Metres along a turned line to a depth.
+    float length_to(float depth) const {
+        if (radius == 0) return depth / cosine;
+        const float end = radius + depth;
+        return std::sqrt(end * end - radius * radius * sine * sine) - radius * cosine;
     }
-    /// How the line meets that surface.
-    INSONIFY_FN const surface_incidence& met() const { return met_; }
-    /// Applies the crossings at that surface once more: the objects are again those before it.
-    INSONIFY_FN void step_back(media_stack& inside) const {
-        for (std::uint32_t i = group_; i < next_; ++i) inside.toggle(found_.room[i].rank);
+    /// Depth at metres along a turned line.
+    float depth_at(float length) const {
+        if (radius == 0) return length * cosine;
+        return std::sqrt(radius * radius + length * (2 * radius * cosine + length)) - radius;
+    }
+    /// How far from the straight line through its point at this depth a turned line begins, metres along the face.
+    float place_on_face(float depth) const {
+        return radius == 0 ? depth * sine / cosine : radius * around(radius + depth).x;
+    }
+    /// Sine and cosine of the angle around the apex from the origin of a turned line to its point at this distance from the
+    /// apex: the angle by which it was turned less asin(radius sine / distance).
+    vec2 around(float distance) const {
+        const float a = clamp(radius * sine / max(distance, 1e-9F), -1, 1), b = std::sqrt(1 - a * a);
+        return {sine * b - cosine * a, cosine * b + sine * a};
+    }
+};
+
+/// A turned line in the world. It meets surfaces as the straight line through the same point does.
+struct turned_line {
+    line_frame straight{}; ///< the line before
+    line_turn turn{};
+
+    vec3 direction() const {
+        return turn.cosine * straight.along + turn.sine * cross(straight.elevation, straight.along);
+    }
+};
+
+/// The frame of the straight line through the point at this depth.
+inline line_frame frame_at(const turned_line& line, float depth) {
+    if (line.turn.radius == 0) return line.straight;
+    line_frame there = line.straight;
+    const vec3 from_apex = line.turn.radius * there.along + line.turn.length_to(depth) * line.direction();
+    there.along = from_apex / length(from_apex);
+    return there;
+}
+
+/// The lines of a fan, all turned alike.
+class turned_fan {
+  public:
+    void assign(const line_fan& fan, const face_shape& shape, const line_turn& turn) {
+        shape_ = shape;
+        turn_ = turn;
+        lines_.resize(fan.size());
+        for (std::uint32_t i = 0; i < fan.size(); ++i) {
+            const vec2 along = fan[i].along;
+            lines_[i] = {fan[i].origin,
+                         {along.x * turn.cosine + along.y * turn.sine, along.y * turn.cosine - along.x * turn.sine}};
+        }
+    }
+
+    const line_turn& turn() const { return turn_; }
+    const std::vector<line_fan::line>& lines() const { return lines_; }
+
+    /// Moves a point across the lines so that the turned line through it becomes the straight one: what a turned line
+    /// crosses is what the straight one crosses after points were moved.
+    vec2 straightened(vec2 p) const {
+        if (shape_.radius == 0) return {p.x - p.y * turn_.sine / turn_.cosine, p.y};
+        const vec2 by = turn_.around(length(p));
+        return {p.x * by.y - p.y * by.x, p.x * by.x + p.y * by.y};
+    }
+
+    /// How many straight lines a turned line has crossed on its way to a depth.
+    float lines_crossed(float depth) const {
+        if (shape_.radius == 0) return turn_.place_on_face(depth) / shape_.spacing;
+        const vec2 by = turn_.around(shape_.radius + depth);
+        return std::atan2(by.x, by.y) / shape_.spacing;
     }
 
   private:
-    INSONIFY_FN layer layer_from(std::uint32_t rank, float begin, const surface_incidence& met) const {
-        layer here{.begin = begin, .end = depth_, .cosine = met.cosine, .tilt = met.tilt};
-        if (rank == media_stack::none) return here;
-        const object_view& one = scene_.objects[rank];
-        here.medium = one.medium;
-        here.object = one.id;
-        here.place = 1 + rank;
-        return here;
-    }
-
-    // Of the touching surfaces, the first one that belongs to either medium.
-    INSONIFY_FN surface_incidence incidence_at_change(std::uint32_t before, std::uint32_t after) const {
-        std::uint32_t surface = group_;
-        while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
-            ++surface;
-        const crossing& at = found_.room[surface];
-        return incidence_on(scene_.objects[at.rank], at.primitive, line_);
-    }
-
-    const scene_view& scene_;
-    const line_frame& line_;
-    line_crossings& found_;
-    float depth_;
-    bool incident_;
-    std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
-    float begin_ = 0;
-    surface_incidence met_{};
-    bool at_end_ = false;
+    face_shape shape_{};
+    line_turn turn_{};
+    std::vector<line_fan::line> lines_{};
 };
 
-} // namespace detail
-
-/// Turns the sorted crossings of a straight line into layers.
-///
-/// @param depth     where the line ends, metres
-/// @param room      for the layers
-/// @param incident  whether to compute how the line meets surfaces (`layer::cosine`, `layer::tilt`)
-/// @return          the layers, a part of `room`; none where they do not fit
-INSONIFY_FN inline view<const layer> stack_layers(const scene_view& scene, const line_frame& line, float depth,
-                                                  line_crossings& found, view<layer> room, bool incident = true) {
-    detail::layer_walk walk{scene, line, found, depth, incident};
-    walk.enter_at_face();
-    std::size_t count = 0;
-    for (layer here; walk.next(here);) {
-        if (count == room.size()) return {};
-        room[count++] = here;
-    }
-    return found.inside.overflow ? view<const layer>{} : view<const layer>{room.data(), count};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
-#include <concepts>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+/// Sound reaches a point from the whole width of the aperture, so shadows have a penumbra: behind a needle it comes past it
+/// from both sides, and beside one some of it is kept away. Here lines are traced to every point from several places of the
+/// aperture, and the `aperture_gains` of its line are computed from what arrives:
+///
+///     surfaces   mean(a)^2 / T              a^2: amplitude there and back along one of the lines, by the model; T: the same
+///     speckle    rms(a * a) / rms(1 * 1) / T     along the line that is displayed; *: convolution across the aperture
+///     depth      mean(a d) / mean(a)             d: displayed depth along one of the lines
+///
+/// over the aperture |u| < z / 2F. For an obstacle that lets nothing pass and leaves a share A of the aperture free, surfaces
+/// take A^2; speckle takes A^1.5 where the free part is in one piece, as beside a shadow's edge, and about A^2 where the
+/// obstacle is in its middle. Source: sound that is focused adds by pressure, out and back; the echo power of independent
+/// scatterers is the integral of the squared two-way beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz,
+/// 5, 10 and 20 mm: -5.7, -2.9, -1.4 dB; a sum of waves has -5.6, -3.0, -1.4 dB.
+///
+/// A line from the side meets surfaces at the angle at which the straight line through the same point does, and loses as
+/// much by attenuation. So plane layers leave the gains at 1, and their echoes have the levels of plane waves.
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A path that is yet to be followed: see `paths`.
-struct path_branch {
-    line_frame frame{};        ///< where its next piece begins, and along what
-    echo_path path{};          ///< the state of the sound there
-    std::uint32_t bounces = 0; ///< reflections so far
-    std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
-    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+/// A model from which gains can be computed: see `physical::arrivals`.
+template <class Model>
+concept states_arrivals = requires(const Model& model, const traced_line& line, view<vec2> out) {
+    model.arrivals(line, 1.0F, out);
 };
 
-/// Where a path met a surface. Sound that came along one such path may return along another: see `paths`.
-struct path_arrival {
-    line_frame frame{};        ///< of the path's last piece
-    vec3 point{0, 0, 0};       ///< where it ended
-    vec3 normal{0, 0, 0};      ///< of the surface
-    echo_path path{};          ///< the state of the sound there
-    layer above{};             ///< before the surface
-    layer below{};             ///< behind it
-    std::uint32_t bounces = 0; ///< reflections so far
-    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
-    bool at_face = false;      ///< the surface is the face of the probe
-};
+/// Computes the gains of all lines of a frame. Keeps its memory from frame to frame.
+///
+/// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the points,
+/// and interpolated linearly in between. Only places in one and the same object are interpolated: between two of them there
+/// may be a surface that one line has crossed at a depth and its neighbour has not.
+class aperture_shading {
+  public:
+    static constexpr std::uint32_t steps = 64;          ///< of depth
+    static constexpr std::uint32_t max_directions = 64; ///< to each point
 
-/// Memory of fixed capacity in which one line is traced. Where it does not suffice, the tracer says so, and the line is
-/// traced again in larger memory.
-struct line_scratch {
-    line_crossings found{};               ///< crossings and containing objects of the line
-    view<layer> layers{};                 ///< room for its layers
-    view<path_branch> branches{};         ///< room for paths that are yet to be followed
-    view<std::uint32_t> branch_objects{}; ///< room for the ranks of the objects that contain them, branch after branch
-    view<path_arrival> arrivals{};        ///< room for where paths met surfaces
-};
-
-/// One line of one elevation plane: what a tracer is given.
-struct line_task {
-    scene_view scene{};       ///< all objects
-    traced_line line{};       ///< as the model will see it, without layers yet
-    std::uint32_t number = 0; ///< of the line
-    std::uint32_t plane = 0;  ///< of the slice's planes, the middle one first
-    std::uint32_t planes = 1; ///< that there are
-    float max_depth = 0;      ///< how far the line is to be followed, metres
-    float spacing = 0;        ///< metres from sample to sample
-    line_kernels kernels{};   ///< of the stages that follow
-
-    /// The line as a ray in the world.
-    INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.along}; }
-
-    /// Where models emit their echoes so that later stages leave their levels as they are.
-    INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {
-        return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
+    /// Takes over the lines of a probe.
+    /// @return whether they can be turned: side by side at equal distances on a plane or round face
+    template <transducer Probe>
+    bool assign(const Probe& probe, const line_fan& fan, const beam_model& beam) {
+        const bool circle = is_full_circle(probe);
+        if (!shape_.assign(fan, circle)) return false;
+        lines_ = fan.size();
+        const float wide = beam.lateral_width(beam.focus) / line_spacing(probe, beam.focus);
+        stride_ = static_cast<std::uint32_t>(clamp(wide, 1, 16));
+        while (circle && lines_ % stride_ != 0) --stride_;
+        first_ = circle ? 0 : (lines_ - 1) % stride_ / 2;
+        points_fan_.assign(fan, first_, stride_);
+        return points_fan_.size() > 1 && shape_.assign(points_fan_, circle);
     }
 
-    /// Lets the model write the samples of this line, once its layers are known.
-    template <class Policy, acoustic_model Model>
-    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
-                           view<typename Model::sample_type> out) const {
-        traced_line traced = line;
-        traced.layers = layers;
-        if constexpr (requires { model.emit(traced, echoes(out)); })
-            model.emit(traced, echoes(out));
-        else
-            model(policy, traced, spacing, out);
+    /// @param directions  of the lines to each point of a single plane; of several planes each takes a quarter of them, in
+    ///                    between those of the others
+    /// @param slices      with the lines of the probe
+    /// @param sliced      whether these have been cut; else everything is found by rays
+    /// @param tracer_of   tracer_of(line): the `block_tracer` of the line's block
+    template <exec::policy Policy, transducer Probe, states_arrivals Model, class TracerOf>
+    void compute(const Policy& policy, const scene_view& scene, const frame_view<Probe>& frame, const Model& model,
+                 std::uint32_t directions, const slice_finder& slices, bool sliced, const TracerOf& tracer_of,
+                 view<scratch_memory> scratch) {
+        const std::uint32_t points = points_fan_.size();
+        planes_ = frame.planes;
+        spacing_ = frame.max_depth / steps;
+        along_.resize(std::size_t{planes_} * lines_);
+        gains_.resize(along_.size() * steps);
+        objects_.resize(std::size_t{planes_} * points);
+        means_.resize(std::size_t{planes_} * steps * points);
+        weighted_.resize(planes_ * steps);
+        directions_.resize(planes_ == 1 ? directions : std::max<std::uint32_t>((directions + 3) / 4, 2));
+        turn_lines(frame);
+
+        exec::for_each_block(policy, lines_, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
+            const auto tracer = tracer_of(begin);
+            for (std::uint32_t plane = 0; plane < planes_; ++plane)
+                for (std::size_t line = begin; line < end; ++line)
+                    scratch[begin / lines_per_block].fit([&](line_scratch& room) {
+                        const line_task task = task_of(frame, scene, static_cast<std::uint32_t>(line), plane);
+                        if (!tracer.find(task, room.found)) return false;
+                        if (line >= first_ && (line - first_) % stride_ == 0) {
+                            const media_stack& inside = room.found.inside;
+                            objects_[plane * points + (line - first_) / stride_].assign(
+                                inside.ranks.data(), inside.ranks.data() + inside.count);
+                        }
+                        return find_arrivals(task, task.line.frame, model, room, along_[plane * lines_ + line]);
+                    });
+        });
+        if (sliced) sort_segments(slices.segments());
+        exec::for_each_block(
+            policy, directions_.size(), 1, 500 * static_cast<float>(points), [&](std::size_t k, std::size_t) {
+                direction& own = directions_[k];
+                if (sliced) find_crossings_of(own);
+                for (std::uint32_t plane = 0; plane < planes_; ++plane)
+                    for (std::uint32_t point = 0; point < points; ++point)
+                        own.scratch.fit([&](line_scratch& room) {
+                            const line_task task = task_of(frame, scene, first_ + point * stride_, plane);
+                            const turned_line turned{task.line.frame, own.fans[plane].turn()};
+                            arrivals found;
+                            if (!find(task, turned, own, plane * points + point, sliced ? &slices : nullptr,
+                                      room.found) ||
+                                !find_arrivals(task, turned, model, room, found))
+                                return false;
+                            for (std::uint32_t step = 0; step < steps; ++step)
+                                own.arriving[(std::size_t{plane} * steps + step) * points + point] = found[step];
+                            return true;
+                        });
+            });
+        exec::for_each_block(policy, std::size_t{planes_} * steps, 1, 3000,
+                             [&](std::size_t row, std::size_t) { combine(row); });
+        exec::for_each_block(policy, std::size_t{planes_} * lines_, lines_per_block, 100,
+                             [&](std::size_t begin, std::size_t end) {
+                                 for (std::size_t i = begin; i < end; ++i) compare(i / lines_, i % lines_);
+                             });
     }
+
+    /// The gains of one line.
+    aperture_gains of_line(std::uint32_t line, std::uint32_t plane) const {
+        return {{gains_.data() + (std::size_t{plane} * lines_ + line) * steps, steps}, spacing_};
+    }
+
+  private:
+    using floats = lanes<simd_width>;
+
+    // The amplitude at a step of a line, one way, its displayed depth, and what it lies in.
+    struct arrival {
+        float amplitude = 0;
+        float shown = 0;
+        std::uint32_t place = 0; // see `layer::place`
+    };
+    using arrivals = std::array<arrival, steps>;
+
+    struct deep_segment {
+        float depth = 0; // the sum of its ends'
+        const cut_segment* segment = nullptr;
+    };
+    // The lines [first, last) cross a segment.
+    struct crossed_segment {
+        const cut_segment* segment = nullptr;
+        std::uint32_t first = 0, last = 0;
+    };
+
+    // Lines that are turned alike, in each plane by an angle of its own, and what arrives along them.
+    struct direction {
+        turned_fan fans[max_elevation_planes] = {};
+        std::vector<crossed_segment> crossed{};
+        std::vector<std::uint32_t> ends{};  // of each plane and line, in `crossings`
+        std::vector<crossing> crossings{};  // at metres along the turned line
+        std::vector<arrival> arriving{};    // by plane, step and line
+        std::vector<float> share{};         // of the aperture, by plane and step
+        std::vector<float> lines_crossed{}; // by plane and step
+        scratch_memory scratch{};
+    };
+
+    // The largest turn whose line is still received at some depth: the tangent on a plane face, the angle on a round one.
+    template <transducer Probe>
+    float widest(const frame_view<Probe>& frame) const {
+        float most = 0;
+        for (std::uint32_t k = 0; k < steps; ++k) {
+            const float z = depth_of(k), half = half_aperture(frame, z);
+            if (shape_.radius == 0) {
+                most = max(most, half / z);
+            } else {
+                const float place = min(half / shape_.radius, 0.9F), down = std::sqrt(1 - place * place);
+                most =
+                    max(most, std::asin(place) + std::atan(shape_.radius * place / (z + shape_.radius * (1 - down))));
+            }
+        }
+        return min(most, shape_.radius == 0 ? 3.0F : 1.3F);
+    }
+    template <transducer Probe>
+    static float half_aperture(const frame_view<Probe>& frame, float depth) {
+        return 0.5F * depth / frame.aperture.fnumber(depth);
+    }
+    float depth_of(std::uint32_t step) const { return static_cast<float>(step + 1) * spacing_; }
+
+    template <transducer Probe>
+    void turn_lines(const frame_view<Probe>& frame) {
+        const float most = widest(frame);
+        const auto turned_by = [&](float part) -> line_turn { // -1 to 1
+            const float angle = shape_.radius == 0 ? std::atan(part * most) : part * most;
+            return {std::sin(angle), std::cos(angle), shape_.radius};
+        };
+        const auto count = static_cast<float>(directions_.size());
+        for (std::size_t k = 0; k < directions_.size(); ++k) {
+            direction& own = directions_[k];
+            own.arriving.resize(means_.size());
+            own.share.resize(std::size_t{planes_} * steps);
+            own.lines_crossed.resize(std::size_t{planes_} * steps);
+            for (std::uint32_t plane = 0; plane < planes_; ++plane) {
+                // Planes to both sides of the slice are shifted to both sides: 0, 1, -1, 2, -2 parts of a cell.
+                const auto pair = static_cast<float>((plane + 1) / 2);
+                const float shift = (plane % 2 == 0 ? -pair : pair) / static_cast<float>(planes_);
+                const auto edge = [&](float i) { return 2 * (static_cast<float>(k) + shift + i) / count - 1; };
+                turned_fan& fan = own.fans[plane];
+                fan.assign(points_fan_, shape_, turned_by(edge(0.5F)));
+                const line_turn left = turned_by(k == 0 ? -1.0F : edge(0)),
+                                right = turned_by(k + 1 == directions_.size() ? 1.0F : edge(1));
+                for (std::uint32_t step = 0; step < steps; ++step) {
+                    const float z = depth_of(step), half = half_aperture(frame, z);
+                    own.share[plane * steps + step] =
+                        max(min(right.place_on_face(z), half) - max(left.place_on_face(z), -half), 0);
+                    own.lines_crossed[plane * steps + step] = fan.lines_crossed(z);
+                }
+            }
+        }
+    }
+
+    // By depth, so that the crossings of each line are nearly sorted.
+    void sort_segments(const slice_cut& cut) {
+        segments_.clear();
+        cut.for_each_segment([&](const cut_segment& one) {
+            if (!one.again) segments_.push_back({one.from.y + one.to.y, &one});
+        });
+        std::sort(segments_.begin(), segments_.end(),
+                  [](const deep_segment& one, const deep_segment& other) { return one.depth < other.depth; });
+    }
+
+    // Where the turned lines cross the segments of the slices.
+    void find_crossings_of(direction& own) const {
+        constexpr int width = simd_width;
+        const std::uint32_t points = points_fan_.size();
+        own.ends.assign(std::size_t{planes_} * points + 1, 0);
+        own.crossed.clear();
+        for (const deep_segment& deep : segments_) {
+            const cut_segment& one = *deep.segment;
+            const turned_fan& fan = own.fans[one.slice];
+            const vec2 from = fan.straightened(one.from), to = fan.straightened(one.to);
+            points_fan_.for_each_crossed(
+                from, points_fan_.gap(from), to, points_fan_.gap(to), [&](std::uint32_t first, std::uint32_t last) {
+                    own.crossed.push_back({&one, first, last});
+                    std::uint32_t* const count = own.ends.data() + std::size_t{one.slice} * points + 1;
+                    for (std::uint32_t line = first; line < last; ++line) ++count[line];
+                });
+        }
+        for (std::size_t slot = 0; slot < std::size_t{planes_} * points; ++slot) own.ends[slot + 1] += own.ends[slot];
+        own.crossings.resize(own.ends.back());
+        for (const crossed_segment& crossed : own.crossed) {
+            const cut_segment& one = *crossed.segment;
+            std::uint32_t* const end = own.ends.data() + std::size_t{one.slice} * points;
+            for (std::uint32_t line = crossed.first; line < crossed.last; line += width) {
+                float distance[width];
+                store(line_fan::neighbours<width>::from(own.fans[one.slice].lines(), line).intersect(one.from, one.to),
+                      distance);
+                for (std::uint32_t i = line; i < crossed.last && i < line + width; ++i)
+                    own.crossings[end[i]++] = {distance[i - line], one.object, one.primitive};
+            }
+        }
+    }
+
+    // The crossings of one turned line, at the depths of their points.
+    // @param slot    number of the line in all planes
+    // @param slices  null where everything is found by rays
+    bool find(const line_task& task, const turned_line& turned, const direction& own, std::size_t slot,
+              const slice_finder* slices, line_crossings& found) const {
+        found.clear();
+        const line_turn& turn = turned.turn;
+        const auto add = [&](crossing one) {
+            one.distance = turn.depth_at(one.distance);
+            if (one.distance <= task.max_depth) found.add(one);
+        };
+        for (const std::uint32_t rank : objects_[slot]) found.inside.toggle(rank);
+        if (slices != nullptr)
+            for (std::size_t i = slot == 0 ? 0 : own.ends[slot - 1]; i < own.ends[slot]; ++i)
+                if (own.crossings[i].distance >= 0) add(own.crossings[i]);
+        if (slices == nullptr || slices->leaves_rays()) {
+            const ray line{turned.straight.origin, turned.direction(), 0, turn.length_to(task.max_depth)};
+            task.scene.boxes.for_each_hit(line, [&](const hit& at) {
+                if (slices != nullptr && slices->chosen()[at.primitive] != 0) return;
+                const object_view& one = task.scene.objects[at.primitive];
+                one.tree.for_each_hit(one.local(line), [&](const hit& h) {
+                    add({h.distance, at.primitive, h.primitive});
+                });
+            });
+        }
+        found.sort();
+        return found.complete();
+    }
+
+    // What arrives along one line at each step, one way.
+    template <class Line, class Model>
+    static bool find_arrivals(const line_task& task, const Line& line, const Model& model, line_scratch& room,
+                              arrivals& found) {
+        traced_line traced = task.line;
+        traced.layers =
+            stack_layers(task.scene, line, task.max_depth, room.found, room.layers, !takes_normal_incidence<Model>());
+        if (traced.layers.empty()) return false;
+        vec2 both_ways[steps];
+        const float spacing = task.max_depth / steps;
+        model.arrivals(traced, spacing, view<vec2>{both_ways, steps});
+        std::size_t i = 0;
+        for (std::uint32_t k = 0; k < steps; ++k) {
+            while (i + 1 < traced.layers.size() && traced.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
+            found[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, traced.layers[i].place};
+        }
+        return true;
+    }
+
+    // What arrives at all points of one step of one plane through the whole aperture.
+    void combine(std::size_t row) {
+        const std::uint32_t points = points_fan_.size();
+        const std::size_t count = directions_.size();
+        const std::size_t padded = (points + simd_width - 1) / simd_width * simd_width;
+        // What arrives, then the share itself where there is a line, then what arrives times its displayed depth.
+        std::vector<float>& weighted = weighted_[row];
+        weighted.assign((2 * count + 1) * padded, 0);
+        float *const shares = weighted.data() + count * padded, *const depths = shares + count * padded;
+        for (std::size_t k = 0; k < count; ++k)
+            weigh(directions_[k], row, weighted.data() + k * padded, shares + k * padded, depths);
+        for (std::uint32_t first = 0; first < points; first += simd_width) {
+            const received sound = receive(weighted.data() + first, padded), all = receive(shares + first, padded);
+            const auto none = all.sum <= floats(0.0F);
+            const floats one(1.0F);
+            float mean[simd_width], rms[simd_width], depth[simd_width];
+            store(load<simd_width>(depths + first) / select(none, one, sound.sum), depth);
+            store(select(none, floats(-1.0F), sound.sum / select(none, one, all.sum)), mean);
+            store(sqrt(sound.power / select(none, one, all.power)), rms);
+            for (std::uint32_t i = 0; i < simd_width && first + i < points; ++i)
+                means_[row * points + first + i] = {mean[i] * std::fabs(mean[i]), rms[i], depth[i]};
+        }
+    }
+
+    // What arrives along one direction at each point, times the share of the direction.
+    void weigh(const direction& one, std::size_t row, float* weighted, float* shares, float* depths) const {
+        const std::size_t plane = row / steps, step = row % steps;
+        const float share = one.share[row];
+        if (!(share > 0)) return;
+        const auto count = static_cast<std::int64_t>(points_fan_.size());
+        const arrival* const arriving = one.arriving.data() + row * points_fan_.size();
+        const float back = -one.lines_crossed[row], whole = std::floor(back), fraction = back - whole;
+        const auto offset = static_cast<std::int64_t>(whole);
+        for (std::int64_t point = 0; point < count; ++point) {
+            std::int64_t from = point + offset, next = from + 1;
+            if (shape_.full_circle) {
+                from = (from % count + count) % count;
+                next = (from + 1) % count;
+            } else if (from < 0 || next >= count) {
+                continue;
+            }
+            const std::uint32_t place = along_of(plane, first_ + static_cast<std::size_t>(point) * stride_)[step].place;
+            const blend between{arriving[from].place == place, arriving[next].place == place, fraction};
+            if (!between.any()) continue;
+            weighted[point] = share * between(arriving[from].amplitude, arriving[next].amplitude);
+            shares[point] = share;
+            depths[point] += weighted[point] * between(arriving[from].shown, arriving[next].shown);
+        }
+    }
+
+    // Interpolates linearly between two values, either of which may be unusable.
+    struct blend {
+        bool first = true, second = true;
+        float fraction = 0;
+
+        bool any() const { return first || second; }
+        template <class Value>
+        Value operator()(const Value& a, const Value& b) const {
+            return first && second ? a + fraction * (b - a) : first ? a : b;
+        }
+    };
+
+    const arrivals& along_of(std::size_t plane, std::size_t line) const { return along_[plane * lines_ + line]; }
+
+    // Sum over the directions, and the sum of the squares of their convolution with themselves.
+    struct received {
+        floats sum{0.0F}, power{0.0F};
+    };
+    received receive(const float* of_first, std::size_t padded) const {
+        const std::size_t count = directions_.size();
+        floats of[max_directions];
+        received all;
+        for (std::size_t k = 0; k < count; ++k) {
+            of[k] = load<simd_width>(of_first + k * padded);
+            all.sum = all.sum + of[k];
+        }
+        for (std::size_t both = 0; both + 1 < 2 * count; ++both) {
+            floats together(0.0F);
+            std::size_t i = both < count ? 0 : both - count + 1, j = both - i;
+            for (; i < j; ++i, --j) together = multiply_add(of[i], of[j], together);
+            together = together + together;
+            if (i == j) together = multiply_add(of[i], of[i], together);
+            all.power = multiply_add(together, together, all.power);
+        }
+        return all;
+    }
+
+    // The gains of one line: what arrives at the nearest points through the aperture over what arrives along the line.
+    void compare(std::size_t plane, std::size_t line) {
+        const std::uint32_t points = points_fan_.size();
+        const float apart = (static_cast<float>(line) - static_cast<float>(first_)) / static_cast<float>(stride_);
+        const float within = shape_.full_circle ? apart : clamp(apart, 0, static_cast<float>(points - 1));
+        const auto before = static_cast<std::uint32_t>(within), next = before + 1;
+        const std::uint32_t after = next < points ? next : shape_.full_circle ? 0 : before;
+        const float fraction = within - static_cast<float>(before);
+        const arrivals &own = along_of(plane, line), &left = along_of(plane, first_ + before * stride_),
+                       &right = along_of(plane, first_ + after * stride_);
+        aperture_gain gain{}; // where no point is of use, that of the step above holds
+        for (std::uint32_t step = 0; step < steps; ++step) {
+            const vec3* const row = means_.data() + (plane * steps + step) * points;
+            const std::uint32_t place = own[step].place;
+            const blend between{row[before].x >= 0 && left[step].place == place,
+                                row[after].x >= 0 && right[step].place == place, fraction};
+            if (between.any()) {
+                const vec3 mean = between(row[before], row[after]);
+                const float here = own[step].amplitude * own[step].amplitude;
+                gain = {mean.x / here, mean.y / here, mean.z - own[step].shown};
+            }
+            gains_[(plane * lines_ + line) * steps + step] = gain;
+        }
+    }
+
+    face_shape shape_{}; // of the points
+    line_fan points_fan_{};
+    std::uint32_t lines_ = 0, first_ = 0, stride_ = 1;
+    std::uint32_t planes_ = 1;
+    float spacing_ = 1;
+    std::vector<std::vector<std::uint32_t>> objects_{}; // that contain the origins, by plane and point
+    std::vector<arrivals> along_{};                     // each line by itself, by plane and line
+    std::vector<deep_segment> segments_{};
+    std::vector<direction> directions_{};
+    std::vector<std::vector<float>> weighted_{};
+    std::vector<vec3> means_{}; // for surfaces, for speckle, and displayed depth, by plane, step and point; x < 0: none
+    std::vector<aperture_gain> gains_{}; // by plane, line and step
 };
 
-/// How sound travels: `straight_lines` (the default), `paths`, or one of your own. A tracer turns one line into samples:
-///
-///     template <class Policy, acoustic_model Model>
-///     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
-///                                 view<typename Model::sample_type> out) const;
-///
-/// It adds to samples that start at 0 and returns false where the scratch is too small, and only then. One that finds layers
-/// passes them to `task.apply`; one that needs no mesh may find them in whatever it holds. It must not throw. It is called
-/// from many threads at once, and on a device where it is marked INSONIFY_FN.
-template <class Tracer, class Model = physical<>>
-concept tracer = acoustic_model<Model> && requires(const Tracer& trace_one, const line_task& task, const Model& model,
-                                                   line_scratch& scratch, view<typename Model::sample_type> out) {
-    { trace_one(exec::seq, task, model, scratch, out) } -> std::same_as<bool>;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <vector>
 
@@ -10892,27 +11693,24 @@ class straight_frame;
 
 namespace detail {
 
-/// Makes layers of the crossings that were found and lets the model write the samples.
-template <class Policy, acoustic_model Model>
-INSONIFY_FN bool finish_line(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
-                             view<typename Model::sample_type> out) {
-    const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
-                                                  scratch.layers, !takes_normal_incidence<Model>());
-    if (layers.empty()) return false;
-    task.apply(policy, model, layers, out);
-    return true;
-}
-
 /// The lines of one block: crossings with some objects come from slices, with the others from rays. Trivially copyable.
 struct block_tracer {
-    slice_finder::block_view slices{};    ///< crossings of the lines of the block
-    view<const std::uint8_t> is_sliced{}; ///< of each object, by rank; empty: none is
-    bool any_rays = true;                 ///< some objects are not sliced
+    slice_finder::block_view slices{};         ///< crossings of the lines of the block
+    view<const std::uint8_t> is_sliced{};      ///< of each object, by rank; empty: none is
+    bool any_rays = true;                      ///< some objects are not sliced
+    const aperture_shading* shading = nullptr; ///< of the whole frame; null: lines stand for the aperture
 
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<typename Model::sample_type> out) const {
-        return find(task, scratch.found) && finish_line(policy, task, model, scratch, out);
+        if (!find(task, scratch.found)) return false;
+        const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
+                                                      scratch.layers, !takes_normal_incidence<Model>());
+        if (layers.empty()) return false;
+        line_task seen = task;
+        if (shading != nullptr) seen.line.gains = shading->of_line(task.number, task.plane);
+        seen.apply(policy, model, layers, out);
+        return true;
     }
 
     INSONIFY_FN bool find(const line_task& task, line_crossings& found) const {
@@ -10948,12 +11746,22 @@ struct straight_lines {
         slices, ///< by slices, which need no trees; rays where the lines are neither parallel nor from one point
     };
     enum search search = search::best; ///< how crossings are found
+    std::uint32_t directions = 16;     ///< of the lines to each point, 1 to 64; 1: only the straight one. Of several
+                                       ///< planes each takes a quarter of them, in between those of the others
 
     using frame_state = straight_frame; ///< what is kept between frames
 
+    /// @throws usage_error  for a number of directions out of range
+    void check() const {
+        if (directions < 1 || directions > detail::aperture_shading::max_directions)
+            throw usage_error{"straight_lines: `directions` is " + std::to_string(directions) +
+                              "; it must be 1 to 64 lines to each point, and 16 are usual"};
+    }
+
     /// Cuts the scene where that pays; `trace` calls it once for each frame.
-    template <exec::policy Policy, transducer Probe>
-    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, frame_state& state) const;
+    template <exec::policy Policy, transducer Probe, acoustic_model Model>
+    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                 view<detail::scratch_memory> scratch, frame_state& state) const;
 
     /// One line by rays; needs no preparation.
     template <class Policy, acoustic_model Model>
@@ -10969,32 +11777,42 @@ struct straight_lines {
 class straight_frame {
   public:
     /// As `straight_lines::prepare`.
-    template <exec::policy Policy, transducer Probe>
-    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, straight_lines how) {
+    template <exec::policy Policy, transducer Probe, acoustic_model Model>
+    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                 view<detail::scratch_memory> scratch, straight_lines how) {
         using search = enum straight_lines::search;
         const view<const float> offsets{frame.plane_offset, frame.planes};
+        const bool fan = slices_.assign(frame.probe);
+        shaded_ = detail::states_arrivals<Model> && how.directions > 1 && fan &&
+                  shading_.assign(frame.probe, slices_.fan(), beam_of(frame.probe, frame.depth));
+        const std::uint32_t directions = shaded_ ? 1 + how.directions : 1;
         sliced_ = false;
-        if (how.search != search::rays && slices_.assign(frame.probe)) {
+        if (how.search != search::rays && fan) {
             scene_ = body.view_for_slices(policy);
-            sliced_ = slices_.choose(scene_, frame.at, offsets, how.search == search::slices);
+            sliced_ = slices_.choose(scene_, frame.at, offsets, how.search == search::slices, directions);
         }
         if (sliced_)
-            slices_.cut(policy, scene_, frame.at, offsets, frame.max_depth);
+            slices_.cut(policy, scene_, frame.at, offsets, frame.max_depth, shaded_);
         else
             scene_ = body.view_for_rays(policy);
         const std::size_t blocks = (frame.probe.lines + detail::lines_per_block - 1) / detail::lines_per_block;
         if (sliced_ && blocks_.size() < blocks) blocks_.resize(blocks);
+        if constexpr (detail::states_arrivals<Model>)
+            if (shaded_)
+                shading_.compute(
+                    policy, scene_, frame, model, how.directions, slices_, sliced_,
+                    [&](std::size_t begin) { return found_block(begin); }, scratch);
     }
 
     /// The scene as prepared.
     const scene_view& scene() const { return scene_; }
 
-    /// Finds the crossings of the lines from `begin` on; blocks may be prepared on different threads.
-    auto of_block(std::size_t begin) {
-        if (!sliced_) return detail::block_tracer{};
-        detail::slice_finder::block_crossings& own = blocks_[begin / detail::lines_per_block];
-        slices_.find_block(begin, own);
-        return detail::block_tracer{slices_.view_of(own), slices_.chosen(), slices_.leaves_rays()};
+    /// The tracer of the lines from `begin` on; blocks may be prepared on different threads.
+    detail::block_tracer of_block(std::size_t begin) {
+        if (!shaded_) return found_block(begin);
+        detail::block_tracer block = tracer_of_found(begin); // was found for the shading
+        block.shading = &shading_;
+        return block;
     }
 
     /// Nanoseconds to find the crossings of a line, roughly.
@@ -11005,16 +11823,26 @@ class straight_frame {
     }
 
   private:
-    bool sliced_ = false;
+    detail::block_tracer found_block(std::size_t begin) {
+        if (sliced_) slices_.find_block(begin, blocks_[begin / detail::lines_per_block]);
+        return tracer_of_found(begin);
+    }
+    detail::block_tracer tracer_of_found(std::size_t begin) const {
+        if (!sliced_) return {};
+        return {slices_.view_of(blocks_[begin / detail::lines_per_block]), slices_.chosen(), slices_.leaves_rays()};
+    }
+
+    bool sliced_ = false, shaded_ = false;
+    detail::aperture_shading shading_{};
     scene_view scene_{};
     detail::slice_finder slices_{};
     std::vector<detail::slice_finder::block_crossings> blocks_{};
 };
 
-template <exec::policy Policy, transducer Probe>
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
 void straight_lines::prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame,
-                             frame_state& state) const {
-    state.prepare(policy, body, frame, *this);
+                             const Model& model, view<detail::scratch_memory> scratch, frame_state& state) const {
+    state.prepare(policy, body, frame, model, scratch, *this);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -11022,87 +11850,10 @@ void straight_lines::prepare(const Policy& policy, const scene& body, const fram
 #ifndef INSONIFY_TRACING_TRACE_FRAME_HPP
 #define INSONIFY_TRACING_TRACE_FRAME_HPP
 
-#ifndef INSONIFY_TRACING_TRACE_LINE_HPP
-#define INSONIFY_TRACING_TRACE_LINE_HPP
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Whether samples can be weighted and added.
-template <class Sample>
-inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
-
-/// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
-///
-/// @param plane_samples  room for the samples of one plane where there are several
-/// @param out            the samples of the line; whatever they held is overwritten
-/// @return               false where the scratch is too small; the samples then mean nothing
-template <class Policy, transducer Probe, class Tracer, acoustic_model Model>
-INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame, const scene_view& scene,
-                            const Tracer& tracer, const Model& model, std::uint32_t number, line_scratch& scratch,
-                            view<typename Model::sample_type> plane_samples, view<typename Model::sample_type> out) {
-    using sample_type = typename Model::sample_type;
-    for (sample_type& sample : out) sample = sample_type{};
-    for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-        const line_task task{.scene = scene,
-                             .line = {.media = scene.media,
-                                      .frequency = frame.probe.frequency,
-                                      .places = scene.places,
-                                      .frame = frame.line(number, plane),
-                                      .aperture = frame.aperture,
-                                      .pulse_sigma = frame.pulse_sigma},
-                             .number = number,
-                             .plane = plane,
-                             .planes = frame.planes,
-                             .max_depth = frame.max_depth,
-                             .spacing = frame.spacing,
-                             .kernels = frame.kernels.of_line(number, frame.plane_height[plane])};
-        if (frame.planes == 1) return tracer(policy, task, model, scratch, out);
-        if constexpr (is_average_v<sample_type>) {
-            for (sample_type& sample : plane_samples) sample = sample_type{};
-            if (!tracer(policy, task, model, scratch, plane_samples)) return false;
-            const float* weight = frame.plane_weights.data() + std::size_t{plane} * frame.samples;
-            for (std::size_t k = 0; k < out.size(); ++k) out[k] += weight[k] * plane_samples[k];
-        }
-    }
-    return true;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
 #include <algorithm>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The scratch of one thread on the host: doubles until the line fits.
-class scratch_memory {
-  public:
-    line_scratch scratch() {
-        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
-                .layers = layers_,
-                .branches = branches_,
-                .branch_objects = branch_objects_,
-                .arrivals = arrivals_};
-    }
-    void grow() {
-        crossings_.resize(2 * crossings_.size());
-        inside_.resize(2 * inside_.size());
-        layers_.resize(2 * layers_.size());
-        branches_.resize(2 * branches_.size());
-        branch_objects_.resize(2 * branch_objects_.size());
-        arrivals_.resize(2 * arrivals_.size());
-    }
-
-  private:
-    std::vector<crossing> crossings_ = std::vector<crossing>(128);
-    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
-    std::vector<layer> layers_ = std::vector<layer>(64);
-    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
-    std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
-    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
-};
 
 /// What a tracer prepares for a frame where it does; the tracer itself where it does not.
 template <class Tracer>
@@ -11154,20 +11905,18 @@ line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const s
         scratch_memory& memory = own.scratch[begin / lines_per_block];
         std::vector<sample_type>& plane_samples = own.plane_samples[begin / lines_per_block];
         if (frame.planes > 1) plane_samples.resize(samples);
-        line_scratch scratch = memory.scratch();
         for (std::size_t i = begin; i < end; ++i) {
             const view<sample_type> out{lines.values.data() + i * samples, samples};
-            while (!trace_line(policy, frame, scene, tracer, model, static_cast<std::uint32_t>(i), scratch,
-                               view<sample_type>{plane_samples}, out)) {
-                memory.grow();
-                scratch = memory.scratch();
-            }
+            memory.fit([&](line_scratch& scratch) {
+                return trace_line(policy, frame, scene, tracer, model, static_cast<std::uint32_t>(i), scratch,
+                                  view<sample_type>{plane_samples}, out);
+            });
         }
     };
     const float model_time = nanoseconds_of<Model>() * static_cast<float>(samples);
     if constexpr (prepares_frames<Tracer>) {
         auto& state = own.tracing.state;
-        how.prepare(policy, body, frame, state);
+        how.prepare(policy, body, frame, model, view<scratch_memory>{own.scratch}, state);
         const float line_time = (model_time + state.search_time()) * static_cast<float>(frame.planes);
         exec::for_each_block(policy, probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
             trace_block(state.scene(), state.of_block(begin), begin, end);
@@ -13215,12 +13964,13 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Maps of what is true of every sample, all on one grid.
 struct ground_truth_lines {
-    label_lines label{};      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
-    label_lines medium{};     ///< index into `scene::media()`
-    label_lines surface{};    ///< id of the object whose surface lies in it; `background_label` where none does
-    scan_lines incidence{};   ///< radians between the beam and the normal of that surface; 0 where there is none
-    scan_lines transmitted{}; ///< amplitude that arrives there and returns, 0 to 1: the map of shadows
-    scan_lines depth{};       ///< metres along the line, whatever the grid
+    label_lines label{};    ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
+    label_lines medium{};   ///< index into `scene::media()`
+    label_lines surface{};  ///< id of the object whose surface lies in it; `background_label` where none does
+    scan_lines incidence{}; ///< radians between the beam and the normal of that surface; 0 where there is none
+    scan_lines
+        transmitted{};  ///< amplitude that arrives there along the line and returns, 0 to 1: the map of sharp shadows
+    scan_lines depth{}; ///< metres along the line, whatever the grid
 
     friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };
@@ -13267,8 +14017,8 @@ struct truth_model : label_axis {
                 if (k < out.size() && out[k].surface == background_label) {
                     // Ranks, in which the background comes last: place 0 wraps around.
                     out[k].surface = above.place - 1 < here.place - 1 ? above.object : here.object;
-                    // From the tilts, because near normal incidence a cosine has no digits left.
-                    out[k].incidence = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
+                    // From the slopes, because near normal incidence a cosine has no digits left.
+                    out[k].incidence = std::atan(length(here.slope));
                 }
             }
             const float per_metre = model.loss(m, line.frequency), loss = bent.length_factor * per_metre;
@@ -13293,7 +14043,8 @@ struct truth_model : label_axis {
 ///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///
 /// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m there and back, d the
-/// metres of the refracted ray. It is the amplitude with which the model weights every echo; 1 is what the probe sends.
+/// metres of the refracted ray. It is the amplitude with which the model weights every echo of a line by itself, without the
+/// penumbra that the aperture gives to shadows (`straight_lines::directions`); 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
 /// has precedence. Of several in one sample the one nearest to the probe is reported.
@@ -13484,7 +14235,7 @@ class path_walk {
     }
 
     // A path meets a surface: its transmitted and its reflected part go on.
-    INSONIFY_FN void split(const path_branch& now, const layer_walk& walk, const layer& above, const layer& below) {
+    INSONIFY_FN void split(const path_branch& now, const layer_walk<>& walk, const layer& above, const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         const vec3 smooth = walk.met().normal, along = now.frame.along;
         const bool random = settings_.paths_per_line > 0;

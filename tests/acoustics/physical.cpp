@@ -111,7 +111,7 @@ TEST_CASE("physical: an oblique surface has Fresnel's reflection, the specular l
                                                                  .end = 60_mm,
                                                                  .medium = 2,
                                                                  .cosine = static_cast<float>(cosine),
-                                                                 .tilt = {angle_x, angle_y}}};
+                                                                 .slope = {std::tan(angle_x), std::tan(angle_y)}}};
     const std::array<float, 2> fnumbers{1.5F, 3};
     const traced_line line{.layers = oblique,
                            .media = media,

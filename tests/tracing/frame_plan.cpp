@@ -28,8 +28,8 @@ struct counted {
         return std::exp(-apart * apart / (width * width));
     }
 };
-struct comparable : counted {
-    friend bool operator==(const comparable& a, const comparable& b) { return a.width == b.width; }
+struct comparable_model : counted {
+    friend bool operator==(const comparable_model& a, const comparable_model& b) { return a.width == b.width; }
 };
 
 // A probe that holds another one, and cannot be compared.
@@ -62,10 +62,10 @@ TEST_CASE("tables are computed when probe, model, depth, samples or planes chang
     const object_id ball = body.add(make_sphere({0, 0, 10_mm}, 4_mm, 2), medium{.density = 1200});
     body.build(exec::seq);
     linear_array now = probe;
-    comparable model{};
+    comparable_model model{};
     acquisition scan{.depth = 20_mm};
     pose at{};
-    trace_workspace<linear_array, comparable> own;
+    trace_workspace<linear_array, comparable_model> own;
     const auto frame = [&] {
         return computes([&] { trace(exec::par.threads(2), body, now, at, model, scan, own, {}); });
     };
@@ -114,9 +114,10 @@ TEST_CASE("tables are computed when probe, model, depth, samples or planes chang
 TEST_CASE("another tracer, and another setting of it, has the same tables") {
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
-    trace_workspace<linear_array, comparable> own;
+    trace_workspace<linear_array, comparable_model> own;
     const auto frame = [&](straight_lines how) {
-        return computes([&] { trace(exec::seq, body, probe, pose{}, comparable{}, {.depth = 20_mm}, own, {}, how); });
+        return computes(
+            [&] { trace(exec::seq, body, probe, pose{}, comparable_model{}, {.depth = 20_mm}, own, {}, how); });
     };
     CHECK(frame({}));
     CHECK_FALSE(frame({straight_lines::search::rays}));
@@ -126,10 +127,10 @@ TEST_CASE("another tracer, and another setting of it, has the same tables") {
 TEST_CASE("gain, dynamic range, size and background of a picture leave the tables alone, its depth does not") {
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
-    b_mode_workspace<linear_array, comparable> own;
+    b_mode_workspace<linear_array, comparable_model> own;
     b_mode_settings settings{.depth = 20_mm, .size = {32, 32}, .planes = 3};
     const auto frame = [&] {
-        return computes([&] { b_mode(exec::seq, body, probe, pose{}, settings, comparable{}, own); });
+        return computes([&] { b_mode(exec::seq, body, probe, pose{}, settings, comparable_model{}, own); });
     };
     CHECK(frame());
     CHECK_FALSE(frame());
@@ -151,11 +152,11 @@ TEST_CASE("a model or a probe without operator== has its tables computed each ti
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
     trace_workspace<linear_array, counted> of_model;
-    trace_workspace<incomparable_probe, comparable> of_probe;
+    trace_workspace<incomparable_probe, comparable_model> of_probe;
     for (int i = 0; i < 3; ++i) {
         CHECK(computes([&] { trace(exec::seq, body, probe, pose{}, counted{}, {.depth = 20_mm}, of_model, {}); }));
         CHECK(computes([&] {
-            trace(exec::seq, body, incomparable_probe{}, pose{}, comparable{}, {.depth = 20_mm}, of_probe, {});
+            trace(exec::seq, body, incomparable_probe{}, pose{}, comparable_model{}, {.depth = 20_mm}, of_probe, {});
         }));
     }
 }
@@ -163,9 +164,9 @@ TEST_CASE("a model or a probe without operator== has its tables computed each ti
 TEST_CASE("an exception while tables are computed leaves none behind: neither for these settings nor the former") {
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
-    trace_workspace<linear_array, comparable> own;
+    trace_workspace<linear_array, comparable_model> own;
     const auto frame = [&](float depth) {
-        return trace(exec::par.threads(2), body, probe, pose{}, comparable{}, {.depth = depth}, own, {});
+        return trace(exec::par.threads(2), body, probe, pose{}, comparable_model{}, {.depth = depth}, own, {});
     };
     frame(20_mm);
     broken = true;
@@ -176,7 +177,7 @@ TEST_CASE("an exception while tables are computed leaves none behind: neither fo
     CHECK_THROWS_AS(frame(30_mm), std::runtime_error);
     broken = false;
     CHECK(computes([&] { CHECK(frame(30_mm).depth == 30_mm); }));
-    CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, comparable{}, {.depth = 30_mm, .planes = 2}, own, {}),
+    CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, comparable_model{}, {.depth = 30_mm, .planes = 2}, own, {}),
                     usage_error);
     CHECK(computes([&] { frame(30_mm); }));
 }

@@ -28,7 +28,8 @@ TEST_CASE("paths and beams agree where nothing bends and nothing is reflected tw
     body.build(exec::par);
     const linear_array probe{.lines = 96};
     const acquisition scan{.depth = 40_mm, .samples = 1600, .planes = 3};
-    const iq_lines beams = trace_beams(exec::par, body, probe, pose{}, physical<>{}, scan);
+    const straight_lines alone{.search = straight_lines::search::rays, .directions = 1};
+    const iq_lines beams = trace(exec::par, body, probe, pose{}, physical<>{}, scan, alone);
     const iq_lines paths = trace_paths(exec::par, body, probe, pose{}, physical<>{}, scan, {.bounces = 0});
     float largest = 0, worst = 0;
     for (std::size_t i = 0; i < beams.values.size(); ++i) {
@@ -48,7 +49,8 @@ TEST_CASE("paths and beams agree on a probe that stands on a surface, above it o
         body.add(make_sphere({0, 0, 4_mm}, 9_mm, 4), medium{.density = 1100, .sound_speed = 1540, .attenuation = 80});
         body.build(exec::par);
         const acquisition scan{.depth = 40_mm, .samples = 1600};
-        const iq_lines beams = trace_beams(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan);
+        const iq_lines beams = trace(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan,
+                                     straight_lines{.search = straight_lines::search::rays, .directions = 1});
         const iq_lines paths =
             trace_paths(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan, {.bounces = 0});
         float largest = 0, worst = 0;

@@ -421,7 +421,8 @@ TEST_CASE("the edges of a shadow follow the lines: constant for parallel ones, g
     body.add(make_box({-10_mm, -30_mm, 20_mm}, {10_mm, 30_mm, 22_mm}), tissue::air);
     body.build(exec::par);
     const auto half_width = [&](const auto& probe, float depth_below, auto along) {
-        const iq_lines lines = trace(exec::par, body, probe, pose{}, physical<>{}, {.depth = 90_mm, .samples = 4500});
+        const iq_lines lines = trace(exec::par, body, probe, pose{}, physical<>{}, {.depth = 90_mm, .samples = 4500},
+                                     straight_lines{.directions = 1}); // with a penumbra: see aperture_shading.cpp
         std::uint32_t dark = 0;
         for (std::uint32_t i = 0; i < lines.count; ++i) {
             const float depth = along(probe.beam(static_cast<float>(i)), depth_below);

@@ -80,8 +80,8 @@ line_lists by_slices(const scene& body, const Probe& probe, const pose& at, cons
     slice_finder slices;
     REQUIRE(slices.assign(probe));
     const scene_view flat = body.view_for_slices(exec::par);
-    slices.choose(flat, at, view<const float>{offsets}, true);
-    slices.cut(exec::par, flat, at, view<const float>{offsets}, depth);
+    slices.choose(flat, at, view<const float>{offsets}, true, 1);
+    slices.cut(exec::par, flat, at, view<const float>{offsets}, depth, false);
     line_lists lists;
     slice_finder::block_crossings own;
     line_memory memory;
@@ -374,7 +374,7 @@ TEST_CASE(
     const auto cuts = [&middle](std::uint32_t lines, const scene& body) {
         slice_finder slices;
         REQUIRE(slices.assign(linear_array{.lines = lines, .width = 30_mm}));
-        return slices.choose(body.view_for_slices(exec::seq), pose{}, view<const float>{&middle, 1}, false);
+        return slices.choose(body.view_for_slices(exec::seq), pose{}, view<const float>{&middle, 1}, false, 1);
     };
     scene body{tissue::muscle};
     body.add(make_sphere({0, 0, 30_mm}, 20_mm, 5), tissue::bone);
@@ -395,7 +395,7 @@ TEST_CASE("where some objects are cut and rays are traced through others, lines 
     slice_finder slices;
     const float middle = 0;
     REQUIRE(slices.assign(probe));
-    REQUIRE(slices.choose(body.view_for_slices(exec::seq), pose{}, view<const float>{&middle, 1}, false));
+    REQUIRE(slices.choose(body.view_for_slices(exec::seq), pose{}, view<const float>{&middle, 1}, false, 1));
     REQUIRE(slices.leaves_rays());
     REQUIRE(slices.chosen()[0] == 1); // by rank: the box has priority
     REQUIRE(slices.chosen()[1] == 0);
@@ -437,9 +437,9 @@ TEST_CASE("a vertex at the end of what floats hold does not disturb the choice b
         slice_finder slices;
         const float middle = 0;
         REQUIRE(slices.assign(linear_array{.lines = lines, .width = 30_mm}));
-        slices.choose(body.view_for_slices(exec::seq), turned, view<const float>{&middle, 1},
-                      false); // under sanitizers
+        slices.choose(body.view_for_slices(exec::seq), turned, view<const float>{&middle, 1}, false,
+                      1); // under sanitizers
         REQUIRE(slices.assign(convex_array{.lines = lines + 1}));
-        slices.choose(body.view_for_slices(exec::seq), turned, view<const float>{&middle, 1}, false);
+        slices.choose(body.view_for_slices(exec::seq), turned, view<const float>{&middle, 1}, false, 1);
     }
 }

@@ -151,7 +151,7 @@ TEST_CASE("a tracer that finds its scratch too small gets more of everything, an
                     trace_beams(exec::seq, body, probe, pose{}, law2011{}, scan).values));
         CHECK(refusals >= 3); // 128, 256, 512 crossings were too few
         CHECK(alike(trace(exec::par, body, probe, pose{}, physical{}, scan, greedy{}).values,
-                    trace_beams(exec::seq, body, probe, pose{}, physical{}, scan).values));
+                    trace(exec::seq, body, probe, pose{}, physical{}, scan, straight_lines{.directions = 1}).values));
     }
     trace_workspace<linear_array, law2011, greedy> own;
     std::atomic<int> refusals{0};
@@ -206,7 +206,7 @@ TEST_CASE("a tracer of formulas and straight lines through a fine mesh draw one 
     }
     CHECK(sum[0] / 4096 > 0.1);
     CHECK(std::fabs(sum[1] / sum[0] - 1) < 0.03);
-    const straight_lines rays{straight_lines::search::rays};
+    const straight_lines rays{.search = straight_lines::search::rays, .directions = 1};
     CHECK(alike(b_mode(exec::par, body, probe, pose{}, settings, physical{}, greedy{}).pixels,
                 b_mode(exec::par, body, probe, pose{}, settings, physical{}, rays).pixels, 1e-3));
     b_mode_workspace<linear_array, physical<>, formula_ball> own;

@@ -26,7 +26,12 @@ namespace insonify::inline INSONIFY_ABI {
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 ///     float covariance(float distance, float angle) const;
 ///
-/// For a model that assumes normal incidence, angles (`layer::cosine`, `layer::tilt`) are not computed:
+/// For a model whose shadows are to have a penumbra, what arrives along a line; it then applies `traced_line::gains`, which
+/// the tracer computes from that. See `physical::arrivals`:
+///
+///     void arrivals(const traced_line& line, float spacing, view<vec2> out) const;
+///
+/// For a model that assumes normal incidence, angles (`layer::cosine`, `layer::slope`) are not computed:
 ///
 ///     static constexpr bool normal_incidence = true;
 ///

@@ -18,7 +18,8 @@ struct layer {
     std::uint32_t medium = 0;   ///< index into the media of the line
     std::uint32_t object = ~0U; ///< id of the object, ~0 for the background
     float cosine = 1;           ///< of the angle of incidence on the surface at `begin`; 1 on the first layer
-    vec2 tilt{0, 0}; ///< of that surface's forward normal against the line, radians: in the slice plane, out of it
+    vec2 slope{0, 0}; ///< of that surface: tangents of the angles between its forward normal and the line, within the
+                      ///< slice plane and out of it
     std::uint32_t place = 0; ///< index into the poses of the line
 };
 
@@ -42,6 +43,66 @@ struct line_aperture {
     }
 };
 
+/// What the aperture adds to one point of a line, or takes from it: see `aperture_gains`.
+struct aperture_gain {
+    float surfaces = 1; ///< factor on the amplitude of the echoes of surfaces
+    float speckle = 1;  ///< factor on the amplitude of speckle
+    float deeper = 0;   ///< metres by which echoes are displayed deeper
+};
+
+/// Sound reaches a point of a line from the whole width of the aperture: behind an obstacle it also comes past it, sooner or
+/// later than through it, and beside one some of it is kept away.
+///
+/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes along
+/// the line below `least` count as that. None where the line stands for all.
+struct aperture_gains {
+    static constexpr float least = 1e-12F; ///< smallest amplitude that a factor belongs to
+
+    view<const aperture_gain> at_steps{}; ///< element k at a distance of (k + 1) * spacing from the probe face
+    float spacing = 1;                    ///< metres along the line
+
+    /// The amplitude that arrives through the whole aperture. @param factor  `surfaces` or `speckle` of a gain
+    INSONIFY_FN float amplitude(float along_line, float factor) const {
+        return at_steps.empty() ? along_line : max(along_line, least) * factor;
+    }
+};
+
+/// The `aperture_gains` within one layer. They are continuous across surfaces; those of other layers, and those so close to a
+/// surface that rounding decides on which side they are, have no part in it.
+struct layer_gains {
+    static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
+
+    view<const aperture_gain> at_steps{}; ///< those within the layer
+    float first = 0;                      ///< where the first of them lies, metres
+    float per_step = 1;                   ///< one over their spacing, 1/m
+    aperture_gain before{};               ///< the last one above the layer
+
+    /// At a distance from the probe face, metres.
+    INSONIFY_FN aperture_gain at(float distance) const {
+        if (at_steps.empty()) return before;
+        const float place = clamp((distance - first) * per_step, 0, static_cast<float>(at_steps.size() - 1));
+        const auto above = static_cast<std::size_t>(place);
+        const aperture_gain &a = at_steps[above], &b = at_steps[above + 1 < at_steps.size() ? above + 1 : above];
+        const float part = place - static_cast<float>(above);
+        return {a.surfaces + part * (b.surfaces - a.surfaces), a.speckle + part * (b.speckle - a.speckle),
+                a.deeper + part * (b.deeper - a.deeper)};
+    }
+    /// At the end of the layer.
+    INSONIFY_FN const aperture_gain& last() const { return at_steps.empty() ? before : at_steps[at_steps.size() - 1]; }
+
+    /// Those of the next layer.
+    INSONIFY_FN layer_gains next(const aperture_gains& all, const layer& here) const {
+        layer_gains own{.per_step = 1 / all.spacing, .before = last()};
+        const auto steps_above = [&](float distance) {
+            return static_cast<std::size_t>(clamp(distance * own.per_step, 0, static_cast<float>(all.at_steps.size())));
+        };
+        const std::size_t begin = steps_above(here.begin + clearance), end = steps_above(here.end - clearance);
+        own.at_steps = {all.at_steps.data() + begin, begin < end ? end - begin : 0};
+        own.first = static_cast<float>(begin + 1) * all.spacing;
+        return own;
+    }
+};
+
 /// One traced line, the input of an acoustic model: its layers, frame, pulse and aperture.
 struct traced_line {
     view<const layer> layers{}; ///< from the probe face on, without gaps
@@ -50,7 +111,8 @@ struct traced_line {
     view<const pose> places{};  ///< object to world: of the background (identity), then of the objects
     line_frame frame{};         ///< in the world
     line_aperture aperture{};   ///< of the receiving array
-    float pulse_sigma = 0; ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
+    float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
+    aperture_gains gains{}; ///< because sound comes from the whole aperture
 };
 
 } // namespace insonify::inline INSONIFY_ABI

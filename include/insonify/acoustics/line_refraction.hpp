@@ -44,11 +44,11 @@ class line_refraction {
         const layer& here = line_.layers[i];
         refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
         if constexpr (requires(const medium& m) { model_.refracted(vec3{}, vec3{}, m, m); }) {
-            if (found.before != here.medium) cross(here, found);
+            if (found.before != here.medium) cross(i, found);
             if (straight() && ahead_ == vec3{0, 0, 0}) return found;
             // Line and ray end on the plane of the surface that ends the layer; the last layer has none.
             const bool last = i + 1 == line_.layers.size();
-            const vec3 end = last ? vec3{0, 0, 1} : normal_of(line_.layers[i + 1]);
+            const vec3 end = last ? vec3{0, 0, 1} : normal_of(i + 1);
             const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
             found.length_factor = clamp(end.z / towards, 0.25F, 4);
             found.saved = clamp(dot(end, ahead_) / towards, -max_saved, max_saved);
@@ -64,9 +64,9 @@ class line_refraction {
     INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
 
     // The ray crosses the surface at the beginning of a layer.
-    INSONIFY_FN void cross(const layer& here, refracted_layer& found) {
-        const medium &before = line_.media[found.before], &after = line_.media[here.medium];
-        const vec3 normal = normal_of(here), arriving = direction_;
+    INSONIFY_FN void cross(std::size_t i, refracted_layer& found) {
+        const medium &before = line_.media[found.before], &after = line_.media[line_.layers[i].medium];
+        const vec3 normal = normal_of(i), arriving = direction_;
         if (!straight()) found.cosine = min(std::fabs(dot(normal, arriving)), 1);
         const vec3 bent = model_.refracted(arriving, normal, before, after);
         if (after.sound_speed == former_speed_)
@@ -77,15 +77,21 @@ class line_refraction {
         former_direction_ = arriving;
     }
 
-    // Of the surface at the beginning of a layer: x in the slice plane across the line, y out of the slice, z along it.
-    INSONIFY_FN static vec3 normal_of(const layer& below) {
-        const vec3 normal{std::tan(below.tilt.x), std::tan(below.tilt.y), 1};
-        return normal / length(normal);
+    // Of the surface at the beginning of layer i, once asked for by the layer above and once by this one: x in the slice plane across the line, y out of the slice, z along it.
+    INSONIFY_FN vec3 normal_of(std::size_t i) {
+        if (i != normal_is_of_) {
+            const vec2 slope = line_.layers[i].slope;
+            normal_ = vec3{slope.x, slope.y, 1} / std::sqrt(dot(slope, slope) + 1);
+            normal_is_of_ = i;
+        }
+        return normal_;
     }
 
     const Model& model_;
     const traced_line& line_;
     std::size_t next_ = 0;
+    std::size_t normal_is_of_ = 0; // no surface begins the first layer
+    vec3 normal_{0, 0, 1};
     vec3 direction_{0, 0, 1};        // of the ray, in the axes of `normal_of`
     vec3 ahead_{0, 0, 0};            // from the line to the ray, where both cross a surface
     float former_speed_ = -1;        // in the medium before the last surface

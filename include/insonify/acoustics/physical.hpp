@@ -30,6 +30,7 @@ struct echo_path {
     float lost_db = 0;            ///< attenuation so far, there and back, dB
     float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
     refracted_layer refraction{}; ///< of the present layer
+    layer_gains gains{};          ///< of the present layer
 };
 
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
@@ -139,6 +140,32 @@ struct physical {
     /// Attenuation of an echo per metre of a medium, there and back, dB/m; the frequency is in hertz.
     INSONIFY_FN float loss(const medium& m, float frequency) const { return attenuation(m, frequency); }
 
+    /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y, the
+    /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
+    INSONIFY_FN void arrivals(const traced_line& line, float spacing, view<vec2> out) const {
+        detail::line_refraction<physical> refraction{*this, line};
+        float passed = 1, lost_db = 0, shown = 0;
+        std::size_t k = 0;
+        for (std::size_t i = 0; i < line.layers.size(); ++i) {
+            const layer& here = line.layers[i];
+            const refracted_layer bent = refraction.next();
+            const medium &m = line.media[here.medium], &before = line.media[bent.before];
+            if (here.medium != bent.before)
+                passed *= at_interface({before, m, bent.cosine, line.frequency}).transmitted;
+            const float loss = attenuation(m, line.frequency), per_metre = bent.length_factor * loss;
+            lost_db = max(lost_db - bent.saved * loss, 0);
+            const float first = static_cast<float>(k + 1) * spacing - here.begin;
+            float amplitude = passed * amplitude_of_decibels(-(lost_db + per_metre * first));
+            const float step = amplitude_of_decibels(-per_metre * spacing);
+            const float displayed = stretch(m);
+            const bool last = i + 1 == line.layers.size();
+            for (; k < out.size() && (last || static_cast<float>(k + 1) * spacing < here.end); ++k, amplitude *= step)
+                out[k] = {amplitude, shown + (static_cast<float>(k + 1) * spacing - here.begin) * displayed};
+            lost_db += per_metre * (here.end - here.begin);
+            shown += displayed * (here.end - here.begin);
+        }
+    }
+
     /// Adds the echoes of one line to samples that start at 0; sample k lies at displayed depth (k + 1/2) * spacing.
     template <class Policy>
     INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<vec2> out) const {
@@ -153,11 +180,13 @@ struct physical {
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
             layer here = line.layers[i];
             path.refraction = refraction.next();
+            const layer_gains gains = path.gains.next(line.gains, here);
             if (i > 0 && here.medium != path.refraction.before) {
                 here.cosine = path.refraction.cosine;
                 path.passed *= add_interface(line, line.layers[i - 1], here, path, echoes).transmitted;
             }
-            if (path.shown >= echoes.depth()) return;
+            path.gains = gains;
+            if (path.shown + gains.last().deeper >= echoes.depth()) return;
             if (path.refraction.saved != 0)
                 path.lost_db =
                     max(path.lost_db - path.refraction.saved * attenuation(line.media[here.medium], line.frequency), 0);
@@ -184,18 +213,23 @@ struct physical {
         const medium &before = line.media[above.medium], &after = line.media[below.medium];
         const bool normal_incidence = angle == insonify::angle::normal;
         const float cosine = normal_incidence ? 1.0F : below.cosine;
-        const vec2 tilt = normal_incidence ? vec2{0, 0} : below.tilt;
+        const vec2 tangent = normal_incidence ? vec2{0, 0} : below.slope;
         const incidence at{before, after, cosine, line.frequency};
         const response wave = at_interface(at);
-        const float fnumber = line.aperture.fnumber(path.shown), elevation_fnumber = line.aperture.elevation_fnumber;
-        const float arrived = path.passed * amplitude_of_decibels(-peak_loss(line, path.lost_db));
+        const float elevation_fnumber = line.aperture.elevation_fnumber;
+        const float arrived = line.gains.amplitude(path.passed * amplitude_of_decibels(-peak_loss(line, path.lost_db)),
+                                                   path.gains.last().surfaces);
+        const float shown = path.shown + path.gains.last().deeper;
 
-        const float wavelengths = max(path.shown, 1e-4F) * line.frequency / display_speed;
-        const vec2 slope = stretch(before) * slope_of(tilt);
-        const float collected =
-            specular(tilt.x, fnumber, wavelengths) * specular(tilt.y, elevation_fnumber, wavelengths);
+        const float fnumber = line.aperture.fnumber(shown);
+        const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
+        constexpr float steepest = 5.8F; // 80 degrees
+        const vec2 slope =
+            stretch(before) * vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
+        const float collected = specular(std::atan(tangent.x), fnumber, wavelengths) *
+                                specular(std::atan(tangent.y), elevation_fnumber, wavelengths);
         const float coherent = arrived * wave.reflected * roughness.coherent(at) * collected;
-        if (coherent != 0) echoes.surface(path.shown, coherent, slope);
+        if (coherent != 0) echoes.surface(shown, coherent, slope);
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
@@ -206,7 +240,7 @@ struct physical {
             const material_line inside = in_object(line.frame, place, below.object);
             const gaussian_field<> field = surface_field();
             const float displayed = stretch(before);
-            echoes.rough_surface(path.shown, diffuse, slope, [&](float offset) {
+            echoes.rough_surface(shown, diffuse, slope, [&](float offset) {
                 return field.value(inside, below.begin + offset / displayed, scatterer_spacing(line.frequency));
             });
         }
@@ -241,8 +275,8 @@ struct physical {
     }
 
     // Amplitude T A of the speckle at displayed depth `shown`, no less than the floor.
-    INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown) const {
-        const float direct = passed * amplitude_of_decibels(-peak_loss(line, lost_db));
+    INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown, float gain) const {
+        const float direct = line.gains.amplitude(passed * amplitude_of_decibels(-peak_loss(line, lost_db)), gain);
         if (shadow_floor_db == -FLT_MAX) return direct;
         return max(direct, amplitude_of_decibels(shadow_floor_db - shown * attenuation(line.media[0], line.frequency)));
     }
@@ -254,7 +288,8 @@ struct physical {
     template <class Echoes>
     INSONIFY_FN void add_speckle(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
                                  const Echoes& echoes) const {
-        if (!(m.backscatter > 0) || path.shown >= echoes.depth()) return;
+        const float begin = path.shown + path.gains.at(here.begin).deeper;
+        if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
         const float displayed = stretch(m), loss = path.refraction.length_factor * attenuation(m, line.frequency);
         const float sigma = sigma_of(line);
         const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
@@ -262,29 +297,29 @@ struct physical {
         const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
         const float level = m.backscatter * amplitude_of_decibels(texture_db) / pulse_gain;
         const pose place = line.places.empty() ? pose{} : line.places[here.place];
-        const float end = min(here.end, here.begin + (echoes.depth() - path.shown) / displayed + slot);
+        const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
         const material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
         scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
-            const auto level_at = [&](float distance) {
-                const float into = distance - here.begin;
-                const float arrived =
-                    arriving(line, path.passed, path.lost_db + into * loss, path.shown + into * displayed);
+            const auto length = static_cast<float>(run.count) * run.step;
+            const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
+            const auto shown_at = [&](float distance, const aperture_gain& gain) {
+                return path.shown + (distance - here.begin) * displayed + gain.deeper;
+            };
+            const auto level_at = [&](float distance, const aperture_gain& gain) {
+                const float arrived = arriving(line, path.passed, path.lost_db + (distance - here.begin) * loss,
+                                               shown_at(distance, gain), gain.speckle);
                 return min(level * arrived, 1e20F); // keeps sums finite
             };
-            echoes.scatterers({.depth = path.shown + (run.first - here.begin) * displayed,
-                               .step = run.step * displayed,
+            const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
+            echoes.scatterers({.depth = shown_at(run.first, first),
+                               .step = max(run.step * displayed + longer, 0),
                                .count = run.count,
                                .real = run.real,
                                .imaginary = run.imaginary,
-                               .first_level = level_at(run.first),
-                               .last_level = level_at(run.first + run.step * static_cast<float>(run.count)),
+                               .first_level = level_at(run.first, first),
+                               .last_level = level_at(run.first + length, last),
                                .slope = run.slope * displayed});
         });
-    }
-
-    // Change of depth per metre across the line, for a surface of this tilt.
-    INSONIFY_FN static vec2 slope_of(vec2 tilt) {
-        return {std::tan(clamp(tilt.x, -1.4F, 1.4F)), std::tan(clamp(tilt.y, -1.4F, 1.4F))};
     }
 
     INSONIFY_FN gaussian_field<> surface_field() const { return {.seed = seed}; }

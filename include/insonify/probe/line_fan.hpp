@@ -35,6 +35,17 @@ class line_fan {
     struct neighbours {
         lanes<N> origin_x, origin_y, along_x, along_y;
 
+        /// Those from `first` on; the last line fills the lanes beyond it.
+        static neighbours from(const std::vector<line>& lines, std::size_t first) {
+            const auto each = [&](auto value) {
+                return each_lane<N>([&](int i) {
+                    return value(lines[std::min(first + static_cast<std::size_t>(i), lines.size() - 1)]);
+                });
+            };
+            return {each([](const line& l) { return l.origin.x; }), each([](const line& l) { return l.origin.y; }),
+                    each([](const line& l) { return l.along.x; }), each([](const line& l) { return l.along.y; })};
+        }
+
         /// Distance along each line at which the segment from p to q crosses it, given that it does.
         INSONIFY_INLINE lanes<N> intersect(vec2 p, vec2 q) const {
             const lanes<N> zero(0.0F), one(1.0F);
@@ -63,6 +74,17 @@ class line_fan {
         return find_apex() && turn_upright() && number_gaps();
     }
 
+    /// Takes over every `stride`-th line of another fan, from `first` on.
+    void assign(const line_fan& other, std::uint32_t first, std::uint32_t stride) {
+        parallel_ = other.parallel_;
+        apex_ = other.apex_;
+        axis_ = other.axis_;
+        extent_ = other.extent_;
+        lines_.clear();
+        for (std::size_t i = first; i < other.lines_.size(); i += stride) lines_.push_back(other.lines_[i]);
+        number_gaps();
+    }
+
     std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
     const line& operator[](std::size_t i) const { return lines_[i]; }
 
@@ -87,12 +109,7 @@ class line_fan {
     /// The lines from `first` on; the last line fills the lanes beyond it.
     template <int N>
     neighbours<N> from(std::size_t first) const {
-        const auto each = [&](auto value) {
-            return each_lane<N>(
-                [&](int i) { return value(lines_[std::min(first + static_cast<std::size_t>(i), lines_.size() - 1)]); });
-        };
-        return {each([](const line& l) { return l.origin.x; }), each([](const line& l) { return l.origin.y; }),
-                each([](const line& l) { return l.along.x; }), each([](const line& l) { return l.along.y; })};
+        return neighbours<N>::from(lines_, first);
     }
 
     /// Search keys of N points for `gap`.

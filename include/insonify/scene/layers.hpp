@@ -13,8 +13,8 @@ inline constexpr float touching_distance = 1e-6F;
 
 /// How a line meets a surface.
 struct surface_incidence {
-    float cosine = 1;     ///< of the angle of incidence, 0 to 1
-    vec2 tilt{0, 0};      ///< of the normal against the line, radians: within the slice plane, and out of it
+    float cosine = 1; ///< of the angle of incidence, 0 to 1
+    vec2 slope{0, 0}; ///< tangents of the angles of the normal against the line: within the slice plane, and out of it
     vec3 normal{0, 0, 1}; ///< of the surface in the world, on the side away from the probe; length 1
 };
 /// How a line meets a face; at normal incidence where the face has no area.
@@ -22,24 +22,27 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
     const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
     const vec3 outwards = unit_normal(one.surface[face], -along);
     const vec3 normal = dot(outwards, along) < 0 ? -outwards : outwards; // points along the line
-    const float facing = dot(normal, along);
-    return {
-        .cosine = min(facing, 1.0F),
-        .tilt = {std::atan2(dot(normal, cross(elevation, along)), facing), std::atan2(dot(normal, elevation), facing)},
-        .normal = one.at.direction(normal)};
+    const float facing = dot(normal, along), steep = 1 / max(facing, 1e-4F);
+    return {.cosine = min(facing, 1.0F),
+            .slope = steep * vec2{dot(normal, cross(elevation, along)), dot(normal, elevation)},
+            .normal = one.at.direction(normal)};
 }
+
+/// The frame in which a line meets a surface at a distance: its own, for a straight line.
+INSONIFY_FN inline const line_frame& frame_at(const line_frame& line, float /* distance */) { return line; }
 
 /// Turns the crossings of a line into layers, one at a time: which object's medium fills which part of the line.
 ///
 /// Crossings within `touching_distance` of one another are applied together before the media are compared. For all
 /// tracers: a straight line takes all layers, a path goes on until its medium changes.
+/// @tparam Line  a type with `frame_at`
+template <class Line = line_frame>
 class layer_walk {
   public:
     /// @param found     sorted; its `inside` follows the walk
     /// @param depth     where the line ends, metres
     /// @param incident  whether to compute how the line meets surfaces
-    INSONIFY_FN layer_walk(const scene_view& scene, const line_frame& line, line_crossings& found, float depth,
-                           bool incident)
+    INSONIFY_FN layer_walk(const scene_view& scene, const Line& line, line_crossings& found, float depth, bool incident)
         : scene_{scene}, line_{line}, found_{found}, depth_{depth}, incident_{incident} {}
 
     /// Crossings at the origin of the line belong to the probe's face: they are applied before the first layer.
@@ -89,7 +92,7 @@ class layer_walk {
 
   private:
     INSONIFY_FN layer layer_from(std::uint32_t rank, float begin, const surface_incidence& met) const {
-        layer here{.begin = begin, .end = depth_, .cosine = met.cosine, .tilt = met.tilt};
+        layer here{.begin = begin, .end = depth_, .cosine = met.cosine, .slope = met.slope};
         if (rank == media_stack::none) return here;
         const object_view& one = scene_.objects[rank];
         here.medium = one.medium;
@@ -104,11 +107,11 @@ class layer_walk {
         while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
             ++surface;
         const crossing& at = found_.room[surface];
-        return incidence_on(scene_.objects[at.rank], at.primitive, line_);
+        return incidence_on(scene_.objects[at.rank], at.primitive, frame_at(line_, at.distance));
     }
 
     const scene_view& scene_;
-    const line_frame& line_;
+    const Line& line_;
     line_crossings& found_;
     float depth_;
     bool incident_;
@@ -124,10 +127,11 @@ class layer_walk {
 ///
 /// @param depth     where the line ends, metres
 /// @param room      for the layers
-/// @param incident  whether to compute how the line meets surfaces (`layer::cosine`, `layer::tilt`)
+/// @param incident  whether to compute how the line meets surfaces (`layer::cosine`, `layer::slope`)
 /// @return          the layers, a part of `room`; none where they do not fit
-INSONIFY_FN inline view<const layer> stack_layers(const scene_view& scene, const line_frame& line, float depth,
-                                                  line_crossings& found, view<layer> room, bool incident = true) {
+template <class Line>
+INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& line, float depth,
+                                           line_crossings& found, view<layer> room, bool incident = true) {
     detail::layer_walk walk{scene, line, found, depth, incident};
     walk.enter_at_face();
     std::size_t count = 0;

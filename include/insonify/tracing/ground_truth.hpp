@@ -12,12 +12,13 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Maps of what is true of every sample, all on one grid.
 struct ground_truth_lines {
-    label_lines label{};      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
-    label_lines medium{};     ///< index into `scene::media()`
-    label_lines surface{};    ///< id of the object whose surface lies in it; `background_label` where none does
-    scan_lines incidence{};   ///< radians between the beam and the normal of that surface; 0 where there is none
-    scan_lines transmitted{}; ///< amplitude that arrives there and returns, 0 to 1: the map of shadows
-    scan_lines depth{};       ///< metres along the line, whatever the grid
+    label_lines label{};    ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
+    label_lines medium{};   ///< index into `scene::media()`
+    label_lines surface{};  ///< id of the object whose surface lies in it; `background_label` where none does
+    scan_lines incidence{}; ///< radians between the beam and the normal of that surface; 0 where there is none
+    scan_lines
+        transmitted{};  ///< amplitude that arrives there along the line and returns, 0 to 1: the map of sharp shadows
+    scan_lines depth{}; ///< metres along the line, whatever the grid
 
     friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };
@@ -64,8 +65,8 @@ struct truth_model : label_axis {
                 if (k < out.size() && out[k].surface == background_label) {
                     // Ranks, in which the background comes last: place 0 wraps around.
                     out[k].surface = above.place - 1 < here.place - 1 ? above.object : here.object;
-                    // From the tilts, because near normal incidence a cosine has no digits left.
-                    out[k].incidence = std::atan(length(vec2{std::tan(here.tilt.x), std::tan(here.tilt.y)}));
+                    // From the slopes, because near normal incidence a cosine has no digits left.
+                    out[k].incidence = std::atan(length(here.slope));
                 }
             }
             const float per_metre = model.loss(m, line.frequency), loss = bent.length_factor * per_metre;
@@ -90,7 +91,8 @@ struct truth_model : label_axis {
 ///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///
 /// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m there and back, d the
-/// metres of the refracted ray. It is the amplitude with which the model weights every echo; 1 is what the probe sends.
+/// metres of the refracted ray. It is the amplitude with which the model weights every echo of a line by itself, without the
+/// penumbra that the aperture gives to shadows (`straight_lines::directions`); 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
 /// has precedence. Of several in one sample the one nearest to the probe is reported.

@@ -99,7 +99,7 @@ class path_walk {
     }
 
     // A path meets a surface: its transmitted and its reflected part go on.
-    INSONIFY_FN void split(const path_branch& now, const layer_walk& walk, const layer& above, const layer& below) {
+    INSONIFY_FN void split(const path_branch& now, const layer_walk<>& walk, const layer& above, const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         const vec3 smooth = walk.met().normal, along = now.frame.along;
         const bool random = settings_.paths_per_line > 0;

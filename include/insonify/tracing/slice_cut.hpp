@@ -14,6 +14,7 @@ struct cut_segment {
     vec2 from{0, 0}, to{0, 0}; ///< in the coordinates of the fan
     std::uint32_t first = 0;   ///< the lines that cross it are [first, last)
     std::uint32_t last = 0;
+    bool again = false;          ///< the same segment as the one before, with other lines
     std::uint32_t slice = 0;     ///< its number
     std::uint32_t object = 0;    ///< rank of the object
     std::uint32_t primitive = 0; ///< face of the object's mesh
@@ -29,9 +30,11 @@ class slice_cut {
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
     /// @param offsets   elevation of the slices above that plane, metres
     /// @param max_depth  how far lines are followed, metres
+    /// @param keep_all   segments between two lines are kept as well
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const float> offsets, float max_depth) {
+             const pose& probe_at, view<const float> offsets, float max_depth, bool keep_all) {
+        keep_all_ = keep_all;
         plan(scene, chosen, fan, probe_at, offsets, max_depth);
         exec::for_each_block(policy, vertex_parts_.size(), 1, 0.5F * block, [&](std::size_t i, std::size_t) {
             const part& own = vertex_parts_[i];
@@ -148,11 +151,16 @@ class slice_cut {
                 for (; cut_ones != 0; cut_ones &= cut_ones - 1) {
                     const std::uint32_t i = detail::lowest_bit(cut_ones);
                     const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
-                    fan.for_each_crossed(
-                        p, fan.gap(places_from, i), q, fan.gap(places_to, i),
-                        [&](std::uint32_t first, std::uint32_t last) {
-                            found.push_back({p, q, first, last, slice, own.object, faces.primitive[i]});
-                        });
+                    cut_segment segment{
+                        .from = p, .to = q, .slice = slice, .object = own.object, .primitive = faces.primitive[i]};
+                    fan.for_each_crossed(p, fan.gap(places_from, i), q, fan.gap(places_to, i),
+                                         [&](std::uint32_t first, std::uint32_t last) {
+                                             segment.first = first;
+                                             segment.last = last;
+                                             found.push_back(segment);
+                                             segment.again = true;
+                                         });
+                    if (keep_all_ && !segment.again) found.push_back(segment);
                 }
             };
             cut_faces(region.frame, faces, keep);
@@ -178,6 +186,7 @@ class slice_cut {
         }
     }
 
+    bool keep_all_ = false;
     slice_region unbounded_{}, within_depth_{};
     std::vector<part> vertex_parts_, face_parts_;
     std::vector<std::uint32_t> subtrees_, below_;

@@ -49,8 +49,11 @@ class slice_finder {
     /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice costs a
     /// factor of at most 1.2, but for many crossings on few lines, where it costs 2. Both ways scale alike with the number
     /// of slices. The choice for an object does not depend on other objects, so that these change no bit of its echoes.
+    /// @param all         all objects
+    /// @param directions  along which the lines are traced
     /// @return whether any is cut
-    bool choose(const scene_view& scene, const pose& at, view<const float> offsets, bool all) {
+    bool choose(const scene_view& scene, const pose& at, view<const float> offsets, bool all,
+                std::uint32_t directions) {
         const float middle = 0;
         const slice_frame frame{at * fan_.upright(), {&middle, 1}};
         float max_offset = 0;
@@ -59,8 +62,8 @@ class slice_finder {
         std::size_t cut = 0;
         for (std::size_t i = 0; i < chosen_.size(); ++i) {
             const object_view& one = scene.objects[i];
-            chosen_[i] =
-                all || !one.tree_is_current || (near_slices(one.box, frame, max_offset) && worth_cutting(one, frame));
+            chosen_[i] = all || !one.tree_is_current ||
+                         (near_slices(one.box, frame, max_offset) && worth_cutting(one, frame, directions));
             cut += chosen_[i];
         }
         leaves_rays_ = cut < chosen_.size();
@@ -72,6 +75,10 @@ class slice_finder {
     /// Whether there are others.
     bool leaves_rays() const { return leaves_rays_; }
 
+    const line_fan& fan() const { return fan_; }
+    /// The segments of the last `cut`.
+    const slice_cut& segments() const { return cut_; }
+
     /// Nanoseconds to find the crossings of a line and turn them into layers, roughly.
     float search_time() const {
         const auto blocks = static_cast<float>(block_end_.size());
@@ -80,9 +87,10 @@ class slice_finder {
 
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const float> offsets, float depth) {
+    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const float> offsets, float depth,
+             bool keep_all) {
         slices_ = offsets.size();
-        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, offsets, depth);
+        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, offsets, depth, keep_all);
         const std::size_t blocks = (fan_.size() + block - 1) / block;
         block_end_.resize(blocks + 1);
         std::fill(block_end_.begin(), block_end_.end(), 0);
@@ -142,11 +150,11 @@ class slice_finder {
         const cut_segment* segment = nullptr;
     };
 
-    bool worth_cutting(const object_view& one, const slice_frame& frame) const {
+    bool worth_cutting(const object_view& one, const slice_frame& frame, std::uint32_t directions) const {
         const std::uint32_t near_lines = one.box.empty() ? 0 : lines_near(one.box, frame);
         const float doublings = near_lines == 0 ? 0.0F : std::log2(static_cast<float>(one.surface.faces.size()));
         const float rays = static_cast<float>(near_lines) + 0.05F * static_cast<float>(fan_.size());
-        return 1 + 0.32F * doublings * doublings <= rays;
+        return 1 + 0.32F * doublings * doublings <= static_cast<float>(directions) * rays;
     }
 
     // Whether a box may reach into one of the slices.

@@ -1,7 +1,9 @@
 #ifndef INSONIFY_TRACING_STRAIGHT_LINES_HPP
 #define INSONIFY_TRACING_STRAIGHT_LINES_HPP
 
+#include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/tracing/aperture_shading.hpp>
 #include <insonify/tracing/frame_plan.hpp>
 #include <insonify/tracing/slice_finder.hpp>
 #include <insonify/tracing/tracer.hpp>
@@ -14,27 +16,24 @@ class straight_frame;
 
 namespace detail {
 
-/// Makes layers of the crossings that were found and lets the model write the samples.
-template <class Policy, acoustic_model Model>
-INSONIFY_FN bool finish_line(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
-                             view<typename Model::sample_type> out) {
-    const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
-                                                  scratch.layers, !takes_normal_incidence<Model>());
-    if (layers.empty()) return false;
-    task.apply(policy, model, layers, out);
-    return true;
-}
-
 /// The lines of one block: crossings with some objects come from slices, with the others from rays. Trivially copyable.
 struct block_tracer {
-    slice_finder::block_view slices{};    ///< crossings of the lines of the block
-    view<const std::uint8_t> is_sliced{}; ///< of each object, by rank; empty: none is
-    bool any_rays = true;                 ///< some objects are not sliced
+    slice_finder::block_view slices{};         ///< crossings of the lines of the block
+    view<const std::uint8_t> is_sliced{};      ///< of each object, by rank; empty: none is
+    bool any_rays = true;                      ///< some objects are not sliced
+    const aperture_shading* shading = nullptr; ///< of the whole frame; null: lines stand for the aperture
 
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<typename Model::sample_type> out) const {
-        return find(task, scratch.found) && finish_line(policy, task, model, scratch, out);
+        if (!find(task, scratch.found)) return false;
+        const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
+                                                      scratch.layers, !takes_normal_incidence<Model>());
+        if (layers.empty()) return false;
+        line_task seen = task;
+        if (shading != nullptr) seen.line.gains = shading->of_line(task.number, task.plane);
+        seen.apply(policy, model, layers, out);
+        return true;
     }
 
     INSONIFY_FN bool find(const line_task& task, line_crossings& found) const {
@@ -70,12 +69,22 @@ struct straight_lines {
         slices, ///< by slices, which need no trees; rays where the lines are neither parallel nor from one point
     };
     enum search search = search::best; ///< how crossings are found
+    std::uint32_t directions = 16;     ///< of the lines to each point, 1 to 64; 1: only the straight one. Of several
+                                       ///< planes each takes a quarter of them, in between those of the others
 
     using frame_state = straight_frame; ///< what is kept between frames
 
+    /// @throws usage_error  for a number of directions out of range
+    void check() const {
+        if (directions < 1 || directions > detail::aperture_shading::max_directions)
+            throw usage_error{"straight_lines: `directions` is " + std::to_string(directions) +
+                              "; it must be 1 to 64 lines to each point, and 16 are usual"};
+    }
+
     /// Cuts the scene where that pays; `trace` calls it once for each frame.
-    template <exec::policy Policy, transducer Probe>
-    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, frame_state& state) const;
+    template <exec::policy Policy, transducer Probe, acoustic_model Model>
+    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                 view<detail::scratch_memory> scratch, frame_state& state) const;
 
     /// One line by rays; needs no preparation.
     template <class Policy, acoustic_model Model>
@@ -91,32 +100,42 @@ struct straight_lines {
 class straight_frame {
   public:
     /// As `straight_lines::prepare`.
-    template <exec::policy Policy, transducer Probe>
-    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, straight_lines how) {
+    template <exec::policy Policy, transducer Probe, acoustic_model Model>
+    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                 view<detail::scratch_memory> scratch, straight_lines how) {
         using search = enum straight_lines::search;
         const view<const float> offsets{frame.plane_offset, frame.planes};
+        const bool fan = slices_.assign(frame.probe);
+        shaded_ = detail::states_arrivals<Model> && how.directions > 1 && fan &&
+                  shading_.assign(frame.probe, slices_.fan(), beam_of(frame.probe, frame.depth));
+        const std::uint32_t directions = shaded_ ? 1 + how.directions : 1;
         sliced_ = false;
-        if (how.search != search::rays && slices_.assign(frame.probe)) {
+        if (how.search != search::rays && fan) {
             scene_ = body.view_for_slices(policy);
-            sliced_ = slices_.choose(scene_, frame.at, offsets, how.search == search::slices);
+            sliced_ = slices_.choose(scene_, frame.at, offsets, how.search == search::slices, directions);
         }
         if (sliced_)
-            slices_.cut(policy, scene_, frame.at, offsets, frame.max_depth);
+            slices_.cut(policy, scene_, frame.at, offsets, frame.max_depth, shaded_);
         else
             scene_ = body.view_for_rays(policy);
         const std::size_t blocks = (frame.probe.lines + detail::lines_per_block - 1) / detail::lines_per_block;
         if (sliced_ && blocks_.size() < blocks) blocks_.resize(blocks);
+        if constexpr (detail::states_arrivals<Model>)
+            if (shaded_)
+                shading_.compute(
+                    policy, scene_, frame, model, how.directions, slices_, sliced_,
+                    [&](std::size_t begin) { return found_block(begin); }, scratch);
     }
 
     /// The scene as prepared.
     const scene_view& scene() const { return scene_; }
 
-    /// Finds the crossings of the lines from `begin` on; blocks may be prepared on different threads.
-    auto of_block(std::size_t begin) {
-        if (!sliced_) return detail::block_tracer{};
-        detail::slice_finder::block_crossings& own = blocks_[begin / detail::lines_per_block];
-        slices_.find_block(begin, own);
-        return detail::block_tracer{slices_.view_of(own), slices_.chosen(), slices_.leaves_rays()};
+    /// The tracer of the lines from `begin` on; blocks may be prepared on different threads.
+    detail::block_tracer of_block(std::size_t begin) {
+        if (!shaded_) return found_block(begin);
+        detail::block_tracer block = tracer_of_found(begin); // was found for the shading
+        block.shading = &shading_;
+        return block;
     }
 
     /// Nanoseconds to find the crossings of a line, roughly.
@@ -127,16 +146,26 @@ class straight_frame {
     }
 
   private:
-    bool sliced_ = false;
+    detail::block_tracer found_block(std::size_t begin) {
+        if (sliced_) slices_.find_block(begin, blocks_[begin / detail::lines_per_block]);
+        return tracer_of_found(begin);
+    }
+    detail::block_tracer tracer_of_found(std::size_t begin) const {
+        if (!sliced_) return {};
+        return {slices_.view_of(blocks_[begin / detail::lines_per_block]), slices_.chosen(), slices_.leaves_rays()};
+    }
+
+    bool sliced_ = false, shaded_ = false;
+    detail::aperture_shading shading_{};
     scene_view scene_{};
     detail::slice_finder slices_{};
     std::vector<detail::slice_finder::block_crossings> blocks_{};
 };
 
-template <exec::policy Policy, transducer Probe>
+template <exec::policy Policy, transducer Probe, acoustic_model Model>
 void straight_lines::prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame,
-                             frame_state& state) const {
-    state.prepare(policy, body, frame, *this);
+                             const Model& model, view<detail::scratch_memory> scratch, frame_state& state) const {
+    state.prepare(policy, body, frame, model, scratch, *this);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

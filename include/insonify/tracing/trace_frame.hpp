@@ -6,39 +6,12 @@
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/check.hpp>
 #include <insonify/tracing/frame_plan.hpp>
+#include <insonify/tracing/scratch_memory.hpp>
 #include <insonify/tracing/trace_line.hpp>
 #include <algorithm>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The scratch of one thread on the host: doubles until the line fits.
-class scratch_memory {
-  public:
-    line_scratch scratch() {
-        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
-                .layers = layers_,
-                .branches = branches_,
-                .branch_objects = branch_objects_,
-                .arrivals = arrivals_};
-    }
-    void grow() {
-        crossings_.resize(2 * crossings_.size());
-        inside_.resize(2 * inside_.size());
-        layers_.resize(2 * layers_.size());
-        branches_.resize(2 * branches_.size());
-        branch_objects_.resize(2 * branch_objects_.size());
-        arrivals_.resize(2 * arrivals_.size());
-    }
-
-  private:
-    std::vector<crossing> crossings_ = std::vector<crossing>(128);
-    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
-    std::vector<layer> layers_ = std::vector<layer>(64);
-    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
-    std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
-    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
-};
 
 /// What a tracer prepares for a frame where it does; the tracer itself where it does not.
 template <class Tracer>
@@ -90,20 +63,18 @@ line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const s
         scratch_memory& memory = own.scratch[begin / lines_per_block];
         std::vector<sample_type>& plane_samples = own.plane_samples[begin / lines_per_block];
         if (frame.planes > 1) plane_samples.resize(samples);
-        line_scratch scratch = memory.scratch();
         for (std::size_t i = begin; i < end; ++i) {
             const view<sample_type> out{lines.values.data() + i * samples, samples};
-            while (!trace_line(policy, frame, scene, tracer, model, static_cast<std::uint32_t>(i), scratch,
-                               view<sample_type>{plane_samples}, out)) {
-                memory.grow();
-                scratch = memory.scratch();
-            }
+            memory.fit([&](line_scratch& scratch) {
+                return trace_line(policy, frame, scene, tracer, model, static_cast<std::uint32_t>(i), scratch,
+                                  view<sample_type>{plane_samples}, out);
+            });
         }
     };
     const float model_time = nanoseconds_of<Model>() * static_cast<float>(samples);
     if constexpr (prepares_frames<Tracer>) {
         auto& state = own.tracing.state;
-        how.prepare(policy, body, frame, state);
+        how.prepare(policy, body, frame, model, view<scratch_memory>{own.scratch}, state);
         const float line_time = (model_time + state.search_time()) * static_cast<float>(frame.planes);
         exec::for_each_block(policy, probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
             trace_block(state.scene(), state.of_block(begin), begin, end);

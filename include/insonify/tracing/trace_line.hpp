@@ -11,6 +11,25 @@ namespace insonify::inline INSONIFY_ABI::detail {
 template <class Sample>
 inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
 
+/// One line of one plane, as a tracer is given it.
+template <transducer Probe>
+INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
+                              std::uint32_t plane) {
+    return {.scene = scene,
+            .line = {.media = scene.media,
+                     .frequency = frame.probe.frequency,
+                     .places = scene.places,
+                     .frame = frame.line(number, plane),
+                     .aperture = frame.aperture,
+                     .pulse_sigma = frame.pulse_sigma},
+            .number = number,
+            .plane = plane,
+            .planes = frame.planes,
+            .max_depth = frame.max_depth,
+            .spacing = frame.spacing,
+            .kernels = frame.kernels.of_line(number, frame.plane_height[plane])};
+}
+
 /// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
 ///
 /// @param plane_samples  room for the samples of one plane where there are several
@@ -23,19 +42,7 @@ INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame
     using sample_type = typename Model::sample_type;
     for (sample_type& sample : out) sample = sample_type{};
     for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-        const line_task task{.scene = scene,
-                             .line = {.media = scene.media,
-                                      .frequency = frame.probe.frequency,
-                                      .places = scene.places,
-                                      .frame = frame.line(number, plane),
-                                      .aperture = frame.aperture,
-                                      .pulse_sigma = frame.pulse_sigma},
-                             .number = number,
-                             .plane = plane,
-                             .planes = frame.planes,
-                             .max_depth = frame.max_depth,
-                             .spacing = frame.spacing,
-                             .kernels = frame.kernels.of_line(number, frame.plane_height[plane])};
+        const line_task task = task_of(frame, scene, number, plane);
         if (frame.planes == 1) return tracer(policy, task, model, scratch, out);
         if constexpr (is_average_v<sample_type>) {
             for (sample_type& sample : plane_samples) sample = sample_type{};

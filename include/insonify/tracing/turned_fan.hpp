@@ -1,0 +1,128 @@
+#ifndef INSONIFY_TRACING_TURNED_FAN_HPP
+#define INSONIFY_TRACING_TURNED_FAN_HPP
+
+#include <insonify/acoustics/layer.hpp>
+#include <insonify/probe/line_fan.hpp>
+#include <cmath>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Where the lines of a fan begin and how they diverge, where all have the same distance: parallel lines from a plane face,
+/// or lines that leave a circle around the apex along its radii.
+struct face_shape {
+    float radius = 0;  ///< of the circle, metres; 0: a plane
+    float spacing = 0; ///< from line to line: metres, or radians around the apex
+    std::uint32_t lines = 0;
+    bool full_circle = false; ///< the last line is next to the first
+
+    /// @return whether the lines are of this kind
+    bool assign(const line_fan& fan, bool circle) {
+        lines = fan.size();
+        full_circle = circle;
+        if (lines < 2) return false;
+        const auto place = [&](std::uint32_t i) {
+            return fan.parallel() ? fan[i].origin.x : std::atan2(fan[i].along.x, fan[i].along.y);
+        };
+        const std::uint32_t middle = (lines - 1) / 2;
+        spacing = place(middle + 1) - place(middle);
+        radius = fan.parallel() ? 0.0F : length(fan[middle].origin);
+        if (!(spacing > 0) || (!fan.parallel() && !(radius > 1e-4F))) return false;
+        for (std::uint32_t i = 0; i < lines; ++i) {
+            const float face = fan.parallel() ? fan[i].origin.y - fan[middle].origin.y : length(fan[i].origin) - radius;
+            const float expected = place(middle) + (static_cast<float>(i) - static_cast<float>(middle)) * spacing;
+            if (std::fabs(face) > 1e-6F || std::fabs(place(i) - expected) > 0.05F * spacing) return false;
+        }
+        return true;
+    }
+};
+
+/// By how much lines are turned about their origins in the slice plane, to the right. A turned line is measured by the depth
+/// that it reaches.
+struct line_turn {
+    float sine = 0;
+    float cosine = 1;
+    float radius = 0; ///< see `face_shape`
+
+    /// Metres along a turned line to a depth.
+    float length_to(float depth) const {
+        if (radius == 0) return depth / cosine;
+        const float end = radius + depth;
+        return std::sqrt(end * end - radius * radius * sine * sine) - radius * cosine;
+    }
+    /// Depth at metres along a turned line.
+    float depth_at(float length) const {
+        if (radius == 0) return length * cosine;
+        return std::sqrt(radius * radius + length * (2 * radius * cosine + length)) - radius;
+    }
+    /// How far from the straight line through its point at this depth a turned line begins, metres along the face.
+    float place_on_face(float depth) const {
+        return radius == 0 ? depth * sine / cosine : radius * around(radius + depth).x;
+    }
+    /// Sine and cosine of the angle around the apex from the origin of a turned line to its point at this distance from the
+    /// apex: the angle by which it was turned less asin(radius sine / distance).
+    vec2 around(float distance) const {
+        const float a = clamp(radius * sine / max(distance, 1e-9F), -1, 1), b = std::sqrt(1 - a * a);
+        return {sine * b - cosine * a, cosine * b + sine * a};
+    }
+};
+
+/// A turned line in the world. It meets surfaces as the straight line through the same point does.
+struct turned_line {
+    line_frame straight{}; ///< the line before
+    line_turn turn{};
+
+    vec3 direction() const {
+        return turn.cosine * straight.along + turn.sine * cross(straight.elevation, straight.along);
+    }
+};
+
+/// The frame of the straight line through the point at this depth.
+inline line_frame frame_at(const turned_line& line, float depth) {
+    if (line.turn.radius == 0) return line.straight;
+    line_frame there = line.straight;
+    const vec3 from_apex = line.turn.radius * there.along + line.turn.length_to(depth) * line.direction();
+    there.along = from_apex / length(from_apex);
+    return there;
+}
+
+/// The lines of a fan, all turned alike.
+class turned_fan {
+  public:
+    void assign(const line_fan& fan, const face_shape& shape, const line_turn& turn) {
+        shape_ = shape;
+        turn_ = turn;
+        lines_.resize(fan.size());
+        for (std::uint32_t i = 0; i < fan.size(); ++i) {
+            const vec2 along = fan[i].along;
+            lines_[i] = {fan[i].origin,
+                         {along.x * turn.cosine + along.y * turn.sine, along.y * turn.cosine - along.x * turn.sine}};
+        }
+    }
+
+    const line_turn& turn() const { return turn_; }
+    const std::vector<line_fan::line>& lines() const { return lines_; }
+
+    /// Moves a point across the lines so that the turned line through it becomes the straight one: what a turned line
+    /// crosses is what the straight one crosses after points were moved.
+    vec2 straightened(vec2 p) const {
+        if (shape_.radius == 0) return {p.x - p.y * turn_.sine / turn_.cosine, p.y};
+        const vec2 by = turn_.around(length(p));
+        return {p.x * by.y - p.y * by.x, p.x * by.x + p.y * by.y};
+    }
+
+    /// How many straight lines a turned line has crossed on its way to a depth.
+    float lines_crossed(float depth) const {
+        if (shape_.radius == 0) return turn_.place_on_face(depth) / shape_.spacing;
+        const vec2 by = turn_.around(shape_.radius + depth);
+        return std::atan2(by.x, by.y) / shape_.spacing;
+    }
+
+  private:
+    face_shape shape_{};
+    line_turn turn_{};
+    std::vector<line_fan::line> lines_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif

@@ -1,0 +1,237 @@
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/core/error.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+#include <insonify/probe/radial_array.hpp>
+#include <insonify/signal/convolve.hpp>
+#include <insonify/tracing/trace.hpp>
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <numeric>
+#include <vector>
+
+using namespace insonify;
+
+namespace aperture_shading_test {
+namespace {
+
+/// A model whose samples are what arrives: x for surfaces, y for speckle.
+struct arrival_model {
+    using sample_type = vec2;
+    physical<> model{};
+
+    std::uint32_t samples(float, float) const { return detail::aperture_shading::steps; }
+    void arrivals(const traced_line& line, float spacing, view<vec2> out) const { model.arrivals(line, spacing, out); }
+    template <class Policy>
+    void operator()(const Policy&, const traced_line& line, float spacing, view<vec2> out) const {
+        model.arrivals(line, spacing, out);
+        for (std::size_t k = 0; k < out.size(); ++k) {
+            const float along = out[k].x;
+            const aperture_gain gain =
+                line.gains.at_steps.empty() ? aperture_gain{} : line.gains.at_steps[k]; // at the end of sample k
+            out[k] = {line.gains.amplitude(along, gain.surfaces), line.gains.amplitude(along, gain.speckle)};
+        }
+    }
+    friend bool operator==(const arrival_model&, const arrival_model&) = default;
+};
+
+constexpr medium body{.density = 1000, .sound_speed = 1540};
+constexpr medium absorber{.density = 1000, .sound_speed = 1540, .attenuation = 1e7F, .attenuation_power = 0};
+constexpr acquisition scan{.depth = 64_mm, .samples = 64}; // sample k ends at k + 1 mm
+constexpr linear_array fine{.lines = 768, .width = 38_mm, .frequency = 7.5_MHz, .focus = 20_mm};
+
+/// A thin sheet at a depth, from one place to another across the lines.
+scene sheet(float from, float to, float depth, const medium& of) {
+    scene s{body};
+    s.add(make_box({from, -30_mm, depth - 0.1_mm}, {to, 30_mm, depth}), of);
+    s.build(exec::par);
+    return s;
+}
+
+double decibels(double ratio) { return 20 * std::log10(ratio); }
+
+/// Width over which the amplitudes of a row of lines rise from 10 to 90 % of the last one, metres.
+double rise(const std::vector<double>& row, double spacing) {
+    const auto place = [&](double level) {
+        std::size_t i = 0;
+        while (row[i + 1] < level * row.back()) ++i;
+        return static_cast<double>(i) + (level * row.back() - row[i]) / (row[i + 1] - row[i]);
+    };
+    return (place(0.9) - place(0.1)) * spacing;
+}
+
+/// The largest deviation of all gains from 1.
+template <class Probe>
+float most_uneven(const scene& s, const Probe& probe, const pose& at, const acquisition& how) {
+    const iq_lines shaded = trace(exec::par_unseq, s, probe, at, arrival_model{}, how);
+    const iq_lines alone = trace(exec::par_unseq, s, probe, at, arrival_model{}, how, straight_lines{.directions = 1});
+    float worst = 0;
+    for (std::size_t i = 0; i < shaded.values.size(); ++i) {
+        if (!(alone.values[i].x > 1e-9F)) continue;
+        worst = std::max(worst, std::fabs(shaded.values[i].x / alone.values[i].x - 1));
+        worst = std::max(worst, std::fabs(shaded.values[i].y / alone.values[i].y - 1));
+    }
+    return worst;
+}
+
+} // namespace
+} // namespace aperture_shading_test
+
+TEST_CASE("the edge of a shadow widens with the distance behind an absorbing half plane") {
+    using namespace aperture_shading_test;
+    const scene half = sheet(-60_mm, 0, 10_mm, absorber);
+    const iq_lines arrived = trace(exec::par_unseq, half, fine, pose{}, arrival_model{}, scan);
+    // A sum of waves of random scatterers, F/2, 7.5 MHz: rms from 10 to 90 %.
+    for (const auto& [behind, expected] : {std::pair{5U, 1.86}, {10U, 3.55}, {20U, 7.12}}) {
+        std::vector<double> row;
+        for (std::uint32_t i = 0; i < fine.lines; ++i)
+            row.push_back(static_cast<double>(arrived(i, 10 + behind - 1).y));
+        const double found = 1e3 * rise(row, 38e-3 / 768);
+        MESSAGE("F/2, ", behind, " mm behind the edge: ", found, " mm, expected ", expected);
+        CHECK(found == doctest::Approx(expected).epsilon(0.1));
+    }
+    // Where the edge is, half of the aperture is free: 1/4 for surfaces, 2^-1.5 for speckle.
+    for (const std::uint32_t k : {14U, 19U, 29U}) {
+        CHECK(decibels(static_cast<double>(arrived(384, k).x)) == doctest::Approx(-12.04).epsilon(0.05));
+        CHECK(decibels(static_cast<double>(arrived(384, k).y)) == doctest::Approx(-9.03).epsilon(0.05));
+    }
+}
+
+TEST_CASE("the shadow of a strip thinner than the aperture fills again") {
+    using namespace aperture_shading_test;
+    const scene strip = sheet(-0.36_mm, 0.36_mm, 10_mm, absorber);
+    // The same by waves: rms at the middle, here of the lines within a millimetre of it.
+    for (const std::uint32_t directions : {16U, 64U}) {
+        const iq_lines arrived = trace(exec::par_unseq, strip, fine, pose{}, arrival_model{}, scan,
+                                       straight_lines{.directions = directions});
+        for (const auto& [behind, expected] : {std::pair{5U, -5.6}, {10U, -3.0}, {20U, -1.4}}) {
+            double sum = 0;
+            std::uint32_t count = 0;
+            const std::uint32_t around = behind < 10 ? 4 : behind == 10 ? 8 : 16; // lines: less than the umbra's width
+            for (std::uint32_t i = 384 - around; i < 384 + around; ++i, ++count)
+                sum += std::pow(static_cast<double>(arrived(i, 10 + behind - 1).y), 2);
+            const double found = decibels(std::sqrt(sum / count));
+            MESSAGE(directions, " directions, ", behind, " mm behind the strip: ", found, " dB, expected ", expected);
+            CHECK(std::fabs(found - expected) < (directions == 64 ? 0.5 : 1.7));
+        }
+    }
+}
+
+TEST_CASE("what plane surfaces let through is what the straight line says, at any angle and by any array") {
+    using namespace aperture_shading_test;
+    const medium soft{.density = 1050, .sound_speed = 1580}, hard{.density = 1900, .sound_speed = 3500};
+    for (const float degrees : {0.0F, 10.0F, 20.0F, 24.0F}) {
+        const float angle = degrees * 1_deg;
+        scene plates{soft}; // lossless: from one side the way through a tilted plate is longer than from the other
+        plates.add(make_box({-400_mm, -400_mm, -1_mm}, {400_mm, 400_mm, 2_mm}), hard,
+                   {.at = look_at({0, 0, 25_mm}, {std::sin(angle), 0, 25_mm + std::cos(angle)},
+                                  {std::cos(angle), 0, -std::sin(angle)})});
+        plates.build(exec::par);
+        const acquisition deep{.depth = 64_mm, .samples = 64, .planes = 1};
+        const float linear = most_uneven(plates, linear_array{.lines = 128, .width = 38_mm}, pose{}, deep);
+        MESSAGE("bone at ", degrees, " degrees, linear array: gains of 1 within ", linear);
+        CHECK(linear < 2e-3F);
+    }
+    scene shells{tissue::muscle}; // around the apex of a convex array
+    shells.add(make_sphere({0, 0, -60_mm}, 90_mm, 7), tissue::fat);
+    shells.add(make_sphere({0, 0, -60_mm}, 80_mm, 7), tissue::bone);
+    shells.build(exec::par);
+    const float convex =
+        most_uneven(shells, convex_array{.lines = 128, .radius = 60_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz},
+                    pose{}, {.depth = 64_mm, .samples = 64});
+    MESSAGE("shells, convex array: gains of 1 within ", convex);
+    CHECK(convex < 0.03F); // the shells are polyhedra
+}
+
+TEST_CASE("shading is the same by rays and by slices, and on any number of threads") {
+    using namespace aperture_shading_test;
+    scene bones{body};
+    bones.add(make_sphere({3_mm, 0, 20_mm}, 4_mm, 4), tissue::bone);
+    bones.add(make_sphere({-6_mm, 1_mm, 12_mm}, 2_mm, 4), tissue::steel);
+    bones.add(make_box({-30_mm, -30_mm, -5_mm}, {30_mm, 30_mm, 6_mm}), tissue::fat); // contains the face
+    bones.build(exec::par);
+    const auto check = [&](const auto& probe) {
+        const acquisition how{.depth = 48_mm, .samples = 64, .planes = 3};
+        using search = enum straight_lines::search;
+        const iq_lines sliced =
+            trace(exec::seq, bones, probe, pose{}, arrival_model{}, how, straight_lines{.search = search::slices});
+        const iq_lines by_rays =
+            trace(exec::seq, bones, probe, pose{}, arrival_model{}, how, straight_lines{.search = search::rays});
+        std::size_t apart = 0;
+        for (std::size_t i = 0; i < sliced.values.size(); ++i)
+            apart += length(sliced.values[i] - by_rays.values[i]) > 1e-3F ? 1 : 0;
+        CHECK(apart < sliced.values.size() / 200); // lines through vertices and edges
+        for (const std::uint32_t threads : {2U, 5U})
+            CHECK(trace(exec::par.threads(threads), bones, probe, pose{}, arrival_model{}, how,
+                        straight_lines{.search = search::slices}) == sliced);
+    };
+    check(linear_array{.lines = 96, .width = 38_mm});
+    check(convex_array{.lines = 96, .radius = 40_mm, .field_of_view = 60_deg});
+    check(radial_array{.lines = 128, .radius = 5_mm});
+}
+
+TEST_CASE("behind a ball within a full circle of lines the shadow fills, to both sides alike, wherever line 0 is") {
+    using namespace aperture_shading_test;
+    const radial_array probe{.lines = 128, .radius = 5_mm, .frequency = 7.5_MHz};
+    for (const float turn : {0.0F, 1.0F, 2.5F}) {
+        scene s{body};
+        const vec3 at = 10_mm * vec3{std::sin(turn), 0, std::cos(turn)};
+        s.add(make_sphere(at, 0.7_mm, 4), absorber);
+        s.build(exec::par);
+        const iq_lines arrived =
+            trace(exec::par_unseq, s, probe, pose{}, arrival_model{}, {.depth = 32_mm, .samples = 64});
+        // Of all lines, those behind the ball: the fewest arrive just behind it, more further away.
+        const auto darkest = [&](std::uint32_t k) {
+            float least = 1;
+            for (std::uint32_t i = 0; i < probe.lines; ++i) least = std::min(least, arrived(i, k).y);
+            return least;
+        };
+        CHECK(darkest(12) < 0.05F); // 6.5 mm from the face, 0.8 mm behind the ball
+        CHECK(darkest(40) > 0.2F);
+        CHECK(darkest(40) < 0.95F);
+    }
+}
+
+TEST_CASE("speckle behind a needle adds up, although sound that went through it is early") {
+    using namespace aperture_shading_test;
+    // A wire of steel across the slice, 20 mm above: what comes past it fills the shadow, at the depth it has there.
+    const linear_array probe{.lines = 256, .width = 38_mm, .frequency = 7.5_MHz};
+    scene needle{tissue::muscle}, none{tissue::muscle};
+    needle.add(make_cylinder({0, -20_mm, 8_mm}, {0, 20_mm, 8_mm}, 0.4_mm, 48), tissue::steel);
+    needle.build(exec::par);
+    none.build(exec::par);
+    double with = 0, without = 0;
+    for (std::uint32_t seed = 0; seed < 12; ++seed) {
+        physical<> model{};
+        model.scattering.seed = seed;
+        for (const scene* s : {&needle, &none}) {
+            iq_lines lines = trace(exec::par_unseq, *s, probe, pose{}, model, {.depth = 40_mm, .samples = 1344});
+            lines = convolve(exec::par_unseq, std::move(lines), nominal_pulse(probe), probe);
+            double& sum = s == &needle ? with : without;
+            for (std::uint32_t i = 126; i < 130; ++i)
+                for (std::uint32_t k = 940; k < 1040; ++k) sum += static_cast<double>(dot(lines(i, k), lines(i, k)));
+        }
+    }
+    const double found = decibels(std::sqrt(with / without));
+    MESSAGE("20 to 23 mm behind a needle: ", found, " dB, expected -1.4 (free aperture)");
+    CHECK(std::fabs(found + 1.4) < 1);
+}
+
+TEST_CASE("phased arrays, single lines and one direction take no gains; directions out of range are refused") {
+    using namespace aperture_shading_test;
+    const scene half = sheet(-60_mm, 0.1_mm, 10_mm, absorber);
+    const auto same = [&](const auto& probe) {
+        return trace(exec::seq, half, probe, pose{}, arrival_model{}, scan) ==
+               trace(exec::seq, half, probe, pose{}, arrival_model{}, scan, straight_lines{.directions = 1});
+    };
+    CHECK(same(phased_array{.lines = 32}));
+    CHECK(same(linear_array{.lines = 1}));
+    CHECK_FALSE(same(linear_array{.lines = 32}));
+    for (const std::uint32_t wrong : {0U, 65U})
+        CHECK_THROWS_AS(
+            trace(exec::seq, half, fine, pose{}, arrival_model{}, scan, straight_lines{.directions = wrong}),
+            usage_error);
+}
