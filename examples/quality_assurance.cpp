@@ -37,13 +37,14 @@ struct quality_table {
 
 /// Envelopes of slices 1 mm apart around y. Targets are the same in all slices, the speckle is independent.
 /// @param picture  file for the image of the first slice
+/// @param sound    how it travels
 template <transducer Probe>
 std::vector<scan_lines> scan(const scene& body, const Probe& probe, float y, int slices, const acquisition& how,
-                             const std::string& picture) {
+                             const std::string& picture, const straight_lines& sound = {}) {
     std::vector<scan_lines> all;
     for (int i = 0; i < slices; ++i) {
         const pose at{.translation = {0, y + static_cast<float>(i - slices / 2) * 1_mm, 0}};
-        iq_lines iq = trace(exec::par_unseq, body, probe, at, physical<>{}, how);
+        iq_lines iq = trace(exec::par_unseq, body, probe, at, physical<>{}, how, sound);
         iq = convolve(exec::par_unseq, std::move(iq), nominal_pulse(probe), probe);
         all.push_back(envelope(exec::par_unseq, iq));
     }
@@ -232,7 +233,8 @@ int examine(const std::string& name, const Probe& probe, float scale, std::uint3
     const auto picture = [&](const char* part) { return "quality_" + name + "_" + part + ".png"; };
     quality_table table;
     check_wires(table, scan(body, finer_lines, quality::wires_at, 4, finer, picture("wires")), finer_lines, scale);
-    check_gel(table, scan(body, lines, quality::cysts_at, 8, usual, picture("cysts")), lines, scale);
+    // Each gel as if it were alone: the aperture would see the other gel as well, and the cysts.
+    check_gel(table, scan(body, lines, quality::cysts_at, 8, usual, picture("cysts"), {.directions = 1}), lines, scale);
     check_targets(table, scan(body, lines, quality::targets_at, 8, usual, picture("targets")), lines, scale);
     return table.out;
 }

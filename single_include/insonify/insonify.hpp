@@ -9309,14 +9309,17 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
             .normal = one.at.direction(normal)};
 }
 
-/// The frame in which a line meets a surface at a distance: its own, for a straight line.
-INSONIFY_FN inline const line_frame& frame_at(const line_frame& line, float /* distance */) { return line; }
+/// How a line meets a face at a distance. Other kinds of lines have an overload of their own.
+INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float /* distance */, const object_view& one,
+                                                  std::uint32_t face) {
+    return incidence_on(one, face, line);
+}
 
 /// Turns the crossings of a line into layers, one at a time: which object's medium fills which part of the line.
 ///
 /// Crossings within `touching_distance` of one another are applied together before the media are compared. For all
 /// tracers: a straight line takes all layers, a path goes on until its medium changes.
-/// @tparam Line  a type with `frame_at`
+/// @tparam Line  a type with `incidence_at`
 template <class Line = line_frame>
 class layer_walk {
   public:
@@ -9388,7 +9391,7 @@ class layer_walk {
         while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
             ++surface;
         const crossing& at = found_.room[surface];
-        return incidence_on(scene_.objects[at.rank], at.primitive, frame_at(line_, at.distance));
+        return incidence_at(line_, at.distance, scene_.objects[at.rank], at.primitive);
     }
 
     const scene_view& scene_;
@@ -9410,7 +9413,7 @@ class layer_walk {
 /// @param room      for the layers
 /// @param incident  whether to compute how the line meets surfaces (`layer::cosine`, `layer::slope`)
 /// @return          the layers, a part of `room`; none where they do not fit
-template <class Line>
+template <class Line = line_frame>
 INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& line, float depth,
                                            line_crossings& found, view<layer> room, bool incident = true) {
     detail::layer_walk walk{scene, line, found, depth, incident};
@@ -11198,7 +11201,7 @@ struct line_turn {
     }
 };
 
-/// A turned line in the world. It meets surfaces as the straight line through the same point does.
+/// A turned line in the world.
 struct turned_line {
     line_frame straight{}; ///< the line before
     line_turn turn{};
@@ -11206,15 +11209,25 @@ struct turned_line {
     vec3 direction() const {
         return turn.cosine * straight.along + turn.sine * cross(straight.elevation, straight.along);
     }
+    /// Direction of the straight line through the point at this depth.
+    vec3 straight_at(float depth) const {
+        if (turn.radius == 0) return straight.along;
+        const vec3 from_apex = turn.radius * straight.along + turn.length_to(depth) * direction();
+        return from_apex / length(from_apex);
+    }
 };
 
-/// The frame of the straight line through the point at this depth.
-inline line_frame frame_at(const turned_line& line, float depth) {
-    if (line.turn.radius == 0) return line.straight;
+/// A turned line meets surfaces as the straight line through the same point does; only steep ones, which that line hardly
+/// meets, at its own angle.
+inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
+                                      std::uint32_t face) {
+    constexpr float steep = 0.5F; // 60 degrees
     line_frame there = line.straight;
-    const vec3 from_apex = line.turn.radius * there.along + line.turn.length_to(depth) * line.direction();
-    there.along = from_apex / length(from_apex);
-    return there;
+    there.along = line.straight_at(depth);
+    const surface_incidence met = incidence_on(one, face, there);
+    if (met.cosine > steep) return met;
+    there.along = line.direction();
+    return incidence_on(one, face, there);
 }
 
 /// The lines of a fan, all turned alike.
@@ -11276,7 +11289,7 @@ class turned_fan {
 /// scatterers is the integral of the squared two-way beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz,
 /// 5, 10 and 20 mm: -5.7, -2.9, -1.4 dB; a sum of waves has -5.6, -3.0, -1.4 dB.
 ///
-/// A line from the side meets surfaces at the angle at which the straight line through the same point does, and loses as
+/// A line from the side meets surfaces at the angle at which the straight line through the same point does (`incidence_at`), and loses as
 /// much by attenuation. So plane layers leave the gains at 1, and their echoes have the levels of plane waves.
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -11374,10 +11387,18 @@ class aperture_shading {
                              });
     }
 
-    /// The gains of one line.
-    aperture_gains of_line(std::uint32_t line, std::uint32_t plane) const {
-        return {{gains_.data() + (std::size_t{plane} * lines_ + line) * steps, steps}, spacing_};
-    }
+    /// The gains of all lines in flat arrays. Trivially copyable.
+    struct gains_view {
+        view<const aperture_gain> gains{}; ///< by plane, line and step; none: lines stand for the aperture
+        std::uint32_t lines = 0;
+        float spacing = 1; ///< from step to step, metres
+
+        INSONIFY_FN aperture_gains of_line(std::uint32_t line, std::uint32_t plane) const {
+            if (gains.empty()) return {};
+            return {{gains.data() + (std::size_t{plane} * lines + line) * steps, steps}, spacing};
+        }
+    };
+    gains_view view_of() const { return {gains_, lines_, spacing_}; }
 
   private:
     using floats = lanes<simd_width>;
@@ -11684,6 +11705,7 @@ class aperture_shading {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -11695,10 +11717,10 @@ namespace detail {
 
 /// The lines of one block: crossings with some objects come from slices, with the others from rays. Trivially copyable.
 struct block_tracer {
-    slice_finder::block_view slices{};         ///< crossings of the lines of the block
-    view<const std::uint8_t> is_sliced{};      ///< of each object, by rank; empty: none is
-    bool any_rays = true;                      ///< some objects are not sliced
-    const aperture_shading* shading = nullptr; ///< of the whole frame; null: lines stand for the aperture
+    slice_finder::block_view slices{};    ///< crossings of the lines of the block
+    view<const std::uint8_t> is_sliced{}; ///< of each object, by rank; empty: none is
+    bool any_rays = true;                 ///< some objects are not sliced
+    aperture_shading::gains_view gains{}; ///< because sound comes from the whole aperture
 
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
@@ -11708,7 +11730,7 @@ struct block_tracer {
                                                       scratch.layers, !takes_normal_incidence<Model>());
         if (layers.empty()) return false;
         line_task seen = task;
-        if (shading != nullptr) seen.line.gains = shading->of_line(task.number, task.plane);
+        seen.line.gains = gains.of_line(task.number, task.plane);
         seen.apply(policy, model, layers, out);
         return true;
     }
@@ -11811,7 +11833,7 @@ class straight_frame {
     detail::block_tracer of_block(std::size_t begin) {
         if (!shaded_) return found_block(begin);
         detail::block_tracer block = tracer_of_found(begin); // was found for the shading
-        block.shading = &shading_;
+        block.gains = shading_.view_of();
         return block;
     }
 

@@ -28,14 +28,17 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
             .normal = one.at.direction(normal)};
 }
 
-/// The frame in which a line meets a surface at a distance: its own, for a straight line.
-INSONIFY_FN inline const line_frame& frame_at(const line_frame& line, float /* distance */) { return line; }
+/// How a line meets a face at a distance. Other kinds of lines have an overload of their own.
+INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float /* distance */, const object_view& one,
+                                                  std::uint32_t face) {
+    return incidence_on(one, face, line);
+}
 
 /// Turns the crossings of a line into layers, one at a time: which object's medium fills which part of the line.
 ///
 /// Crossings within `touching_distance` of one another are applied together before the media are compared. For all
 /// tracers: a straight line takes all layers, a path goes on until its medium changes.
-/// @tparam Line  a type with `frame_at`
+/// @tparam Line  a type with `incidence_at`
 template <class Line = line_frame>
 class layer_walk {
   public:
@@ -107,7 +110,7 @@ class layer_walk {
         while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
             ++surface;
         const crossing& at = found_.room[surface];
-        return incidence_on(scene_.objects[at.rank], at.primitive, frame_at(line_, at.distance));
+        return incidence_at(line_, at.distance, scene_.objects[at.rank], at.primitive);
     }
 
     const scene_view& scene_;
@@ -129,7 +132,7 @@ class layer_walk {
 /// @param room      for the layers
 /// @param incident  whether to compute how the line meets surfaces (`layer::cosine`, `layer::slope`)
 /// @return          the layers, a part of `room`; none where they do not fit
-template <class Line>
+template <class Line = line_frame>
 INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& line, float depth,
                                            line_crossings& found, view<layer> room, bool incident = true) {
     detail::layer_walk walk{scene, line, found, depth, incident};

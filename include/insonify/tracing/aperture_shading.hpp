@@ -25,7 +25,7 @@
 /// scatterers is the integral of the squared two-way beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz,
 /// 5, 10 and 20 mm: -5.7, -2.9, -1.4 dB; a sum of waves has -5.6, -3.0, -1.4 dB.
 ///
-/// A line from the side meets surfaces at the angle at which the straight line through the same point does, and loses as
+/// A line from the side meets surfaces at the angle at which the straight line through the same point does (`incidence_at`), and loses as
 /// much by attenuation. So plane layers leave the gains at 1, and their echoes have the levels of plane waves.
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -123,10 +123,18 @@ class aperture_shading {
                              });
     }
 
-    /// The gains of one line.
-    aperture_gains of_line(std::uint32_t line, std::uint32_t plane) const {
-        return {{gains_.data() + (std::size_t{plane} * lines_ + line) * steps, steps}, spacing_};
-    }
+    /// The gains of all lines in flat arrays. Trivially copyable.
+    struct gains_view {
+        view<const aperture_gain> gains{}; ///< by plane, line and step; none: lines stand for the aperture
+        std::uint32_t lines = 0;
+        float spacing = 1; ///< from step to step, metres
+
+        INSONIFY_FN aperture_gains of_line(std::uint32_t line, std::uint32_t plane) const {
+            if (gains.empty()) return {};
+            return {{gains.data() + (std::size_t{plane} * lines + line) * steps, steps}, spacing};
+        }
+    };
+    gains_view view_of() const { return {gains_, lines_, spacing_}; }
 
   private:
     using floats = lanes<simd_width>;

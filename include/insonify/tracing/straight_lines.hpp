@@ -7,6 +7,7 @@
 #include <insonify/tracing/frame_plan.hpp>
 #include <insonify/tracing/slice_finder.hpp>
 #include <insonify/tracing/tracer.hpp>
+#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -18,10 +19,10 @@ namespace detail {
 
 /// The lines of one block: crossings with some objects come from slices, with the others from rays. Trivially copyable.
 struct block_tracer {
-    slice_finder::block_view slices{};         ///< crossings of the lines of the block
-    view<const std::uint8_t> is_sliced{};      ///< of each object, by rank; empty: none is
-    bool any_rays = true;                      ///< some objects are not sliced
-    const aperture_shading* shading = nullptr; ///< of the whole frame; null: lines stand for the aperture
+    slice_finder::block_view slices{};    ///< crossings of the lines of the block
+    view<const std::uint8_t> is_sliced{}; ///< of each object, by rank; empty: none is
+    bool any_rays = true;                 ///< some objects are not sliced
+    aperture_shading::gains_view gains{}; ///< because sound comes from the whole aperture
 
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
@@ -31,7 +32,7 @@ struct block_tracer {
                                                       scratch.layers, !takes_normal_incidence<Model>());
         if (layers.empty()) return false;
         line_task seen = task;
-        if (shading != nullptr) seen.line.gains = shading->of_line(task.number, task.plane);
+        seen.line.gains = gains.of_line(task.number, task.plane);
         seen.apply(policy, model, layers, out);
         return true;
     }
@@ -134,7 +135,7 @@ class straight_frame {
     detail::block_tracer of_block(std::size_t begin) {
         if (!shaded_) return found_block(begin);
         detail::block_tracer block = tracer_of_found(begin); // was found for the shading
-        block.shading = &shading_;
+        block.gains = shading_.view_of();
         return block;
     }
 

@@ -1,8 +1,8 @@
 #ifndef INSONIFY_TRACING_TURNED_FAN_HPP
 #define INSONIFY_TRACING_TURNED_FAN_HPP
 
-#include <insonify/acoustics/layer.hpp>
 #include <insonify/probe/line_fan.hpp>
+#include <insonify/scene/layers.hpp>
 #include <cmath>
 #include <vector>
 
@@ -67,7 +67,7 @@ struct line_turn {
     }
 };
 
-/// A turned line in the world. It meets surfaces as the straight line through the same point does.
+/// A turned line in the world.
 struct turned_line {
     line_frame straight{}; ///< the line before
     line_turn turn{};
@@ -75,15 +75,25 @@ struct turned_line {
     vec3 direction() const {
         return turn.cosine * straight.along + turn.sine * cross(straight.elevation, straight.along);
     }
+    /// Direction of the straight line through the point at this depth.
+    vec3 straight_at(float depth) const {
+        if (turn.radius == 0) return straight.along;
+        const vec3 from_apex = turn.radius * straight.along + turn.length_to(depth) * direction();
+        return from_apex / length(from_apex);
+    }
 };
 
-/// The frame of the straight line through the point at this depth.
-inline line_frame frame_at(const turned_line& line, float depth) {
-    if (line.turn.radius == 0) return line.straight;
+/// A turned line meets surfaces as the straight line through the same point does; only steep ones, which that line hardly
+/// meets, at its own angle.
+inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
+                                      std::uint32_t face) {
+    constexpr float steep = 0.5F; // 60 degrees
     line_frame there = line.straight;
-    const vec3 from_apex = line.turn.radius * there.along + line.turn.length_to(depth) * line.direction();
-    there.along = from_apex / length(from_apex);
-    return there;
+    there.along = line.straight_at(depth);
+    const surface_incidence met = incidence_on(one, face, there);
+    if (met.cosine > steep) return met;
+    there.along = line.direction();
+    return incidence_on(one, face, there);
 }
 
 /// The lines of a fan, all turned alike.
