@@ -11340,7 +11340,7 @@ class aperture_shading {
         gains_.resize(along_.size() * steps);
         objects_.resize(std::size_t{planes_} * points);
         means_.resize(std::size_t{planes_} * steps * points);
-        weighted_.resize(planes_ * steps);
+        weighted_.resize(std::size_t{planes_} * steps);
         directions_.resize(planes_ == 1 ? directions : std::max<std::uint32_t>((directions + 3) / 4, 2));
         turn_lines(frame);
 
@@ -11353,10 +11353,11 @@ class aperture_shading {
                         if (!tracer.find(task, room.found)) return false;
                         if (line >= first_ && (line - first_) % stride_ == 0) {
                             const media_stack& inside = room.found.inside;
-                            objects_[plane * points + (line - first_) / stride_].assign(
+                            objects_[std::size_t{plane} * points + (line - first_) / stride_].assign(
                                 inside.ranks.data(), inside.ranks.data() + inside.count);
                         }
-                        return find_arrivals(task, task.line.frame, model, room, along_[plane * lines_ + line]);
+                        return find_arrivals(task, task.line.frame, model, room,
+                                             along_[std::size_t{plane} * lines_ + line]);
                     });
         });
         if (sliced) sort_segments(slices.segments());
@@ -11370,8 +11371,8 @@ class aperture_shading {
                             const line_task task = task_of(frame, scene, first_ + point * stride_, plane);
                             const turned_line turned{task.line.frame, own.fans[plane].turn()};
                             arrivals found;
-                            if (!find(task, turned, own, plane * points + point, sliced ? &slices : nullptr,
-                                      room.found) ||
+                            if (!find(task, turned, own, std::size_t{plane} * points + point,
+                                      sliced ? &slices : nullptr, room.found) ||
                                 !find_arrivals(task, turned, model, room, found))
                                 return false;
                             for (std::uint32_t step = 0; step < steps; ++step)
@@ -11581,7 +11582,7 @@ class aperture_shading {
     void combine(std::size_t row) {
         const std::uint32_t points = points_fan_.size();
         const std::size_t count = directions_.size();
-        const std::size_t padded = (points + simd_width - 1) / simd_width * simd_width;
+        const std::size_t padded = (std::size_t{points} + simd_width - 1) / simd_width * simd_width;
         // What arrives, then the share itself where there is a line, then what arrives times its displayed depth.
         std::vector<float>& weighted = weighted_[row];
         weighted.assign((2 * count + 1) * padded, 0);
