@@ -8,6 +8,7 @@
 #include <insonify/tracing/turned_fan.hpp>
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
 #include <vector>
 
@@ -327,12 +328,11 @@ class aperture_shading {
             weigh(directions_[k], row, weighted.data() + k * padded, shares + k * padded, depths);
         for (std::uint32_t first = 0; first < points; first += simd_width) {
             const received sound = receive(weighted.data() + first, padded), all = receive(shares + first, padded);
-            const auto none = all.sum <= floats(0.0F);
-            const floats one(1.0F);
+            const floats least(FLT_MIN); // divides where there is no line at all
             float mean[simd_width], rms[simd_width], depth[simd_width];
-            store(load<simd_width>(depths + first) / select(none, one, sound.sum), depth);
-            store(select(none, floats(-1.0F), sound.sum / select(none, one, all.sum)), mean);
-            store(sqrt(sound.power / select(none, one, all.power)), rms);
+            store(load<simd_width>(depths + first) / max(sound.sum, least), depth);
+            store(select(all.sum <= floats(0.0F), floats(-1.0F), sound.sum / max(all.sum, least)), mean);
+            store(sqrt(sound.power / max(all.power, least)), rms);
             for (std::uint32_t i = 0; i < simd_width && first + i < points; ++i)
                 means_[row * points + first + i] = {mean[i] * std::fabs(mean[i]), rms[i], depth[i]};
         }
