@@ -494,6 +494,7 @@ struct line_aperture {
     view<const float> fnumbers{}; ///< in the slice plane, at equal steps of displayed depth
     float spacing = 1;            ///< length of a step, metres of displayed depth
     float elevation_fnumber = 4;  ///< out of the slice plane
+    float height = 0; ///< of the tissue that contributes to an echo, out of the slice plane, metres; 0: unknown
 
     /// F-number in the slice plane at a displayed depth, metres; 2 if none is given.
     INSONIFY_FN float fnumber(float depth) const {
@@ -510,10 +511,10 @@ struct aperture_gain {
 };
 
 /// Sound reaches a point of a line from the whole width of the aperture: behind an obstacle it also comes past it, sooner or
-/// later than through it, and beside one some of it is kept away.
+/// later than through it, and beside an obstacle part of it is blocked.
 ///
-/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes along
-/// the line below `least` count as that. None where the line stands for all.
+/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes below
+/// `least` are taken as `least`. Empty: the line alone counts.
 struct aperture_gains {
     static constexpr float least = 1e-12F; ///< smallest amplitude that a factor belongs to
 
@@ -526,8 +527,8 @@ struct aperture_gains {
     }
 };
 
-/// The `aperture_gains` within one layer. They are continuous across surfaces; those of other layers, and those so close to a
-/// surface that rounding decides on which side they are, have no part in it.
+/// The `aperture_gains` within one layer. Those of other layers, and those so close to a surface that rounding decides on which
+/// side they are, have no part in it. At its first surface those of the layer above hold.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
 
@@ -545,6 +546,12 @@ struct layer_gains {
         const float part = place - static_cast<float>(above);
         return {a.surfaces + part * (b.surfaces - a.surfaces), a.speckle + part * (b.speckle - a.speckle),
                 a.deeper + part * (b.deeper - a.deeper)};
+    }
+    /// The least `deeper` within the layer.
+    INSONIFY_FN float least_deeper() const {
+        float least = at_steps.empty() ? before.deeper : at_steps[0].deeper;
+        for (const aperture_gain& gain : at_steps) least = min(least, gain.deeper);
+        return least;
     }
     /// At the end of the layer.
     INSONIFY_FN const aperture_gain& last() const { return at_steps.empty() ? before : at_steps[at_steps.size() - 1]; }
@@ -571,7 +578,7 @@ struct traced_line {
     line_frame frame{};         ///< in the world
     line_aperture aperture{};   ///< of the receiving array
     float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
-    aperture_gains gains{}; ///< because sound comes from the whole aperture
+    aperture_gains gains{}; ///< corrections for the width of the aperture
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -927,11 +934,13 @@ namespace insonify::inline INSONIFY_ABI {
 ///     float max_depth(float depth, view<const medium> media) const;
 ///
 /// For complex echoes that `convolve` follows, a model may emit them to an `echo_line` instead of writing samples; the
-/// tracer then compensates their levels for the kernels. Such a model also gives the covariance, 1 to 0, of its random
-/// echoes on two lines, by their distance in metres and the angle between them in radians:
+/// tracer then compensates their levels for the kernels. Such a model also gives the covariance of its random echoes on two
+/// lines, 1 at distance 0: for lines of one frame by their distance in metres and the angle between them in radians, and for
+/// lines one above the other by their distance and `line_aperture::height`, both in metres (optional; else the former):
 ///
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 ///     float covariance(float distance, float angle) const;
+///     float elevation_covariance(float distance, float height) const;
 ///
 /// For a model whose shadows are to have a penumbra, what arrives along a line; it then applies `traced_line::gains`, which
 /// the tracer computes from that. See `physical::arrivals`:
@@ -1922,72 +1931,6 @@ struct law2011 {
 #ifndef INSONIFY_ACOUSTICS_PHYSICAL_HPP
 #define INSONIFY_ACOUSTICS_PHYSICAL_HPP
 
-#ifndef INSONIFY_ACOUSTICS_ATTENUATION_HPP
-#define INSONIFY_ACOUSTICS_ATTENUATION_HPP
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Attenuation of an echo per metre of depth, there and back, in dB/m at a frequency in hertz.
-///
-///     loss = 2 alpha0 f^b
-///
-/// alpha0 = `attenuation` in dB/m at 1 MHz, f in MHz, b = `attenuation_power`. Valid for a single frequency. The result
-/// is finite for every valid medium: it is at most FLT_MAX.
-/// Source: the power law of attenuation in tissue, Szabo, Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
-INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
-    const float megahertz = frequency * 1e-6F;
-    const float growth = m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power);
-    return min(m.attenuation * min(2 * growth, FLT_MAX), FLT_MAX);
-}
-
-/// An attenuation law: law(medium, frequency) is the attenuation of an echo in dB per metre, there and back; the
-/// frequency is in hertz.
-template <class Law>
-concept attenuation_law = requires(const Law& law, const medium& m, float frequency) {
-    { law(m, frequency) } -> std::convertible_to<float>;
-};
-
-/// The default attenuation law: `echo_loss`.
-struct power_law {
-    /// dB/m, there and back; the frequency in hertz.
-    INSONIFY_FN float operator()(const medium& m, float frequency) const { return echo_loss(m, frequency); }
-
-    friend bool operator==(const power_law&, const power_law&) = default;
-};
-
-/// The echo of a pulse of finite bandwidth. Attenuation grows with frequency, so the centre of the spectrum shifts down
-/// and the peak loses less than a single frequency would.
-struct broadband_echo {
-    float loss_db = 0;   ///< of the peak, dB
-    float frequency = 0; ///< of the centre of the spectrum, hertz
-};
-
-/// A Gaussian pulse after a path, there and back, on which a single frequency would lose `narrowband_db`.
-///
-///     beta = narrowband_db ln(10) / (20 f0)                       Np/Hz
-///     sigma = B f0 / 2.3548                                       Hz, of the amplitude spectrum
-///     loss = beta f0 - beta^2 sigma^2 / 2                         Np, of the peak
-///     centre = f0 - beta sigma^2                                  Hz
-///
-/// Valid for attenuation linear in f, as long as the centre is well above 0. beta is limited to the value at which the
-/// centre is f0 / 2.
-/// @param frequency  f0, of the carrier, hertz
-/// @param bandwidth  B, fractional, at -6 dB
-/// Source: product of the Gaussian spectrum and exp(-beta f), by completing the square; see also Szabo,
-/// Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
-INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequency, float bandwidth) {
-    constexpr float neper_per_db = 0.115129255F; // ln(10) / 20
-    const float sigma = bandwidth * frequency / 2.3548F;
-    const float max_beta = 0.5F * frequency / (sigma * sigma);
-    const float beta = min(neper_per_db * narrowband_db / frequency, max_beta);
-    return {.loss_db = narrowband_db - 0.5F * beta * beta * sigma * sigma / neper_per_db,
-            .frequency = frequency - beta * sigma * sigma};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #ifndef INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 #define INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 
@@ -2146,6 +2089,7 @@ struct material_line {
     vec3 elevation{0, 1, 0};     ///< normal of the slice plane
     std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
     float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
+    float height = 0;            ///< of the tissue that contributes to an echo, along `elevation`, metres; 0: unknown
 
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
@@ -2154,9 +2098,13 @@ struct material_line {
 /// A line in coordinates of an object.
 /// @param place  pose of the object: object to world
 INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
-                                           float scatterer_density = 0) {
-    return {place.local_point(line.origin), place.local_direction(line.along), place.local_direction(line.elevation),
-            object, scatterer_density};
+                                           float scatterer_density = 0, float height = 0) {
+    return {place.local_point(line.origin),
+            place.local_direction(line.along),
+            place.local_direction(line.elevation),
+            object,
+            scatterer_density,
+            height};
 }
 
 /// Spacing of scatterers along a line, metres: an eighth of the wavelength c0 / f0, four per cycle of the echo.
@@ -2184,8 +2132,9 @@ struct any_emit {
 /// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
 /// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
 ///
-/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines, 1 to 0, by their distance in metres
-/// and the angle between them in radians.
+/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0, by
+/// their distance in metres and the angle between them in radians. A field may state as `elevation_covariance(distance,
+/// height)` that of two lines one above the other, by their `material_line::height`; else it is `covariance(distance, 0)`.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
     field.scatter(line, x, x, x, detail::any_emit{});
@@ -2271,18 +2220,20 @@ struct rest_line {
 struct cell_layout {
     double slot = 0;             ///< at the origin of the segment
     double slots_per_metre = 1;  ///< of the line
-    vec2 across{0, 0};           ///< lateral position of the origin, in cells
-    vec2 across_per_slot{0, 0};  ///< change of the lateral position from slot to slot, in cells
+    vec2 across{0, 0};           ///< position of the origin in the slice plane and out of it, in cells
+    vec2 across_per_slot{0, 0};  ///< its change from slot to slot, in cells
     std::uint32_t key = 0;       ///< hash of seed, object and layout direction
     float volume = 0;            ///< of a cell, m^3
     float scatterer_density = 0; ///< of the medium, per m^3
     vec2 slope{0, 0};            ///< see `scatterer_run`
 
-    /// Values of N consecutive slots, interpolated between the four cells around the line.
+    /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice plane,
+    /// and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
+    /// @tparam Linear     whether linearly
     /// @param first_slot  index of the first slot
     /// @param offset      slots from the origin to the centre of each
     /// @param numbers     the contents of the cells, such as `gaussian_numbers`
-    template <int N, class Numbers>
+    template <int N, bool Linear = false, class Numbers>
     INSONIFY_FN INSONIFY_INLINE complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
                                                         const Numbers& numbers) const {
         using floats = lanes<N>;
@@ -2295,15 +2246,17 @@ struct cell_layout {
             floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(jitter & 0xFFFFU) * to_cells;
         const floats y = floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(jitter >> 16) * to_cells;
         const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
-        const floats right = x - floats_of<N>(column), upper = y - floats_of<N>(row);
-        const floats left = one - right, lower = one - upper;
+        const floats past_column = x - floats_of<N>(column), upper = y - floats_of<N>(row), lower = one - upper;
+        const floats left = lateral_weight<N, Linear>(past_column),
+                     right = lateral_weight<N, Linear>(one - past_column);
         const bits index = slot_hash + column * next_column + row * next_row + 0x51ED270BU;
         const complex_lanes<N> a = numbers.template operator()<N>(index, volume, scatterer_density),
                                b = numbers.template operator()<N>(index + next_column, volume, scatterer_density),
                                c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
                                d = numbers.template operator()<N>(index + (next_column + next_row), volume,
                                                                   scatterer_density);
-        const floats scale = unit_power_scale<N>(right) * unit_power_scale<N>(upper);
+        const floats scale =
+            Linear ? unit_power_scale<N>(past_column) * unit_power_scale<N>(upper) : unit_power_scale<N>(upper);
         return {
             (lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
             (lower * (left * a.imaginary + right * b.imaginary) + upper * (left * c.imaginary + right * d.imaginary)) *
@@ -2318,29 +2271,51 @@ struct cell_layout {
         const lanes<N> twice = weight + weight - lanes<N>(1.0F);
         return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
     }
+
+    // Weight of a cell at a lateral distance of 0 to 1 cells from its centre: 1.26 (1 - d^2) (1 - 7/3 d^2), of mean power 1
+    // and without a second moment. Positive weights would smooth the field, and speckle would be wider than the beam.
+    template <int N, bool Linear>
+    INSONIFY_FN INSONIFY_INLINE static lanes<N> lateral_weight(const lanes<N>& distance) {
+        if constexpr (Linear) return lanes<N>(1.0F) - distance;
+        const lanes<N> squared = distance * distance;
+        return polynomial<N>(squared, 2.9348392F, -4.1926275F, 1.2577882F);
+    }
 };
 
-/// The layout of cells of a given size for one segment of a line in one slab.
+/// A direction normal to `view`, from a lattice as that is: the one next to `elevation`, on the same side for both of its
+/// signs.
+INSONIFY_FN inline vec3 elevation_direction(vec3 elevation, vec3 view, std::uint32_t bits) {
+    const vec3 size = abs(elevation);
+    const int main = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+    const vec3 chosen = view_direction(elevation[main] < 0 ? -elevation : elevation, bits);
+    const vec3 upright = chosen - dot(chosen, view) * view;
+    return dot(upright, upright) > 0.01F ? normalize(upright) : orthonormal_basis{view}.second;
+}
+
+/// The layout of cells for one segment of a line in one slab.
+/// @param cell     size of a cell in the slice plane, metres; out of it, it is as high as the line's tissue
 /// @param spacing  length of a slot, metres
 INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, const material_line& line,
                                                 const rest_line& segment, double slab, float spacing) {
     const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object);
     const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
-    const vec3 view = view_direction(segment.along, mix_bits(object_hash + slab_index * 0x9E3779B9U));
-    const orthonormal_basis axes{view};
+    const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
+    const vec3 view = view_direction(segment.along, random);
+    const vec3 up = elevation_direction(line.elevation, view, mix_bits(random + 1)), right = cross(up, view);
+    const vec2 to_cells{1 / cell, 1 / (line.height > 0 ? line.height : cell)};
     const vec3 lateral = cross(line.elevation, line.along);
     const float advance = dot(segment.along, view);
     cell_layout cells;
     cells.slot = static_cast<double>(dot(segment.origin, view)) / spacing;
     cells.slots_per_metre = static_cast<double>(advance) / spacing;
-    cells.across = vec2{dot(segment.origin, axes.first), dot(segment.origin, axes.second)} / cell;
-    cells.across_per_slot =
-        vec2{dot(segment.along, axes.first), dot(segment.along, axes.second)} * (spacing / (advance * cell));
+    cells.across = vec2{dot(segment.origin, right), dot(segment.origin, up)} * to_cells;
+    cells.across_per_slot = vec2{dot(segment.along, right), dot(segment.along, up)} * to_cells * (spacing / advance);
     cells.key = object_hash;
     for (int axis = 0; axis < 3; ++axis)
-        cells.key = mix_bits(cells.key ^
-                             static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(view[axis] * 16384))));
-    cells.volume = cell * cell * spacing;
+        for (const vec3 direction : {view, up})
+            cells.key = mix_bits(cells.key ^ static_cast<std::uint32_t>(
+                                                 static_cast<std::int32_t>(std::lround(direction[axis] * 16384))));
+    cells.volume = spacing / (to_cells.x * to_cells.y);
     cells.scatterer_density = line.scatterer_density;
     cells.slope = vec2{dot(lateral, view), dot(line.elevation, view)} / -advance;
     return cells;
@@ -2363,8 +2338,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// A random scatterer field on a grid that is fixed in the material, so that speckle moves with the tissue.
 ///
 /// Along the line the grid consists of slots, each with one scatterer; across the line it consists of cells, with
-/// linear interpolation between them. The cells of each slot are displaced at random, so no line spacing coincides with
-/// their period. The grid is aligned with one of a fixed set of directions, close to that of the line.
+/// interpolation between them. The cells of each slot are displaced at random, so no line spacing coincides with their
+/// period. The grid is aligned with one of a fixed set of directions, close to that of the line.
 /// Source: the convolution model of speckle, Bamber & Dickinson 1980; the grid is the library's own.
 /// @tparam Numbers   the contents of a cell: `gaussian_numbers` or `poisson_numbers`
 /// @tparam Material  vec3(std::uint32_t object, vec3 point): the position at rest of the tissue now at `point`, both in
@@ -2372,9 +2347,11 @@ namespace insonify::inline INSONIFY_ABI {
 template <class Numbers, class Material>
 struct cell_field {
     std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
-    float cell = 0.2e-3F;   ///< size of a cell across the line, metres
-    Numbers numbers{};      ///< contents of the cells
-    Material material{};    ///< position of tissue at rest
+    float cell =
+        0.23e-3F;      ///< size of a cell across the line, metres: at least the spacing of the lines and at most twice
+                       ///< the standard deviation of the beam, or speckle does not slide as it should
+    Numbers numbers{}; ///< contents of the cells
+    Material material{}; ///< position of tissue at rest
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -2383,19 +2360,26 @@ struct cell_field {
         if constexpr (requires { numbers.check(); }) numbers.check();
     }
 
-    /// Covariance of the scatterers of two lines, 1 to 0, averaged over the positions of the lines in their cells.
+    /// Covariance of the scatterers of two lines, 1 at most, averaged over the positions of the lines in their cells.
     /// @param distance  between the lines, metres
     /// @param angle     between their directions, radians
     INSONIFY_FN float covariance(float distance, float angle) const {
-        // At distances of eighths of a cell, by numerical integration; linear in between.
-        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
-                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
-                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
-        const float position = 8 * std::fabs(distance) / cell;
-        if (!(position < 16)) return 0;
-        const auto below = static_cast<int>(position);
-        const float weight = position - static_cast<float>(below);
-        return ((1 - weight) * eighths[below] + weight * eighths[below + 1]) * detail::same_view_probability(angle);
+        const float cells = std::fabs(distance) / cell;
+        if (!(cells < 2)) return 0;
+        // The weights of `cell_layout` correlated with themselves.
+        const float end = 1 - 0.5F * cells;
+        const float factor =
+            1 + cells * (1.5F +
+                         cells * (-2.25F + cells * (-2.5F + cells * (0.75F + cells * (0.65625F + cells * 0.109375F)))));
+        return end * end * end * factor * detail::same_view_probability(angle);
+    }
+    /// The same of `value`.
+    INSONIFY_FN float value_covariance(float distance, float angle) const {
+        return linear_covariance(distance / cell) * detail::same_view_probability(angle);
+    }
+    /// The same of the scatterers of two lines one above the other, by their distance and `material_line::height`, metres.
+    INSONIFY_FN float elevation_covariance(float distance, float height) const {
+        return linear_covariance(distance / (height > 0 ? height : cell));
     }
 
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
@@ -2425,7 +2409,7 @@ struct cell_field {
         const auto slot = static_cast<std::uint32_t>(static_cast<std::int64_t>(below));
         vec2 sum{0, 0};
         for (const std::uint32_t side : {0U, 1U}) {
-            const complex_lanes<1> one = cells.values<1>(slot + side, lanes<1>(0.0F), numbers);
+            const complex_lanes<1> one = cells.values<1, true>(slot + side, lanes<1>(0.0F), numbers);
             float real = 0, imaginary = 0;
             store(one.real, &real);
             store(one.imaginary, &imaginary);
@@ -2438,6 +2422,19 @@ struct cell_field {
 
   private:
     static constexpr std::uint32_t run_length = 128;
+
+    // Covariance of linear interpolation that keeps the power, by distance in cells.
+    INSONIFY_FN static float linear_covariance(float cells) {
+        // At distances of eighths of a cell, by numerical integration; linear in between.
+        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
+                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
+                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
+        const float position = 8 * std::fabs(cells);
+        if (!(position < 16)) return 0;
+        const auto below = static_cast<int>(position);
+        const float weight = position - static_cast<float>(below);
+        return (1 - weight) * eighths[below] + weight * eighths[below + 1];
+    }
 
     // Divides a straight segment where it leaves a slab: each slab has its own layout.
     template <class Emit>
@@ -2665,6 +2662,78 @@ class echo_line {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_ACOUSTICS_ECHO_PATH_HPP
+#define INSONIFY_ACOUSTICS_ECHO_PATH_HPP
+
+#ifndef INSONIFY_ACOUSTICS_ATTENUATION_HPP
+#define INSONIFY_ACOUSTICS_ATTENUATION_HPP
+
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Attenuation of an echo per metre of depth, there and back, in dB/m at a frequency in hertz.
+///
+///     loss = 2 alpha0 f^b
+///
+/// alpha0 = `attenuation` in dB/m at 1 MHz, f in MHz, b = `attenuation_power`. Valid for a single frequency. The result
+/// is finite for every valid medium: it is at most FLT_MAX.
+/// Source: the power law of attenuation in tissue, Szabo, Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
+INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
+    const float megahertz = frequency * 1e-6F;
+    const float growth = m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power);
+    return min(m.attenuation * min(2 * growth, FLT_MAX), FLT_MAX);
+}
+
+/// An attenuation law: law(medium, frequency) is the attenuation of an echo in dB per metre, there and back; the
+/// frequency is in hertz.
+template <class Law>
+concept attenuation_law = requires(const Law& law, const medium& m, float frequency) {
+    { law(m, frequency) } -> std::convertible_to<float>;
+};
+
+/// The default attenuation law: `echo_loss`.
+struct power_law {
+    /// dB/m, there and back; the frequency in hertz.
+    INSONIFY_FN float operator()(const medium& m, float frequency) const { return echo_loss(m, frequency); }
+
+    friend bool operator==(const power_law&, const power_law&) = default;
+};
+
+/// The echo of a pulse of finite bandwidth. Attenuation grows with frequency, so the centre of the spectrum shifts down
+/// and the peak loses less than a single frequency would.
+struct broadband_echo {
+    float loss_db = 0;   ///< of the peak, dB
+    float frequency = 0; ///< of the centre of the spectrum, hertz
+};
+
+/// A Gaussian pulse after a path, there and back, on which a single frequency would lose `narrowband_db`.
+///
+///     beta = narrowband_db ln(10) / (20 f0)                       Np/Hz
+///     sigma = B f0 / 2.3548                                       Hz, of the amplitude spectrum
+///     loss = beta f0 - beta^2 sigma^2 / 2                         Np, of the peak
+///     centre = f0 - beta sigma^2                                  Hz
+///
+/// Valid for attenuation linear in f, as long as the centre is well above 0. beta is limited to the value at which the
+/// centre is f0 / 2.
+/// @param frequency  f0, of the carrier, hertz
+/// @param bandwidth  B, fractional, at -6 dB
+/// Source: product of the Gaussian spectrum and exp(-beta f), by completing the square; see also Szabo,
+/// Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
+INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequency, float bandwidth) {
+    constexpr float neper_per_db = 0.115129255F; // ln(10) / 20
+    const float sigma = bandwidth * frequency / 2.3548F;
+    const float max_beta = 0.5F * frequency / (sigma * sigma);
+    const float beta = min(neper_per_db * narrowband_db / frequency, max_beta);
+    return {.loss_db = narrowband_db - 0.5F * beta * beta * sigma * sigma / neper_per_db,
+            .frequency = frequency - beta * sigma * sigma};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
+#define INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
+
 #ifndef INSONIFY_ACOUSTICS_FRESNEL_HPP
 #define INSONIFY_ACOUSTICS_FRESNEL_HPP
 
@@ -2775,9 +2844,6 @@ struct fresnel {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
-#define INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
-
 
 /// Refraction along a straight line. The line itself never bends, but the ray that refraction would make of it is carried
 /// along: angles of incidence and attenuation are those of that ray, exactly so for plane surfaces. Depths stay those of
@@ -2852,7 +2918,8 @@ class line_refraction {
         former_direction_ = arriving;
     }
 
-    // Of the surface at the beginning of layer i, once asked for by the layer above and once by this one: x in the slice plane across the line, y out of the slice, z along it.
+    // Normal of the surface at the beginning of layer i, kept because the layer above and this one both use it. x: across the
+    // line in the slice plane, y: out of it, z: along the line.
     INSONIFY_FN vec3 normal_of(std::size_t i) {
         if (i != normal_is_of_) {
             const vec2 slope = line_.layers[i].slope;
@@ -2875,6 +2942,111 @@ class line_refraction {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Depth at which an echo is displayed: by its travel time through the media, or as if all had `display_speed`.
+enum class timing { sound_speed, uniform };
+
+/// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
+enum class angle { oblique, normal };
+
+/// Bandwidth of the pulse under attenuation: a single frequency, or a Gaussian spectrum, which loses less
+/// (`attenuated`). The downshift of its centre is neglected.
+enum class pulse_bandwidth { narrow, broad };
+
+/// State of the wave at a point of its path.
+struct echo_path {
+    float shown = 0;              ///< displayed depth, metres
+    float lost_db = 0;            ///< attenuation so far, there and back, dB
+    float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
+    refracted_layer refraction{}; ///< of the present layer
+    layer_gains gains{};          ///< of the present layer
+};
+
+namespace detail {
+
+/// Displayed depth per metre of a medium.
+INSONIFY_FN inline float displayed_stretch(timing how, const medium& m) {
+    return how == timing::sound_speed ? insonify::displayed_stretch(m) : 1.0F;
+}
+
+/// Standard deviation of the envelope of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5; metres of displayed
+/// depth.
+INSONIFY_FN inline float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
+
+/// The same of the pulse of a line.
+INSONIFY_FN inline float sigma_of(const traced_line& line) {
+    return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+}
+
+/// The loss at the peak of the pulse, dB. @param lost_db  that of its centre frequency
+INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float lost_db) {
+    if (bandwidth == pulse_bandwidth::narrow) return lost_db;
+    const float fractional = axial_sigma(sigma_of(line), line.frequency); // axial_sigma is its own inverse
+    return attenuated(lost_db, line.frequency, fractional).loss_db;
+}
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
+#define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
+
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Emits the speckle of one layer, as `physical` documents it.
+/// @param path  at the beginning of the layer
+template <class Model, class Echoes>
+INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const layer& here, const echo_path& path,
+                              const Echoes& echoes) {
+    const medium& m = line.media[here.medium];
+    const float begin = path.shown + path.gains.least_deeper();
+    if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
+    const float displayed = displayed_stretch(model.timing, m);
+    const float loss = path.refraction.length_factor * model.attenuation(m, line.frequency);
+    const float sigma = sigma_of(line);
+    const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
+    // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
+    const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
+    const float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
+    const float background_loss = model.attenuation(line.media[0], line.frequency);
+    // Amplitude there and back at displayed depth `shown`, no less than the floor.
+    const auto arriving = [&](float lost_db, float shown, float gain) {
+        const float direct =
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-peak_loss(model.bandwidth, line, lost_db)), gain);
+        if (model.shadow_floor_db == -FLT_MAX) return direct;
+        return max(direct, amplitude_of_decibels(model.shadow_floor_db - shown * background_loss));
+    };
+    const pose place = line.places.empty() ? pose{} : line.places[here.place];
+    const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
+    const material_line within = in_object(line.frame, place, here.object, m.scatterer_density, line.aperture.height);
+    model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
+        const auto length = static_cast<float>(run.count) * run.step;
+        const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
+        const auto shown_at = [&](float distance, const aperture_gain& gain) {
+            return path.shown + (distance - here.begin) * displayed + gain.deeper;
+        };
+        const auto level_at = [&](float distance, const aperture_gain& gain) {
+            const float arrived =
+                arriving(path.lost_db + (distance - here.begin) * loss, shown_at(distance, gain), gain.speckle);
+            return min(level * arrived, 1e20F); // keeps sums finite
+        };
+        const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
+        echoes.scatterers({.depth = shown_at(run.first, first),
+                           .step = max(run.step * displayed + longer, 0),
+                           .count = run.count,
+                           .real = run.real,
+                           .imaginary = run.imaginary,
+                           .first_level = level_at(run.first, first),
+                           .last_level = level_at(run.first + length, last),
+                           .slope = run.slope * displayed});
+    });
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #ifndef INSONIFY_ACOUSTICS_ROUGHNESS_HPP
 #define INSONIFY_ACOUSTICS_ROUGHNESS_HPP
@@ -3068,25 +3240,6 @@ struct specular_return {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Depth at which an echo is displayed: by its travel time through the media, or as if all had `display_speed`.
-enum class timing { sound_speed, uniform };
-
-/// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
-enum class angle { oblique, normal };
-
-/// Bandwidth of the pulse under attenuation: a single frequency, or a Gaussian spectrum, which loses less
-/// (`attenuated`). The downshift of its centre is neglected.
-enum class pulse_bandwidth { narrow, broad };
-
-/// State of the wave at a point of its path.
-struct echo_path {
-    float shown = 0;              ///< displayed depth, metres
-    float lost_db = 0;            ///< attenuation so far, there and back, dB
-    float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
-    refracted_layer refraction{}; ///< of the present layer
-    layer_gains gains{};          ///< of the present layer
-};
-
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
 ///
 ///     specular   T A r(i) exp(-2 k^2 h^2 cos^2 i) L(phi_x) L(phi_y)          `fresnel`, `kirchhoff`, `specular_return`
@@ -3160,7 +3313,7 @@ struct physical {
 
     /// Default number of samples of a line, for a pulse of 2.5 cycles: see `samples_for`.
     INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
-        return samples_for(depth, nominal_sigma(frequency));
+        return samples_for(depth, detail::nominal_sigma(frequency));
     }
 
     /// Length of the line to trace, metres: at least as far as sound in the fastest medium travels in the time of the
@@ -3175,9 +3328,16 @@ struct physical {
     INSONIFY_FN float covariance(float distance, float radians) const {
         return scattering.covariance(distance, radians);
     }
+    /// The same of two lines one above the other.
+    INSONIFY_FN float elevation_covariance(float distance, float height) const {
+        if constexpr (requires { scattering.elevation_covariance(distance, height); })
+            return scattering.elevation_covariance(distance, height);
+        else
+            return scattering.covariance(distance, 0);
+    }
     /// Covariance of the diffuse echoes of rough surfaces on two lines.
     INSONIFY_FN float surface_covariance(float distance, float radians) const {
-        return surface_field().covariance(distance, radians);
+        return surface_field().value_covariance(distance, radians);
     }
 
     /// Reflection and transmission of an interface by the model's interface law.
@@ -3198,25 +3358,31 @@ struct physical {
     /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
     INSONIFY_FN void arrivals(const traced_line& line, float spacing, view<vec2> out) const {
         detail::line_refraction<physical> refraction{*this, line};
-        float passed = 1, lost_db = 0, shown = 0;
+        echo_path path{};
         std::size_t k = 0;
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
             const layer& here = line.layers[i];
-            const refracted_layer bent = refraction.next();
-            const medium &m = line.media[here.medium], &before = line.media[bent.before];
-            if (here.medium != bent.before)
-                passed *= at_interface({before, m, bent.cosine, line.frequency}).transmitted;
-            const float loss = attenuation(m, line.frequency), per_metre = bent.length_factor * loss;
-            lost_db = max(lost_db - bent.saved * loss, 0);
-            const float first = static_cast<float>(k + 1) * spacing - here.begin;
-            float amplitude = passed * amplitude_of_decibels(-(lost_db + per_metre * first));
-            const float step = amplitude_of_decibels(-per_metre * spacing);
-            const float displayed = stretch(m);
+            const medium& m = line.media[here.medium];
+            enter(line, refraction, here, path);
+            if (i > 0 && here.medium != path.refraction.before)
+                path.passed *=
+                    at_interface({line.media[path.refraction.before], m, path.refraction.cosine, line.frequency})
+                        .transmitted;
+            const float loss = loss_per_metre(line, m, path), displayed = detail::displayed_stretch(timing, m);
             const bool last = i + 1 == line.layers.size();
-            for (; k < out.size() && (last || static_cast<float>(k + 1) * spacing < here.end); ++k, amplitude *= step)
-                out[k] = {amplitude, shown + (static_cast<float>(k + 1) * spacing - here.begin) * displayed};
-            lost_db += per_metre * (here.end - here.begin);
-            shown += displayed * (here.end - here.begin);
+            const auto amplitude_at = [&](float within) {
+                const float lost_db = detail::peak_loss(bandwidth, line, path.lost_db + within * loss);
+                return path.passed * amplitude_of_decibels(-lost_db);
+            };
+            float amplitude = amplitude_at(static_cast<float>(k + 1) * spacing - here.begin);
+            const float step = amplitude_of_decibels(-loss * spacing);
+            for (; k < out.size() && (last || static_cast<float>(k + 1) * spacing < here.end); ++k) {
+                const float within = static_cast<float>(k + 1) * spacing - here.begin;
+                if (bandwidth == insonify::pulse_bandwidth::broad) amplitude = amplitude_at(within);
+                out[k] = {amplitude, path.shown + within * displayed};
+                amplitude *= step;
+            }
+            leave(line, here, path);
         }
     }
 
@@ -3233,17 +3399,16 @@ struct physical {
         detail::line_refraction<physical> refraction{*this, line};
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
             layer here = line.layers[i];
-            path.refraction = refraction.next();
             const layer_gains gains = path.gains.next(line.gains, here);
-            if (i > 0 && here.medium != path.refraction.before) {
-                here.cosine = path.refraction.cosine;
-                path.passed *= add_interface(line, line.layers[i - 1], here, path, echoes).transmitted;
+            echo_path entered = path;
+            enter(line, refraction, here, entered);
+            if (i > 0 && here.medium != entered.refraction.before) {
+                here.cosine = entered.refraction.cosine;
+                entered.passed *= add_interface(line, line.layers[i - 1], here, path, echoes).transmitted;
             }
+            path = entered;
             path.gains = gains;
-            if (path.shown + gains.last().deeper >= echoes.depth()) return;
-            if (path.refraction.saved != 0)
-                path.lost_db =
-                    max(path.lost_db - path.refraction.saved * attenuation(line.media[here.medium], line.frequency), 0);
+            if (path.shown + gains.least_deeper() >= echoes.depth()) return;
             add_layer(line, here, path, echoes);
         }
     }
@@ -3252,11 +3417,8 @@ struct physical {
     template <class Echoes>
     INSONIFY_FN void add_layer(const traced_line& line, const layer& here, echo_path& path,
                                const Echoes& echoes) const {
-        const medium& m = line.media[here.medium];
-        add_speckle(line, here, m, path, echoes);
-        const float length = here.end - here.begin;
-        path.shown += length * stretch(m);
-        path.lost_db += length * path.refraction.length_factor * attenuation(m, line.frequency);
+        detail::emit_speckle(*this, line, here, path, echoes);
+        leave(line, here, path);
     }
 
     /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
@@ -3271,15 +3433,16 @@ struct physical {
         const incidence at{before, after, cosine, line.frequency};
         const response wave = at_interface(at);
         const float elevation_fnumber = line.aperture.elevation_fnumber;
-        const float arrived = line.gains.amplitude(path.passed * amplitude_of_decibels(-peak_loss(line, path.lost_db)),
-                                                   path.gains.last().surfaces);
+        const float arrived =
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-detail::peak_loss(bandwidth, line, path.lost_db)),
+                                 path.gains.last().surfaces);
         const float shown = path.shown + path.gains.last().deeper;
 
         const float fnumber = line.aperture.fnumber(shown);
         const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
         constexpr float steepest = 5.8F; // 80 degrees
-        const vec2 slope =
-            stretch(before) * vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
+        const vec2 slope = detail::displayed_stretch(timing, before) *
+                           vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
         const float collected = specular(std::atan(tangent.x), fnumber, wavelengths) *
                                 specular(std::atan(tangent.y), elevation_fnumber, wavelengths);
         const float coherent = arrived * wave.reflected * roughness.coherent(at) * collected;
@@ -3293,7 +3456,7 @@ struct physical {
             const pose place = line.places.empty() ? pose{} : line.places[below.place];
             const material_line inside = in_object(line.frame, place, below.object);
             const gaussian_field<> field = surface_field();
-            const float displayed = stretch(before);
+            const float displayed = detail::displayed_stretch(timing, before);
             echoes.rough_surface(shown, diffuse, slope, [&](float offset) {
                 return field.value(inside, below.begin + offset / displayed, scatterer_spacing(line.frequency));
             });
@@ -3309,71 +3472,22 @@ struct physical {
         return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e};
     }
 
-    // Displayed depth per metre of the medium.
-    INSONIFY_FN float stretch(const medium& m) const {
-        return timing == insonify::timing::sound_speed ? displayed_stretch(m) : 1.0F;
+    // Sound enters a layer, without the transmission of its surface.
+    INSONIFY_FN void enter(const traced_line& line, detail::line_refraction<physical>& refraction, const layer& here,
+                           echo_path& path) const {
+        path.refraction = refraction.next();
+        if (path.refraction.saved != 0)
+            path.lost_db =
+                max(path.lost_db - path.refraction.saved * attenuation(line.media[here.medium], line.frequency), 0);
     }
-
-    // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
-    INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
-
-    INSONIFY_FN static float sigma_of(const traced_line& line) {
-        return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+    // Sound leaves a layer.
+    INSONIFY_FN void leave(const traced_line& line, const layer& here, echo_path& path) const {
+        const medium& m = line.media[here.medium];
+        path.shown += (here.end - here.begin) * detail::displayed_stretch(timing, m);
+        path.lost_db += (here.end - here.begin) * loss_per_metre(line, m, path);
     }
-
-    // The loss at the peak of the pulse, dB.
-    INSONIFY_FN float peak_loss(const traced_line& line, float lost_db) const {
-        return bandwidth == insonify::pulse_bandwidth::broad
-                   ? attenuated(lost_db, line.frequency, bandwidth_of(line)).loss_db
-                   : lost_db;
-    }
-
-    // Amplitude T A of the speckle at displayed depth `shown`, no less than the floor.
-    INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown, float gain) const {
-        const float direct = line.gains.amplitude(passed * amplitude_of_decibels(-peak_loss(line, lost_db)), gain);
-        if (shadow_floor_db == -FLT_MAX) return direct;
-        return max(direct, amplitude_of_decibels(shadow_floor_db - shown * attenuation(line.media[0], line.frequency)));
-    }
-
-    INSONIFY_FN static float bandwidth_of(const traced_line& line) {
-        return axial_sigma(sigma_of(line), line.frequency); // axial_sigma is its own inverse
-    }
-
-    template <class Echoes>
-    INSONIFY_FN void add_speckle(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
-                                 const Echoes& echoes) const {
-        const float begin = path.shown + path.gains.at(here.begin).deeper;
-        if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
-        const float displayed = stretch(m), loss = path.refraction.length_factor * attenuation(m, line.frequency);
-        const float sigma = sigma_of(line);
-        const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
-        // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
-        const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
-        const float level = m.backscatter * amplitude_of_decibels(texture_db) / pulse_gain;
-        const pose place = line.places.empty() ? pose{} : line.places[here.place];
-        const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
-        const material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
-        scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
-            const auto length = static_cast<float>(run.count) * run.step;
-            const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
-            const auto shown_at = [&](float distance, const aperture_gain& gain) {
-                return path.shown + (distance - here.begin) * displayed + gain.deeper;
-            };
-            const auto level_at = [&](float distance, const aperture_gain& gain) {
-                const float arrived = arriving(line, path.passed, path.lost_db + (distance - here.begin) * loss,
-                                               shown_at(distance, gain), gain.speckle);
-                return min(level * arrived, 1e20F); // keeps sums finite
-            };
-            const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
-            echoes.scatterers({.depth = shown_at(run.first, first),
-                               .step = max(run.step * displayed + longer, 0),
-                               .count = run.count,
-                               .real = run.real,
-                               .imaginary = run.imaginary,
-                               .first_level = level_at(run.first, first),
-                               .last_level = level_at(run.first + length, last),
-                               .slope = run.slope * displayed});
-        });
+    INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
+        return path.refraction.length_factor * attenuation(m, line.frequency);
     }
 
     INSONIFY_FN gaussian_field<> surface_field() const { return {.seed = seed}; }
@@ -4512,7 +4626,7 @@ struct lateral_weights {
         float sum = 0;
         for (int lag = 0; lag <= end - begin; ++lag) {
             const float correlated = covariance(lag);
-            if (lag > 0 && !(correlated > 0)) break;
+            if (lag > 0 && !(std::fabs(correlated) > 0)) break;
             float products = 0;
             for (int offset = begin; offset + lag <= end; ++offset)
                 products += amplitude(offset) * amplitude(offset + lag);
@@ -9123,6 +9237,12 @@ inline object_id scene::add(mesh surface, const medium& inside, object_settings 
 #ifndef INSONIFY_TRACING_APERTURE_SHADING_HPP
 #define INSONIFY_TRACING_APERTURE_SHADING_HPP
 
+#ifndef INSONIFY_TRACING_APERTURE_MEAN_HPP
+#define INSONIFY_TRACING_APERTURE_MEAN_HPP
+
+#ifndef INSONIFY_TRACING_TURNED_LINES_HPP
+#define INSONIFY_TRACING_TURNED_LINES_HPP
+
 #ifndef INSONIFY_TRACING_SCRATCH_MEMORY_HPP
 #define INSONIFY_TRACING_SCRATCH_MEMORY_HPP
 
@@ -9309,7 +9429,8 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
             .normal = one.at.direction(normal)};
 }
 
-/// How a line meets a face at a distance. Other kinds of lines have an overload of their own.
+/// How a line meets a face at a distance. Lines that are turned about their origins (tracing/turned_fan.hpp) have an overload
+/// of their own.
 INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float /* distance */, const object_view& one,
                                                   std::uint32_t face) {
     return incidence_on(one, face, line);
@@ -9788,6 +9909,10 @@ class elevation_planes {
     /// Height of the strip that a plane represents, metres; 0 for a single plane.
     float height(std::uint32_t plane) const { return height_[plane]; }
 
+    /// Height of the tissue that contributes to an echo, metres: an eighth of the aperture's, as the beam has in the middle of
+    /// its range. It is the same at all depths, or speckle would change as tissue moves to and fro.
+    float scatterer_height() const { return beam_.elevation_height / 8; }
+
     /// The weight of each plane at a depth in metres; their sum is 1.
     void weights(float depth, float (&weight)[max_elevation_planes]) const {
         const float sigma = beam_.elevation_sigma(depth);
@@ -9865,7 +9990,8 @@ class kernel_table {
   public:
     kernel_table() = default; ///< no compensation
 
-    /// @param speckle, surface  covariance(metres apart, radians turned) of speckle, and of the echoes of rough surfaces
+    /// @param speckle, surface  covariance(metres apart in the slice plane and out of it, radians turned, height of the
+    ///                          scatterers) of speckle, and of the echoes of rough surfaces
     template <class Policy, transducer Probe, class Speckle, class Surface>
     kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
                  const Speckle& speckle, const Surface& surface)
@@ -9888,10 +10014,11 @@ class kernel_table {
                         plane_weights_.begin() + static_cast<std::ptrdiff_t>(k * planes.count()));
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             const auto levels_with = [&](const auto& covariance) {
-                return levels_of(across, planes, weight, correlations{across, turned, planes, covariance});
+                return levels_of(across, planes, weight,
+                                 correlations{across, turned, planes, planes.scatterer_height(), covariance});
             };
             const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
-                         uncorrelated = levels_with([](float, float) { return 0.0F; });
+                         uncorrelated = levels_with([](vec2, float, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {.lateral_sigma =
                                                                 probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
@@ -9928,15 +10055,16 @@ class kernel_table {
         std::vector<float> of_lines; // by distance in lines
 
         template <class Covariance>
-        correlations(const lateral_weights& across, float turned, const elevation_planes& planes,
+        correlations(const lateral_weights& across, float turned, const elevation_planes& planes, float height,
                      const Covariance& covariance)
             : of_lines(2 * across.half.size() - 1, 1.0F) {
             for (std::uint32_t i = 0; i < planes.count(); ++i)
                 for (std::uint32_t j = 0; j < planes.count(); ++j)
-                    of_planes[i][j] = i == j ? 1.0F : covariance(planes.offset(i) - planes.offset(j), 0.0F);
+                    of_planes[i][j] =
+                        i == j ? 1.0F : covariance(vec2{0, planes.offset(i) - planes.offset(j)}, 0.0F, height);
             for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
                 const auto lines = static_cast<float>(lag);
-                of_lines[lag] = covariance(lines * across.spacing, lines * turned);
+                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned, height);
             }
         }
     };
@@ -9989,12 +10117,16 @@ kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float d
                 probe,
                 depth,
                 planes,
-                [&](float apart, float turned) { return model.covariance(apart, turned); },
-                [&](float apart, float turned) {
-                    if constexpr (requires { model.surface_covariance(apart, turned); })
-                        return model.surface_covariance(apart, turned);
+                [&](vec2 apart, float turned, float height) {
+                    if constexpr (requires { model.elevation_covariance(apart.y, height); })
+                        if (apart.y != 0) return model.elevation_covariance(apart.y, height);
+                    return model.covariance(apart.x + apart.y, turned);
+                },
+                [&](vec2 apart, float turned, float) {
+                    if constexpr (requires { model.surface_covariance(apart.x, turned); })
+                        return model.surface_covariance(apart.x + apart.y, turned);
                     else
-                        return model.covariance(apart, turned);
+                        return model.covariance(apart.x + apart.y, turned);
                 }};
     else
         return {};
@@ -10071,7 +10203,7 @@ class frame_plan {
   private:
     struct tables {
         std::vector<float> plane_offset{}, plane_height{}, plane_weights{}, fnumbers{};
-        float fnumber_spacing = 1, elevation_fnumber = 4;
+        float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
         kernel_table kernels{};
 
         template <class Policy>
@@ -10091,11 +10223,14 @@ class frame_plan {
             constexpr std::uint32_t parts = kernel_table_view::depths;
             fnumber_spacing = depth / parts;
             fnumbers.clear();
-            for (std::uint32_t k = 0; k < parts; ++k)
-                fnumbers.push_back(beam.fnumber((static_cast<float>(k) + 0.5F) * fnumber_spacing));
+            for (std::uint32_t k = 0; k < parts; ++k) {
+                const float z = (static_cast<float>(k) + 0.5F) * fnumber_spacing;
+                fnumbers.push_back(beam.fnumber(z));
+            }
             elevation_fnumber = beam.elevation_fnumber();
+            height = planes.scatterer_height();
         }
-        line_aperture aperture_view() const { return {fnumbers, fnumber_spacing, elevation_fnumber}; }
+        line_aperture aperture_view() const { return {fnumbers, fnumber_spacing, elevation_fnumber, height}; }
     };
 
     memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};
@@ -10723,7 +10858,7 @@ class slice_cut {
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
     /// @param offsets   elevation of the slices above that plane, metres
     /// @param max_depth  how far lines are followed, metres
-    /// @param keep_all   segments between two lines are kept as well
+    /// @param keep_all   also keep segments that cross no line
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
              const pose& probe_at, view<const float> offsets, float max_depth, bool keep_all) {
@@ -10934,8 +11069,8 @@ class slice_finder {
     /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice costs a
     /// factor of at most 1.2, but for many crossings on few lines, where it costs 2. Both ways scale alike with the number
     /// of slices. The choice for an object does not depend on other objects, so that these change no bit of its echoes.
-    /// @param all         all objects
-    /// @param directions  along which the lines are traced
+    /// @param all         cut all objects
+    /// @param directions  in which each line is traced
     /// @return whether any is cut
     bool choose(const scene_view& scene, const pose& at, view<const float> offsets, bool all,
                 std::uint32_t directions) {
@@ -11078,6 +11213,57 @@ class slice_finder {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#ifndef INSONIFY_TRACING_SOUND_PROFILE_HPP
+#define INSONIFY_TRACING_SOUND_PROFILE_HPP
+
+#include <array>
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// A model from which `aperture_gains` can be computed: see `physical::arrivals`.
+template <class Model>
+concept states_arrivals = requires(const Model& model, const traced_line& line, view<vec2> out) {
+    model.arrivals(line, 1.0F, out);
+};
+
+/// What arrives at one depth of a line.
+struct sound_at_depth {
+    float amplitude = 0;     ///< one way
+    float shown = 0;         ///< displayed depth, metres
+    std::uint32_t place = 0; ///< what the depth lies in: see `layer::place`
+};
+
+/// What arrives along a line, at equal steps of depth: element k at (k + 1) * spacing.
+struct sound_profile {
+    static constexpr std::uint32_t steps = 64;
+
+    std::array<sound_at_depth, steps> at{};
+
+    /// @param line     as the probe sends it, or turned about its origin
+    /// @param room     with the crossings of the line
+    /// @param spacing  of the steps, metres
+    /// @return         false where the scratch is too small
+    template <class Line, class Model>
+    bool find(const line_task& task, const Line& line, const Model& model, line_scratch& room, float spacing) {
+        traced_line traced = task.line;
+        traced.layers =
+            stack_layers(task.scene, line, task.max_depth, room.found, room.layers, !takes_normal_incidence<Model>());
+        if (traced.layers.empty()) return false;
+        vec2 both_ways[steps];
+        model.arrivals(traced, spacing, view<vec2>{both_ways, steps});
+        std::size_t i = 0;
+        for (std::uint32_t k = 0; k < steps; ++k) {
+            // A step on a surface lies behind it, as in `physical::arrivals`.
+            while (i + 1 < traced.layers.size() && traced.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
+            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, traced.layers[i].place};
+        }
+        return true;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #ifndef INSONIFY_TRACING_TRACE_LINE_HPP
 #define INSONIFY_TRACING_TRACE_LINE_HPP
 
@@ -11142,7 +11328,7 @@ INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Where the lines of a fan begin and how they diverge, where all have the same distance: parallel lines from a plane face,
+/// Where the lines of a fan begin and how they diverge, where neighbours are equally far apart: parallel lines from a plane face,
 /// or lines that leave a circle around the apex along its radii.
 struct face_shape {
     float radius = 0;  ///< of the circle, metres; 0: a plane
@@ -11159,7 +11345,8 @@ struct face_shape {
             return fan.parallel() ? fan[i].origin.x : std::atan2(fan[i].along.x, fan[i].along.y);
         };
         const std::uint32_t middle = (lines - 1) / 2;
-        spacing = place(middle + 1) - place(middle);
+        spacing =
+            circle ? 2 * pi / static_cast<float>(lines) : (place(lines - 1) - place(0)) / static_cast<float>(lines - 1);
         radius = fan.parallel() ? 0.0F : length(fan[middle].origin);
         if (!(spacing > 0) || (!fan.parallel() && !(radius > 1e-4F))) return false;
         for (std::uint32_t i = 0; i < lines; ++i) {
@@ -11217,8 +11404,8 @@ struct turned_line {
     }
 };
 
-/// A turned line meets surfaces as the straight line through the same point does; only steep ones, which that line hardly
-/// meets, at its own angle.
+/// A turned line meets surfaces as the straight line through the same point does; steep ones, which that line would hardly
+/// meet, at its own angle.
 inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
                                       std::uint32_t face) {
     constexpr float steep = 0.5F; // 60 degrees
@@ -11255,6 +11442,22 @@ class turned_fan {
         return {p.x * by.y - p.y * by.x, p.x * by.x + p.y * by.y};
     }
 
+    /// Calls visit(from, to) for the parts of a segment that `straightened` keeps in order: those outside the circle around the
+    /// apex that the turned lines, prolonged backwards, touch. They run outside it; inside, a segment would pass the apex on
+    /// the other side.
+    template <class Visit>
+    void for_each_outer_part(vec2 from, vec2 to, const Visit& visit) const {
+        const float radius = shape_.radius * std::fabs(turn_.sine);
+        const vec2 along = to - from;
+        const float a = dot(along, along), b = dot(from, along), c = dot(from, from) - radius * radius;
+        const float root = b * b - a * c;
+        if (radius == 0 || !(root > 0)) return visit(from, to);
+        const float half = std::sqrt(root), enters = (-b - half) / a, leaves = (-b + half) / a;
+        if (enters >= 1 || leaves <= 0) return visit(from, to);
+        if (enters > 0) visit(from, from + enters * along);
+        if (leaves < 1) visit(from + leaves * along, to);
+    }
+
     /// How many straight lines a turned line has crossed on its way to a depth.
     float lines_crossed(float depth) const {
         if (shape_.radius == 0) return turn_.place_on_face(depth) / shape_.spacing;
@@ -11271,283 +11474,131 @@ class turned_fan {
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <algorithm>
-#include <array>
-#include <cfloat>
 #include <cmath>
 #include <vector>
 
-/// Sound reaches a point from the whole width of the aperture, so shadows have a penumbra: behind a needle it comes past it
-/// from both sides, and beside one some of it is kept away. Here lines are traced to every point from several places of the
-/// aperture, and the `aperture_gains` of its line are computed from what arrives:
-///
-///     surfaces   mean(a)^2 / T              a^2: amplitude there and back along one of the lines, by the model; T: the same
-///     speckle    rms(a * a) / rms(1 * 1) / T     along the line that is displayed; *: convolution across the aperture
-///     depth      mean(a d) / mean(a)             d: displayed depth along one of the lines
-///
-/// over the aperture |u| < z / 2F. For an obstacle that lets nothing pass and leaves a share A of the aperture free, surfaces
-/// take A^2; speckle takes A^1.5 where the free part is in one piece, as beside a shadow's edge, and about A^2 where the
-/// obstacle is in its middle. Source: sound that is focused adds by pressure, out and back; the echo power of independent
-/// scatterers is the integral of the squared two-way beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz,
-/// 5, 10 and 20 mm: -5.7, -2.9, -1.4 dB; a sum of waves has -5.6, -3.0, -1.4 dB.
-///
-/// A line from the side meets surfaces at the angle at which the straight line through the same point does (`incidence_at`), and loses as
-/// much by attenuation. So plane layers leave the gains at 1, and their echoes have the levels of plane waves.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A model from which gains can be computed: see `physical::arrivals`.
-template <class Model>
-concept states_arrivals = requires(const Model& model, const traced_line& line, view<vec2> out) {
-    model.arrivals(line, 1.0F, out);
+/// The points of an aperture shading: lines of the probe, equally far apart, in each plane of the frame.
+struct shading_points {
+    line_fan fan{};
+    face_shape shape{};
+    std::uint32_t first = 0; ///< line of the probe
+    std::uint32_t stride = 1;
+    std::uint32_t planes = 1;
+    std::vector<std::vector<std::uint32_t>> objects{}; ///< that contain the origins behind the face, by plane and point
+
+    std::uint32_t size() const { return fan.size(); }
+    std::uint32_t line_of(std::uint32_t point) const { return first + point * stride; }
 };
 
-/// Computes the gains of all lines of a frame. Keeps its memory from frame to frame.
-///
-/// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the points,
-/// and interpolated linearly in between. Only places in one and the same object are interpolated: between two of them there
-/// may be a surface that one line has crossed at a depth and its neighbour has not.
-class aperture_shading {
+/// A segment of a slice, with the sum of the depths of its ends.
+struct deep_segment {
+    float depth = 0;
+    const cut_segment* segment = nullptr;
+};
+
+/// The lines of all points turned alike, in each plane by an angle of its own, and what arrives along them. Keeps its memory
+/// from frame to frame.
+class turned_lines {
   public:
-    static constexpr std::uint32_t steps = 64;          ///< of depth
-    static constexpr std::uint32_t max_directions = 64; ///< to each point
+    static constexpr std::uint32_t steps = sound_profile::steps;
 
-    /// Takes over the lines of a probe.
-    /// @return whether they can be turned: side by side at equal distances on a plane or round face
-    template <transducer Probe>
-    bool assign(const Probe& probe, const line_fan& fan, const beam_model& beam) {
-        const bool circle = is_full_circle(probe);
-        if (!shape_.assign(fan, circle)) return false;
-        lines_ = fan.size();
-        const float wide = beam.lateral_width(beam.focus) / line_spacing(probe, beam.focus);
-        stride_ = static_cast<std::uint32_t>(clamp(wide, 1, 16));
-        while (circle && lines_ % stride_ != 0) --stride_;
-        first_ = circle ? 0 : (lines_ - 1) % stride_ / 2;
-        points_fan_.assign(fan, first_, stride_);
-        return points_fan_.size() > 1 && shape_.assign(points_fan_, circle);
-    }
-
-    /// @param directions  of the lines to each point of a single plane; of several planes each takes a quarter of them, in
-    ///                    between those of the others
-    /// @param slices      with the lines of the probe
-    /// @param sliced      whether these have been cut; else everything is found by rays
-    /// @param tracer_of   tracer_of(line): the `block_tracer` of the line's block
-    template <exec::policy Policy, transducer Probe, states_arrivals Model, class TracerOf>
-    void compute(const Policy& policy, const scene_view& scene, const frame_view<Probe>& frame, const Model& model,
-                 std::uint32_t directions, const slice_finder& slices, bool sliced, const TracerOf& tracer_of,
-                 view<scratch_memory> scratch) {
-        const std::uint32_t points = points_fan_.size();
-        planes_ = frame.planes;
-        spacing_ = frame.max_depth / steps;
-        along_.resize(std::size_t{planes_} * lines_);
-        gains_.resize(along_.size() * steps);
-        objects_.resize(std::size_t{planes_} * points);
-        means_.resize(std::size_t{planes_} * steps * points);
-        weighted_.resize(std::size_t{planes_} * steps);
-        directions_.resize(planes_ == 1 ? directions : std::max<std::uint32_t>((directions + 3) / 4, 2));
-        turn_lines(frame);
-
-        exec::for_each_block(policy, lines_, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
-            const auto tracer = tracer_of(begin);
-            for (std::uint32_t plane = 0; plane < planes_; ++plane)
-                for (std::size_t line = begin; line < end; ++line)
-                    scratch[begin / lines_per_block].fit([&](line_scratch& room) {
-                        const line_task task = task_of(frame, scene, static_cast<std::uint32_t>(line), plane);
-                        if (!tracer.find(task, room.found)) return false;
-                        if (line >= first_ && (line - first_) % stride_ == 0) {
-                            const media_stack& inside = room.found.inside;
-                            objects_[std::size_t{plane} * points + (line - first_) / stride_].assign(
-                                inside.ranks.data(), inside.ranks.data() + inside.count);
-                        }
-                        return find_arrivals(task, task.line.frame, model, room,
-                                             along_[std::size_t{plane} * lines_ + line]);
-                    });
-        });
-        if (sliced) sort_segments(slices.segments());
-        exec::for_each_block(
-            policy, directions_.size(), 1, 500 * static_cast<float>(points), [&](std::size_t k, std::size_t) {
-                direction& own = directions_[k];
-                if (sliced) find_crossings_of(own);
-                for (std::uint32_t plane = 0; plane < planes_; ++plane)
-                    for (std::uint32_t point = 0; point < points; ++point)
-                        own.scratch.fit([&](line_scratch& room) {
-                            const line_task task = task_of(frame, scene, first_ + point * stride_, plane);
-                            const turned_line turned{task.line.frame, own.fans[plane].turn()};
-                            arrivals found;
-                            if (!find(task, turned, own, std::size_t{plane} * points + point,
-                                      sliced ? &slices : nullptr, room.found) ||
-                                !find_arrivals(task, turned, model, room, found))
-                                return false;
-                            for (std::uint32_t step = 0; step < steps; ++step)
-                                own.arriving[(std::size_t{plane} * steps + step) * points + point] = found[step];
-                            return true;
-                        });
-            });
-        exec::for_each_block(policy, std::size_t{planes_} * steps, 1, 3000,
-                             [&](std::size_t row, std::size_t) { combine(row); });
-        exec::for_each_block(policy, std::size_t{planes_} * lines_, lines_per_block, 100,
-                             [&](std::size_t begin, std::size_t end) {
-                                 for (std::size_t i = begin; i < end; ++i) compare(i / lines_, i % lines_);
-                             });
-    }
-
-    /// The gains of all lines in flat arrays. Trivially copyable.
-    struct gains_view {
-        view<const aperture_gain> gains{}; ///< by plane, line and step; none: lines stand for the aperture
-        std::uint32_t lines = 0;
-        float spacing = 1; ///< from step to step, metres
-
-        INSONIFY_FN aperture_gains of_line(std::uint32_t line, std::uint32_t plane) const {
-            if (gains.empty()) return {};
-            return {{gains.data() + (std::size_t{plane} * lines + line) * steps, steps}, spacing};
+    /// @param turn     angle of the lines in each plane
+    /// @param spacing  from step to step, metres
+    void assign(const shading_points& points, const line_turn (&turn)[max_elevation_planes], float spacing) {
+        points_ = points.size();
+        sound_.resize(std::size_t{points.planes} * steps * points_);
+        share_.resize(std::size_t{points.planes} * steps);
+        lines_crossed_.resize(share_.size());
+        for (std::uint32_t plane = 0; plane < points.planes; ++plane) {
+            fans_[plane].assign(points.fan, points.shape, turn[plane]);
+            for (std::uint32_t step = 0; step < steps; ++step)
+                lines_crossed_[plane * steps + step] =
+                    fans_[plane].lines_crossed(static_cast<float>(step + 1) * spacing);
         }
-    };
-    gains_view view_of() const { return {gains_, lines_, spacing_}; }
+    }
+
+    /// Share of the aperture that the lines stand for, at one step of one plane.
+    float& share(std::size_t row) { return share_[row]; }
+    float share(std::size_t row) const { return share_[row]; }
+    /// How many lines a turned line has crossed on its way to one step of one plane.
+    float lines_crossed(std::size_t row) const { return lines_crossed_[row]; }
+    /// What arrives at one step of one plane, by line.
+    const sound_at_depth* sound(std::size_t row) const { return sound_.data() + row * points_; }
+
+    /// Finds where the lines cross the segments of the slices.
+    /// @param segments  by depth, so that the crossings of each line are nearly sorted
+    void find_crossings(const shading_points& points, const std::vector<deep_segment>& segments) {
+        constexpr int width = simd_width;
+        ends_.assign(std::size_t{points.planes} * points_ + 1, 0);
+        crossed_.clear();
+        for (const deep_segment& deep : segments) {
+            const cut_segment& one = *deep.segment;
+            const turned_fan& fan = fans_[one.slice];
+            fan.for_each_outer_part(one.from, one.to, [&](vec2 outer_from, vec2 outer_to) {
+                const vec2 from = fan.straightened(outer_from), to = fan.straightened(outer_to);
+                points.fan.for_each_crossed(
+                    from, points.fan.gap(from), to, points.fan.gap(to), [&](std::uint32_t first, std::uint32_t last) {
+                        crossed_.push_back({&one, first, last});
+                        std::uint32_t* const count = ends_.data() + std::size_t{one.slice} * points_ + 1;
+                        for (std::uint32_t line = first; line < last; ++line) ++count[line];
+                    });
+            });
+        }
+        for (std::size_t slot = 0; slot + 1 < ends_.size(); ++slot) ends_[slot + 1] += ends_[slot];
+        crossings_.resize(ends_.back());
+        // The end of each line's predecessor is where its own crossings begin; it moves on to its own end as they come in.
+        for (const crossed_segment& crossed : crossed_) {
+            const cut_segment& one = *crossed.segment;
+            std::uint32_t* const end = ends_.data() + std::size_t{one.slice} * points_;
+            for (std::uint32_t line = crossed.first; line < crossed.last; line += width) {
+                float distance[width];
+                store(line_fan::neighbours<width>::from(fans_[one.slice].lines(), line).intersect(one.from, one.to),
+                      distance);
+                for (std::uint32_t i = line; i < crossed.last && i < line + width; ++i)
+                    crossings_[end[i]++] = {distance[i - line], one.object, one.primitive};
+            }
+        }
+    }
+
+    /// Finds what arrives along the line of one point in one plane.
+    /// @param slices  whose crossings were found; null where everything is found by rays
+    template <class Model>
+    void find_sound(const line_task& task, const shading_points& points, std::uint32_t point, const Model& model,
+                    float spacing, const slice_finder* slices) {
+        const turned_line turned{task.line.frame, fans_[task.plane].turn()};
+        sound_profile profile;
+        scratch_.fit([&](line_scratch& room) {
+            return find_line(task, turned, points, point, slices, room.found) &&
+                   profile.find(task, turned, model, room, spacing);
+        });
+        for (std::uint32_t step = 0; step < steps; ++step)
+            sound_[(std::size_t{task.plane} * steps + step) * points_ + point] = profile.at[step];
+    }
 
   private:
-    using floats = lanes<simd_width>;
-
-    // The amplitude at a step of a line, one way, its displayed depth, and what it lies in.
-    struct arrival {
-        float amplitude = 0;
-        float shown = 0;
-        std::uint32_t place = 0; // see `layer::place`
-    };
-    using arrivals = std::array<arrival, steps>;
-
-    struct deep_segment {
-        float depth = 0; // the sum of its ends'
-        const cut_segment* segment = nullptr;
-    };
     // The lines [first, last) cross a segment.
     struct crossed_segment {
         const cut_segment* segment = nullptr;
         std::uint32_t first = 0, last = 0;
     };
 
-    // Lines that are turned alike, in each plane by an angle of its own, and what arrives along them.
-    struct direction {
-        turned_fan fans[max_elevation_planes] = {};
-        std::vector<crossed_segment> crossed{};
-        std::vector<std::uint32_t> ends{};  // of each plane and line, in `crossings`
-        std::vector<crossing> crossings{};  // at metres along the turned line
-        std::vector<arrival> arriving{};    // by plane, step and line
-        std::vector<float> share{};         // of the aperture, by plane and step
-        std::vector<float> lines_crossed{}; // by plane and step
-        scratch_memory scratch{};
-    };
-
-    // The largest turn whose line is still received at some depth: the tangent on a plane face, the angle on a round one.
-    template <transducer Probe>
-    float widest(const frame_view<Probe>& frame) const {
-        float most = 0;
-        for (std::uint32_t k = 0; k < steps; ++k) {
-            const float z = depth_of(k), half = half_aperture(frame, z);
-            if (shape_.radius == 0) {
-                most = max(most, half / z);
-            } else {
-                const float place = min(half / shape_.radius, 0.9F), down = std::sqrt(1 - place * place);
-                most =
-                    max(most, std::asin(place) + std::atan(shape_.radius * place / (z + shape_.radius * (1 - down))));
-            }
-        }
-        return min(most, shape_.radius == 0 ? 3.0F : 1.3F);
-    }
-    template <transducer Probe>
-    static float half_aperture(const frame_view<Probe>& frame, float depth) {
-        return 0.5F * depth / frame.aperture.fnumber(depth);
-    }
-    float depth_of(std::uint32_t step) const { return static_cast<float>(step + 1) * spacing_; }
-
-    template <transducer Probe>
-    void turn_lines(const frame_view<Probe>& frame) {
-        const float most = widest(frame);
-        const auto turned_by = [&](float part) -> line_turn { // -1 to 1
-            const float angle = shape_.radius == 0 ? std::atan(part * most) : part * most;
-            return {std::sin(angle), std::cos(angle), shape_.radius};
-        };
-        const auto count = static_cast<float>(directions_.size());
-        for (std::size_t k = 0; k < directions_.size(); ++k) {
-            direction& own = directions_[k];
-            own.arriving.resize(means_.size());
-            own.share.resize(std::size_t{planes_} * steps);
-            own.lines_crossed.resize(std::size_t{planes_} * steps);
-            for (std::uint32_t plane = 0; plane < planes_; ++plane) {
-                // Planes to both sides of the slice are shifted to both sides: 0, 1, -1, 2, -2 parts of a cell.
-                const auto pair = static_cast<float>((plane + 1) / 2);
-                const float shift = (plane % 2 == 0 ? -pair : pair) / static_cast<float>(planes_);
-                const auto edge = [&](float i) { return 2 * (static_cast<float>(k) + shift + i) / count - 1; };
-                turned_fan& fan = own.fans[plane];
-                fan.assign(points_fan_, shape_, turned_by(edge(0.5F)));
-                const line_turn left = turned_by(k == 0 ? -1.0F : edge(0)),
-                                right = turned_by(k + 1 == directions_.size() ? 1.0F : edge(1));
-                for (std::uint32_t step = 0; step < steps; ++step) {
-                    const float z = depth_of(step), half = half_aperture(frame, z);
-                    own.share[plane * steps + step] =
-                        max(min(right.place_on_face(z), half) - max(left.place_on_face(z), -half), 0);
-                    own.lines_crossed[plane * steps + step] = fan.lines_crossed(z);
-                }
-            }
-        }
-    }
-
-    // By depth, so that the crossings of each line are nearly sorted.
-    void sort_segments(const slice_cut& cut) {
-        segments_.clear();
-        cut.for_each_segment([&](const cut_segment& one) {
-            if (!one.again) segments_.push_back({one.from.y + one.to.y, &one});
-        });
-        std::sort(segments_.begin(), segments_.end(),
-                  [](const deep_segment& one, const deep_segment& other) { return one.depth < other.depth; });
-    }
-
-    // Where the turned lines cross the segments of the slices.
-    void find_crossings_of(direction& own) const {
-        constexpr int width = simd_width;
-        const std::uint32_t points = points_fan_.size();
-        own.ends.assign(std::size_t{planes_} * points + 1, 0);
-        own.crossed.clear();
-        for (const deep_segment& deep : segments_) {
-            const cut_segment& one = *deep.segment;
-            const turned_fan& fan = own.fans[one.slice];
-            const vec2 from = fan.straightened(one.from), to = fan.straightened(one.to);
-            points_fan_.for_each_crossed(
-                from, points_fan_.gap(from), to, points_fan_.gap(to), [&](std::uint32_t first, std::uint32_t last) {
-                    own.crossed.push_back({&one, first, last});
-                    std::uint32_t* const count = own.ends.data() + std::size_t{one.slice} * points + 1;
-                    for (std::uint32_t line = first; line < last; ++line) ++count[line];
-                });
-        }
-        for (std::size_t slot = 0; slot < std::size_t{planes_} * points; ++slot) own.ends[slot + 1] += own.ends[slot];
-        own.crossings.resize(own.ends.back());
-        for (const crossed_segment& crossed : own.crossed) {
-            const cut_segment& one = *crossed.segment;
-            std::uint32_t* const end = own.ends.data() + std::size_t{one.slice} * points;
-            for (std::uint32_t line = crossed.first; line < crossed.last; line += width) {
-                float distance[width];
-                store(line_fan::neighbours<width>::from(own.fans[one.slice].lines(), line).intersect(one.from, one.to),
-                      distance);
-                for (std::uint32_t i = line; i < crossed.last && i < line + width; ++i)
-                    own.crossings[end[i]++] = {distance[i - line], one.object, one.primitive};
-            }
-        }
-    }
-
-    // The crossings of one turned line, at the depths of their points.
-    // @param slot    number of the line in all planes
-    // @param slices  null where everything is found by rays
-    bool find(const line_task& task, const turned_line& turned, const direction& own, std::size_t slot,
-              const slice_finder* slices, line_crossings& found) const {
+    // The crossings of one line, at the depths of their points.
+    bool find_line(const line_task& task, const turned_line& turned, const shading_points& points, std::uint32_t point,
+                   const slice_finder* slices, line_crossings& found) const {
         found.clear();
-        const line_turn& turn = turned.turn;
+        const std::size_t slot = std::size_t{task.plane} * points_ + point;
+        for (const std::uint32_t rank : points.objects[slot]) found.inside.toggle(rank);
         const auto add = [&](crossing one) {
-            one.distance = turn.depth_at(one.distance);
-            if (one.distance <= task.max_depth) found.add(one);
+            one.distance = turned.turn.depth_at(one.distance);
+            if (one.distance > touching_distance && one.distance <= task.max_depth) found.add(one);
         };
-        for (const std::uint32_t rank : objects_[slot]) found.inside.toggle(rank);
         if (slices != nullptr)
-            for (std::size_t i = slot == 0 ? 0 : own.ends[slot - 1]; i < own.ends[slot]; ++i)
-                if (own.crossings[i].distance >= 0) add(own.crossings[i]);
+            for (std::size_t i = slot == 0 ? 0 : ends_[slot - 1]; i < ends_[slot]; ++i)
+                if (crossings_[i].distance >= 0) add(crossings_[i]);
         if (slices == nullptr || slices->leaves_rays()) {
-            const ray line{turned.straight.origin, turned.direction(), 0, turn.length_to(task.max_depth)};
+            const ray line{turned.straight.origin, turned.direction(), 0, turned.turn.length_to(task.max_depth)};
             task.scene.boxes.for_each_hit(line, [&](const hit& at) {
                 if (slices != nullptr && slices->chosen()[at.primitive] != 0) return;
                 const object_view& one = task.scene.objects[at.primitive];
@@ -11560,94 +11611,118 @@ class aperture_shading {
         return found.complete();
     }
 
-    // What arrives along one line at each step, one way.
-    template <class Line, class Model>
-    static bool find_arrivals(const line_task& task, const Line& line, const Model& model, line_scratch& room,
-                              arrivals& found) {
-        traced_line traced = task.line;
-        traced.layers =
-            stack_layers(task.scene, line, task.max_depth, room.found, room.layers, !takes_normal_incidence<Model>());
-        if (traced.layers.empty()) return false;
-        vec2 both_ways[steps];
-        const float spacing = task.max_depth / steps;
-        model.arrivals(traced, spacing, view<vec2>{both_ways, steps});
-        std::size_t i = 0;
-        for (std::uint32_t k = 0; k < steps; ++k) {
-            while (i + 1 < traced.layers.size() && traced.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
-            found[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, traced.layers[i].place};
-        }
-        return true;
-    }
+    std::uint32_t points_ = 0;
+    turned_fan fans_[max_elevation_planes] = {};
+    std::vector<crossed_segment> crossed_{};
+    std::vector<std::uint32_t> ends_{};   // of each plane and point, in `crossings_`
+    std::vector<crossing> crossings_{};   // at metres along the turned line
+    std::vector<sound_at_depth> sound_{}; // by plane, step and point
+    std::vector<float> share_{};          // by plane and step
+    std::vector<float> lines_crossed_{};  // by plane and step
+    scratch_memory scratch_{};
+};
 
-    // What arrives at all points of one step of one plane through the whole aperture.
-    void combine(std::size_t row) {
-        const std::uint32_t points = points_fan_.size();
-        const std::size_t count = directions_.size();
-        const std::size_t padded = (std::size_t{points} + simd_width - 1) / simd_width * simd_width;
-        // What arrives, then the share itself where there is a line, then what arrives times its displayed depth.
-        std::vector<float>& weighted = weighted_[row];
-        weighted.assign((2 * count + 1) * padded, 0);
-        float *const shares = weighted.data() + count * padded, *const depths = shares + count * padded;
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <cfloat>
+#include <cmath>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Interpolates linearly between two values, either of which may be unusable.
+struct blend_of_two {
+    bool first = true, second = true;
+    float fraction = 0;
+
+    bool any() const { return first || second; }
+    template <class Value>
+    Value operator()(const Value& a, const Value& b) const {
+        return first && second ? a + fraction * (b - a) : first ? a : b;
+    }
+};
+
+/// What arrives at a point through the whole aperture.
+struct aperture_mean {
+    float surfaces = 0; ///< square of the mean amplitude, one way
+    float speckle = 0;  ///< rms of the amplitude's convolution with itself, over that of 1
+    float shown = 0;    ///< displayed depth, metres
+    bool any = false;   ///< some line arrives
+};
+
+/// Combines what arrives along the turned lines at all points of one step of one plane. Keeps its memory.
+class aperture_average {
+  public:
+    static constexpr std::uint32_t max_directions = 64;
+
+    /// @param row      number of the step in all planes
+    /// @param place    place(point): what the point lies in; only sound that arrives in the same counts
+    /// @param means    one for each point
+    template <class Place>
+    void compute(const shading_points& points, view<const turned_lines> directions, std::size_t row, const Place& place,
+                 view<aperture_mean> means) {
+        const std::size_t count = directions.size();
+        const std::size_t padded = (std::size_t{points.size()} + simd_width - 1) / simd_width * simd_width;
+        // What arrives along each direction, then the share of the last, then what arrives times its displayed depth.
+        weighted_.assign((2 * count + 1) * padded, 0);
+        float *const shares = weighted_.data() + count * padded, *const depths = shares + count * padded;
         for (std::size_t k = 0; k < count; ++k)
-            weigh(directions_[k], row, weighted.data() + k * padded, shares + k * padded, depths);
-        for (std::uint32_t first = 0; first < points; first += simd_width) {
-            const received sound = receive(weighted.data() + first, padded), all = receive(shares + first, padded);
+            weigh(points, directions[k], row, place, weighted_.data() + k * padded, shares + k * padded, depths);
+        for (std::uint32_t first = 0; first < points.size(); first += simd_width) {
+            const received sound = receive(weighted_.data() + first, padded, count),
+                           all = receive(shares + first, padded, count);
             const floats least(FLT_MIN); // divides where there is no line at all
-            float mean[simd_width], rms[simd_width], depth[simd_width];
+            float mean[simd_width], rms[simd_width], depth[simd_width], whole[simd_width];
             store(load<simd_width>(depths + first) / max(sound.sum, least), depth);
-            store(select(all.sum <= floats(0.0F), floats(-1.0F), sound.sum / max(all.sum, least)), mean);
+            store(sound.sum / max(all.sum, least), mean);
             store(sqrt(sound.power / max(all.power, least)), rms);
-            for (std::uint32_t i = 0; i < simd_width && first + i < points; ++i)
-                means_[row * points + first + i] = {mean[i] * std::fabs(mean[i]), rms[i], depth[i]};
+            store(all.sum, whole);
+            for (std::uint32_t i = 0; i < simd_width && first + i < points.size(); ++i)
+                means[first + i] = {mean[i] * mean[i], rms[i], depth[i], whole[i] > 0};
         }
     }
 
-    // What arrives along one direction at each point, times the share of the direction.
-    void weigh(const direction& one, std::size_t row, float* weighted, float* shares, float* depths) const {
-        const std::size_t plane = row / steps, step = row % steps;
-        const float share = one.share[row];
+  private:
+    using floats = lanes<simd_width>;
+
+    // What arrives along one direction at each point, times the share of the direction. The line that ends in a point lies
+    // between those of two points, neither of which is used where it has left the fan: slices end there.
+    template <class Place>
+    static void weigh(const shading_points& points, const turned_lines& one, std::size_t row, const Place& place,
+                      float* weighted, float* shares, float* depths) {
+        const float share = one.share(row);
         if (!(share > 0)) return;
-        const auto count = static_cast<std::int64_t>(points_fan_.size());
-        const arrival* const arriving = one.arriving.data() + row * points_fan_.size();
-        const float back = -one.lines_crossed[row], whole = std::floor(back), fraction = back - whole;
-        const auto offset = static_cast<std::int64_t>(whole);
+        const auto count = static_cast<std::int64_t>(points.size());
+        const sound_at_depth* const sound = one.sound(row);
+        const float back = -one.lines_crossed(row), whole = std::floor(back), fraction = back - whole;
         for (std::int64_t point = 0; point < count; ++point) {
-            std::int64_t from = point + offset, next = from + 1;
-            if (shape_.full_circle) {
+            std::int64_t from = point + static_cast<std::int64_t>(whole), next = from + 1;
+            bool from_within = true, next_within = true;
+            if (points.shape.full_circle) {
                 from = (from % count + count) % count;
                 next = (from + 1) % count;
-            } else if (from < 0 || next >= count) {
-                continue;
+            } else {
+                from_within = from >= 0 && from < count && (point > 0 || fraction == 0);
+                next_within = next >= 0 && next < count && point + 1 < count;
+                if (!from_within) from = next;
+                if (!next_within) next = from;
+                if (!from_within && !next_within) continue;
             }
-            const std::uint32_t place = along_of(plane, first_ + static_cast<std::size_t>(point) * stride_)[step].place;
-            const blend between{arriving[from].place == place, arriving[next].place == place, fraction};
+            const std::uint32_t here = place(static_cast<std::uint32_t>(point));
+            const blend_of_two between{from_within && sound[from].place == here,
+                                       next_within && sound[next].place == here, fraction};
             if (!between.any()) continue;
-            weighted[point] = share * between(arriving[from].amplitude, arriving[next].amplitude);
+            weighted[point] = share * between(sound[from].amplitude, sound[next].amplitude);
             shares[point] = share;
-            depths[point] += weighted[point] * between(arriving[from].shown, arriving[next].shown);
+            depths[point] += weighted[point] * between(sound[from].shown, sound[next].shown);
         }
     }
-
-    // Interpolates linearly between two values, either of which may be unusable.
-    struct blend {
-        bool first = true, second = true;
-        float fraction = 0;
-
-        bool any() const { return first || second; }
-        template <class Value>
-        Value operator()(const Value& a, const Value& b) const {
-            return first && second ? a + fraction * (b - a) : first ? a : b;
-        }
-    };
-
-    const arrivals& along_of(std::size_t plane, std::size_t line) const { return along_[plane * lines_ + line]; }
 
     // Sum over the directions, and the sum of the squares of their convolution with themselves.
     struct received {
         floats sum{0.0F}, power{0.0F};
     };
-    received receive(const float* of_first, std::size_t padded) const {
-        const std::size_t count = directions_.size();
+    static received receive(const float* of_first, std::size_t padded, std::size_t count) {
         floats of[max_directions];
         received all;
         for (std::size_t k = 0; k < count; ++k) {
@@ -11665,43 +11740,247 @@ class aperture_shading {
         return all;
     }
 
-    // The gains of one line: what arrives at the nearest points through the aperture over what arrives along the line.
+    std::vector<float> weighted_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+/// Sound reaches a point from the whole width of the aperture, so shadows have a penumbra: behind a needle it comes past it
+/// from both sides, and beside a needle part of it is blocked. Here lines are traced to every point from several places of the
+/// aperture, and the `aperture_gains` of its line are computed from what arrives:
+///
+///     surfaces   mean(a)^2 / T               a^2: amplitude there and back along one of the lines, by the model
+///     speckle    rms(a * a) / rms(1 * 1) / T      *: convolution across the aperture
+///     depth      mean(a d) / mean(a)         d: displayed depth along one of the lines
+///
+/// over the aperture |u| < z / 2F; T is the amplitude there and back along the line that is displayed. For an obstacle that
+/// lets nothing pass and leaves a fraction A of the aperture free, surfaces take A^2; speckle takes A^1.5 where the free part
+/// is in one piece, as beside a shadow's edge, and about A^2 where the obstacle is in its middle. Source: sound that is
+/// focused adds by pressure, out and back; the echo power of independent scatterers is the integral of the squared two-way
+/// beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz, 5, 10 and 20 mm: -5.7, -2.9, -1.4 dB; a sum of
+/// waves has -5.6, -3.0, -1.4 dB.
+///
+/// A line from the side is given the angle of incidence and the attenuation of the straight line through the same point
+/// (`incidence_at`). So plane layers leave the gains at 1, and their echoes have the levels of plane waves.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Computes the gains of all lines of a frame. Keeps its memory from frame to frame.
+///
+/// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the points,
+/// and interpolated linearly in between. Only places in one and the same object are interpolated: between two of them there
+/// may be a surface that one line has crossed at a depth and its neighbour has not. Two places of one object on either side of
+/// a thin tilted sheet pass for the same; the error reaches one step of depth.
+class aperture_shading {
+  public:
+    static constexpr std::uint32_t steps = sound_profile::steps;                      ///< of depth
+    static constexpr std::uint32_t max_directions = aperture_average::max_directions; ///< to each point
+
+    /// Takes over the lines of a probe.
+    /// @return whether they can be turned: side by side at equal distances on a plane or round face
+    template <transducer Probe>
+    bool assign(const Probe& probe, const line_fan& fan, const beam_model& beam) {
+        const bool circle = is_full_circle(probe);
+        if (!points_.shape.assign(fan, circle)) return false;
+        lines_ = fan.size();
+        const float wide = beam.lateral_width(beam.focus) / line_spacing(probe, beam.focus);
+        std::uint32_t stride = static_cast<std::uint32_t>(clamp(wide, 1, 16));
+        while (circle && lines_ % stride != 0) --stride; // of a prime number of lines, each is a point
+        points_.stride = stride;
+        points_.first = circle ? 0 : (lines_ - 1) % stride / 2;
+        points_.fan.assign(fan, points_.first, stride);
+        return points_.size() > 1 && points_.shape.assign(points_.fan, circle);
+    }
+
+    /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a quarter
+    ///                    as many, at least 2, interleaved with the others'
+    /// @param slices      with the lines of the probe
+    /// @param sliced      whether these have been cut; else everything is found by rays
+    /// @param tracer_of   tracer_of(line): the `block_tracer` of the line's block; called for every block
+    template <exec::policy Policy, transducer Probe, states_arrivals Model, class TracerOf>
+    void compute(const Policy& policy, const scene_view& scene, const frame_view<Probe>& frame, const Model& model,
+                 std::uint32_t directions, const slice_finder& slices, bool sliced, const TracerOf& tracer_of,
+                 view<scratch_memory> scratch) {
+        const std::uint32_t points = points_.size();
+        points_.planes = frame.planes;
+        // To the depth of the picture as if all sound had the display's speed; deeper, the last gain holds.
+        spacing_ = frame.depth / steps;
+        profiles_.resize(std::size_t{frame.planes} * lines_);
+        gains_.resize(profiles_.size() * steps);
+        points_.objects.resize(std::size_t{frame.planes} * points);
+        means_.resize(std::size_t{frame.planes} * steps * points);
+        if (averages_.size() < std::size_t{frame.planes} * steps) averages_.resize(std::size_t{frame.planes} * steps);
+        const std::uint32_t count = frame.planes == 1 ? directions : std::max<std::uint32_t>((directions + 3) / 4, 2);
+        if (turned_.size() < count) turned_.resize(count);
+        turn_lines(frame, count);
+        const view<const turned_lines> turned{turned_.data(), count};
+
+        exec::for_each_block(policy, lines_, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
+            const auto tracer = tracer_of(begin);
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
+                for (std::size_t line = begin; line < end; ++line)
+                    scratch[begin / lines_per_block].fit([&](line_scratch& room) {
+                        const auto number = static_cast<std::uint32_t>(line);
+                        const line_task task = task_of(frame, scene, number, plane);
+                        if (!tracer.find(task, room.found)) return false;
+                        keep_objects(number, plane, room.found);
+                        return profiles_[plane * lines_ + line].find(task, task.line.frame, model, room, spacing_);
+                    });
+        });
+        if (sliced) sort_segments(slices.segments());
+        exec::for_each_block(policy, count, 1, 500 * static_cast<float>(points), [&](std::size_t k, std::size_t) {
+            if (sliced) turned_[k].find_crossings(points_, segments_);
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
+                for (std::uint32_t point = 0; point < points; ++point)
+                    turned_[k].find_sound(task_of(frame, scene, points_.line_of(point), plane), points_, point, model,
+                                          spacing_, sliced ? &slices : nullptr);
+        });
+        exec::for_each_block(policy, std::size_t{frame.planes} * steps, 1, 3000, [&](std::size_t row, std::size_t) {
+            const auto place = [&](std::uint32_t point) {
+                return profiles_[row / steps * lines_ + points_.line_of(point)].at[row % steps].place;
+            };
+            averages_[row].compute(points_, turned, row, place, {means_.data() + row * points, points});
+        });
+        exec::for_each_block(policy, std::size_t{frame.planes} * lines_, lines_per_block, 100,
+                             [&](std::size_t begin, std::size_t end) {
+                                 for (std::size_t i = begin; i < end; ++i) compare(i / lines_, i % lines_);
+                             });
+    }
+
+    /// The gains of all lines in flat arrays. Trivially copyable.
+    struct gains_view {
+        view<const aperture_gain> gains{}; ///< by plane, line and step; none: the line alone counts
+        std::uint32_t lines = 0;
+        float spacing = 1; ///< from step to step, metres
+
+        INSONIFY_FN aperture_gains of_line(std::uint32_t line, std::uint32_t plane) const {
+            if (gains.empty()) return {};
+            return {{gains.data() + (std::size_t{plane} * lines + line) * steps, steps}, spacing};
+        }
+    };
+    gains_view view_of() const { return {gains_, lines_, spacing_}; }
+
+  private:
+    // The largest turn whose line is still received at some depth, within the angles for which depths and places of turned
+    // lines are accurate: the tangent on a plane face, the angle on a round one.
+    template <transducer Probe>
+    float widest(const frame_view<Probe>& frame) const {
+        const float radius = points_.shape.radius;
+        float most = 0;
+        for (std::uint32_t k = 0; k < steps; ++k) {
+            const float z = depth_of(k), half = half_aperture(frame, z);
+            if (radius == 0) {
+                most = max(most, half / z);
+            } else {
+                const float place = min(half / radius, 0.9F), down = std::sqrt(1 - place * place);
+                most = max(most, std::asin(place) + std::atan(radius * place / (z + radius * (1 - down))));
+            }
+        }
+        return min(most, radius == 0 ? 3.0F : 1.3F);
+    }
+    template <transducer Probe>
+    static float half_aperture(const frame_view<Probe>& frame, float depth) {
+        return 0.5F * depth / frame.aperture.fnumber(depth);
+    }
+    float depth_of(std::uint32_t step) const { return static_cast<float>(step + 1) * spacing_; }
+
+    template <transducer Probe>
+    void turn_lines(const frame_view<Probe>& frame, std::uint32_t count) {
+        const float radius = points_.shape.radius, most = widest(frame);
+        const auto turned_by = [&](float part) -> line_turn { // -1 to 1
+            const float angle = radius == 0 ? std::atan(part * most) : part * most;
+            return {std::sin(angle), std::cos(angle), radius};
+        };
+        for (std::uint32_t k = 0; k < count; ++k) {
+            // Planes to both sides of the slice are shifted to both sides: 0, 1, -1, 2, -2 parts of a cell.
+            const auto edge = [&](float i, std::uint32_t plane) {
+                const auto pair = static_cast<float>((plane + 1) / 2);
+                const float shift = (plane % 2 == 0 ? -pair : pair) / static_cast<float>(frame.planes);
+                return 2 * (static_cast<float>(k) + shift + i) / static_cast<float>(count) - 1;
+            };
+            line_turn turn[max_elevation_planes];
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) turn[plane] = turned_by(edge(0.5F, plane));
+            turned_[k].assign(points_, turn, spacing_);
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+                const line_turn left = turned_by(k == 0 ? -1.0F : edge(0, plane)),
+                                right = turned_by(k + 1 == count ? 1.0F : edge(1, plane));
+                for (std::uint32_t step = 0; step < steps; ++step) {
+                    const float z = depth_of(step), half = half_aperture(frame, z);
+                    turned_[k].share(std::size_t{plane} * steps + step) =
+                        max(min(right.place_on_face(z), half) - max(left.place_on_face(z), -half), 0);
+                }
+            }
+        }
+    }
+
+    // Keeps which objects contain the origin of a point's line, just behind the face.
+    void keep_objects(std::uint32_t line, std::uint32_t plane, line_crossings found) {
+        if (line < points_.first || (line - points_.first) % points_.stride != 0) return;
+        const media_stack& inside = found.inside;
+        std::vector<std::uint32_t>& objects =
+            points_.objects[std::size_t{plane} * points_.size() + (line - points_.first) / points_.stride];
+        objects.assign(inside.ranks.data(), inside.ranks.data() + inside.count);
+        for (std::uint32_t i = 0; i < found.count && found.room[i].distance <= touching_distance; ++i) {
+            const auto known = std::find(objects.begin(), objects.end(), found.room[i].rank);
+            if (known == objects.end())
+                objects.push_back(found.room[i].rank);
+            else
+                objects.erase(known);
+        }
+    }
+
+    void sort_segments(const slice_cut& cut) {
+        segments_.clear();
+        cut.for_each_segment([&](const cut_segment& one) {
+            if (!one.again) segments_.push_back({one.from.y + one.to.y, &one});
+        });
+        std::sort(segments_.begin(), segments_.end(),
+                  [](const deep_segment& one, const deep_segment& other) { return one.depth < other.depth; });
+    }
+
+    // The gains of one line: what arrives at the nearest points through the aperture, divided by what arrives along the line.
     void compare(std::size_t plane, std::size_t line) {
-        const std::uint32_t points = points_fan_.size();
-        const float apart = (static_cast<float>(line) - static_cast<float>(first_)) / static_cast<float>(stride_);
-        const float within = shape_.full_circle ? apart : clamp(apart, 0, static_cast<float>(points - 1));
+        const std::uint32_t points = points_.size();
+        const float apart =
+            (static_cast<float>(line) - static_cast<float>(points_.first)) / static_cast<float>(points_.stride);
+        const bool circle = points_.shape.full_circle;
+        const float within = circle ? apart : clamp(apart, 0, static_cast<float>(points - 1));
         const auto before = static_cast<std::uint32_t>(within), next = before + 1;
-        const std::uint32_t after = next < points ? next : shape_.full_circle ? 0 : before;
+        const std::uint32_t after = next < points ? next : circle ? 0 : before;
         const float fraction = within - static_cast<float>(before);
-        const arrivals &own = along_of(plane, line), &left = along_of(plane, first_ + before * stride_),
-                       &right = along_of(plane, first_ + after * stride_);
+        const auto profile_of = [&](std::size_t number) -> const sound_profile& {
+            return profiles_[plane * lines_ + number];
+        };
+        const sound_profile &own = profile_of(line), &left = profile_of(points_.line_of(before)),
+                            &right = profile_of(points_.line_of(after));
         aperture_gain gain{}; // where no point is of use, that of the step above holds
         for (std::uint32_t step = 0; step < steps; ++step) {
-            const vec3* const row = means_.data() + (plane * steps + step) * points;
-            const std::uint32_t place = own[step].place;
-            const blend between{row[before].x >= 0 && left[step].place == place,
-                                row[after].x >= 0 && right[step].place == place, fraction};
+            const aperture_mean* const row = means_.data() + (plane * steps + step) * points;
+            const std::uint32_t place = own.at[step].place;
+            const aperture_mean &a = row[before], &b = row[after];
+            const blend_of_two between{a.any && left.at[step].place == place, b.any && right.at[step].place == place,
+                                       fraction};
             if (between.any()) {
-                const vec3 mean = between(row[before], row[after]);
-                const float here = own[step].amplitude * own[step].amplitude;
-                gain = {mean.x / here, mean.y / here, mean.z - own[step].shown};
+                const float here = own.at[step].amplitude * own.at[step].amplitude;
+                gain = {between(a.surfaces, b.surfaces) / here, between(a.speckle, b.speckle) / here,
+                        between(a.shown, b.shown) - own.at[step].shown};
             }
             gains_[(plane * lines_ + line) * steps + step] = gain;
         }
     }
 
-    face_shape shape_{}; // of the points
-    line_fan points_fan_{};
-    std::uint32_t lines_ = 0, first_ = 0, stride_ = 1;
-    std::uint32_t planes_ = 1;
+    std::uint32_t lines_ = 0;
     float spacing_ = 1;
-    std::vector<std::vector<std::uint32_t>> objects_{}; // that contain the origins, by plane and point
-    std::vector<arrivals> along_{};                     // each line by itself, by plane and line
-    std::vector<deep_segment> segments_{};
-    std::vector<direction> directions_{};
-    std::vector<std::vector<float>> weighted_{};
-    std::vector<vec3> means_{}; // for surfaces, for speckle, and displayed depth, by plane, step and point; x < 0: none
-    std::vector<aperture_gain> gains_{}; // by plane, line and step
+    shading_points points_{};
+    std::vector<sound_profile> profiles_{}; // each line by itself, by plane and line
+    std::vector<deep_segment> segments_{};  // of all slices, by depth
+    std::vector<turned_lines> turned_{};
+    std::vector<aperture_average> averages_{}; // one for each plane and step
+    std::vector<aperture_mean> means_{};       // by plane, step and point
+    std::vector<aperture_gain> gains_{};       // by plane, line and step
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -11721,7 +12000,7 @@ struct block_tracer {
     slice_finder::block_view slices{};    ///< crossings of the lines of the block
     view<const std::uint8_t> is_sliced{}; ///< of each object, by rank; empty: none is
     bool any_rays = true;                 ///< some objects are not sliced
-    aperture_shading::gains_view gains{}; ///< because sound comes from the whole aperture
+    aperture_shading::gains_view gains{}; ///< corrections for the width of the aperture
 
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
@@ -11769,8 +12048,8 @@ struct straight_lines {
         slices, ///< by slices, which need no trees; rays where the lines are neither parallel nor from one point
     };
     enum search search = search::best; ///< how crossings are found
-    std::uint32_t directions = 16;     ///< of the lines to each point, 1 to 64; 1: only the straight one. Of several
-                                       ///< planes each takes a quarter of them, in between those of the others
+    std::uint32_t directions = 16;     ///< in which lines are traced to each point, 1 to 64; 1: only the straight one.
+                                       ///< With several planes, each uses a quarter as many, at least 2
 
     using frame_state = straight_frame; ///< what is kept between frames
 
@@ -11778,7 +12057,7 @@ struct straight_lines {
     void check() const {
         if (directions < 1 || directions > detail::aperture_shading::max_directions)
             throw usage_error{"straight_lines: `directions` is " + std::to_string(directions) +
-                              "; it must be 1 to 64 lines to each point, and 16 are usual"};
+                              "; it must be 1 to 64 lines to each point, and 16 is usual"};
     }
 
     /// Cuts the scene where that pays; `trace` calls it once for each frame.
@@ -11833,7 +12112,7 @@ class straight_frame {
     /// The tracer of the lines from `begin` on; blocks may be prepared on different threads.
     detail::block_tracer of_block(std::size_t begin) {
         if (!shaded_) return found_block(begin);
-        detail::block_tracer block = tracer_of_found(begin); // was found for the shading
+        detail::block_tracer block = tracer_of_found(begin); // `aperture_shading::compute` has found every block
         block.gains = shading_.view_of();
         return block;
     }

@@ -138,11 +138,45 @@ TEST_CASE("cell_field: the correlation of a rotated line near the pivot is the s
     }
 }
 
-TEST_CASE("cell_field: scatterers do not depend on the roll of the line") {
-    const auto a = cell_field_test::along(gaussian_field<>{}, {.elevation = {0, 1, 0}}, 0, 20_mm);
-    const auto b = cell_field_test::along(gaussian_field<>{}, {.elevation = normalize(vec3{1, 2, 0})}, 0, 20_mm);
-    CHECK(a.depth == b.depth);
-    CHECK(a.amplitude == b.amplitude);
+TEST_CASE("cell_field: the correlation of lines one above the other is the stated covariance") {
+    for (const float height : {0.0F, 0.5_mm, 1.1_mm})
+        for (const float apart : {0.1_mm, 0.3_mm, 0.6_mm}) {
+            double measured = 0;
+            for (int i = 0; i < 300; ++i) {
+                const auto place = static_cast<float>(i);
+                const material_line line{.origin = {0.771_mm * place, 1.413_mm * place, 0}, .height = height};
+                material_line above = line;
+                above.origin.y += apart;
+                measured += cell_field_test::correlation(cell_field_test::along(gaussian_field<>{}, line, 0, 20_mm),
+                                                         cell_field_test::along(gaussian_field<>{}, above, 0, 20_mm)) /
+                            300;
+            }
+            const auto expected = static_cast<double>(gaussian_field<>{}.elevation_covariance(apart, height));
+            CHECK(std::fabs(measured - expected) < 0.015);
+        }
+}
+
+TEST_CASE("cell_field: the roll of the line decorrelates scatterers gradually, and half a turn does not") {
+    const auto rolled = [](float angle) {
+        double sum = 0;
+        for (int i = 0; i < 200; ++i) { // on the axis: elsewhere a rolled line meets other cells
+            const vec3 axis{0.613_mm * static_cast<float>(i), 0.3_mm, 0};
+            const auto seen = [&](float turn) {
+                return cell_field_test::along(
+                    gaussian_field<>{},
+                    {.origin = axis, .elevation = {std::sin(turn), std::cos(turn), 0}, .height = 0.8_mm}, 0, 20_mm);
+            };
+            sum += cell_field_test::correlation(seen(0), seen(angle)) / 200;
+        }
+        return sum;
+    };
+    const double little = rolled(0.5_deg), more = rolled(3_deg), half_a_turn = rolled(180_deg);
+    MESSAGE("correlation of lines rolled by 0.5 and 3 degrees: ", little, ", ", more, "; by 180: ", half_a_turn);
+    CHECK(little > 0.85);
+    CHECK(more < little);
+    CHECK(more > 0.4);
+    CHECK(half_a_turn > 0.99);
+    CHECK(std::fabs(rolled(40_deg)) < 0.05);
 }
 
 TEST_CASE("cell_field: oblique lines have power 1 per slot, too, and a bounded slope") {

@@ -235,3 +235,131 @@ TEST_CASE("phased arrays, single lines and one direction take no gains; directio
             trace(exec::seq, half, fine, pose{}, arrival_model{}, scan, straight_lines{.directions = wrong}),
             usage_error);
 }
+
+TEST_CASE("a shadow is never brighter than no obstacle, whatever the bandwidth under attenuation") {
+    using namespace aperture_shading_test;
+    const linear_array probe{.lines = 128, .width = 38_mm, .frequency = 7.5_MHz};
+    scene strip{tissue::muscle}, none{tissue::muscle};
+    medium weak = tissue::muscle; // 30 dB there and back
+    weak.attenuation = 30 / (2 * 0.5e-3F) / 7.5F;
+    weak.attenuation_power = 1;
+    strip.add(make_box({-0.3_mm, -20_mm, 9_mm}, {0.3_mm, 20_mm, 9.5_mm}), weak);
+    strip.build(exec::par);
+    none.build(exec::par);
+    for (const pulse_bandwidth bandwidth : {pulse_bandwidth::narrow, pulse_bandwidth::broad}) {
+        const arrival_model model{{.bandwidth = bandwidth}};
+        const iq_lines with = trace(exec::par_unseq, strip, probe, pose{}, model, scan),
+                       without = trace(exec::par_unseq, none, probe, pose{}, model, scan);
+        for (const std::uint32_t k : {10U, 12U, 15U, 20U, 40U}) {
+            const double speckle = decibels(static_cast<double>(with(64, k).y / without(64, k).y));
+            CHECK(speckle < 0.3);
+            CHECK(speckle > -12);
+        }
+    }
+}
+
+TEST_CASE("speckle reaches the bottom of the picture beside and behind objects of another sound speed") {
+    using namespace aperture_shading_test;
+    const medium gel{.density = 1000, .sound_speed = 1480, .backscatter = 1};
+    medium fast = gel;
+    fast.sound_speed = 1700;
+    scene beside{gel};
+    beside.add(make_box({-60_mm, -30_mm, 5_mm}, {0, 30_mm, 25_mm}), fast);
+    beside.build(exec::par);
+    fast.sound_speed = 3000;
+    scene behind{tissue::muscle};
+    behind.add(make_box({-1_mm, -30_mm, 16_mm}, {1_mm, 30_mm, 24_mm}), fast);
+    behind.build(exec::par);
+    for (const auto& [s, depth] : {std::pair{&beside, 36_mm}, {&behind, 22_mm}}) {
+        const iq_lines echoes = trace(exec::par_unseq, *s, linear_array{.lines = 128}, pose{}, physical<>{},
+                                      {.depth = depth, .samples = 1024});
+        for (std::uint32_t line = 0; line < 128; ++line) {
+            float bottom = 0;
+            for (std::uint32_t k = 1000; k < 1016; ++k) bottom = std::max(bottom, length(echoes(line, k)));
+            CHECK(bottom > 0);
+        }
+    }
+}
+
+TEST_CASE("an object far away changes no bit of the shading") {
+    using namespace aperture_shading_test;
+    scene ball{body};
+    ball.add(make_sphere({0, 0, 10_mm}, 0.5_mm, 4), absorber);
+    scene far = ball;
+    far.add(make_sphere({0, 0, 1}, 5_mm, 4), tissue::steel);
+    ball.build(exec::par);
+    far.build(exec::par);
+    const auto seen = [](const scene& s) {
+        return trace(exec::par_unseq, s, linear_array{.lines = 128}, pose{}, arrival_model{}, scan);
+    };
+    CHECK(seen(ball) == seen(far));
+}
+
+TEST_CASE("walls beside the axis of a round face, and few lines: rays and slices agree") {
+    using namespace aperture_shading_test;
+    using search = enum straight_lines::search;
+    const auto apart = [](const scene& s, const auto& probe, float depth) {
+        const acquisition how{.depth = depth, .samples = 64};
+        const iq_lines sliced =
+            trace(exec::par, s, probe, pose{}, arrival_model{}, how, straight_lines{.search = search::slices});
+        const iq_lines by_rays =
+            trace(exec::par, s, probe, pose{}, arrival_model{}, how, straight_lines{.search = search::rays});
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < sliced.values.size(); ++i)
+            count += length(sliced.values[i] - by_rays.values[i]) > 1e-2F ? 1 : 0;
+        return static_cast<double>(count) / static_cast<double>(sliced.values.size());
+    };
+    for (const float wall : {0.1_mm, 0.3_mm}) {
+        scene s{body};
+        s.add(make_box({-30_mm, -30_mm, wall}, {30_mm, 30_mm, 30_mm}), tissue::fat);
+        s.build(exec::par);
+        CHECK(apart(s, radial_array{.lines = 256}, 20_mm) < 0.005);
+    }
+    scene wall{body};
+    wall.add(make_box({-30_mm, -30_mm, -40_mm}, {-5_mm, 30_mm, 40_mm}), tissue::fat);
+    wall.build(exec::par);
+    CHECK(apart(wall, convex_array{.lines = 192, .radius = 10_mm, .field_of_view = 180_deg}, 30_mm) < 0.005);
+    scene balls{body};
+    balls.add(make_sphere({3_mm, 0, 20_mm}, 4_mm, 4), tissue::bone);
+    balls.add(make_sphere({-12_mm, 1_mm, 12_mm}, 2_mm, 4), absorber);
+    balls.build(exec::par);
+    for (const std::uint32_t lines : {3U, 4U, 7U, 92U}) {
+        CAPTURE(lines);
+        CHECK(apart(balls, linear_array{.lines = lines}, 40_mm) < 0.01);
+    }
+}
+
+TEST_CASE("an object that begins at the face of the probe shades as one that begins behind it") {
+    using namespace aperture_shading_test;
+    const auto seen = [](float top) {
+        scene s{body};
+        s.add(make_box({-60_mm, -30_mm, top}, {60_mm, 30_mm, 60_mm}), tissue::muscle);
+        s.add(make_sphere({0, 0, 10_mm}, 2_mm, 4), absorber);
+        s.build(exec::par);
+        return trace(exec::par_unseq, s, linear_array{.lines = 128}, pose{}, arrival_model{}, scan,
+                     straight_lines{.search = straight_lines::search::slices});
+    };
+    const iq_lines at_face = seen(0), before = seen(-1_mm);
+    float worst = 0;
+    for (std::size_t i = 0; i < at_face.values.size(); ++i)
+        if (before.values[i].y > 1e-6F)
+            worst = std::max(worst, std::fabs(at_face.values[i].y / before.values[i].y - 1));
+    CHECK(worst < 1e-3F);
+}
+
+TEST_CASE("any number of lines can be turned") {
+    for (std::uint32_t lines = 100; lines <= 4096; lines += 36) {
+        const linear_array linear{.lines = lines};
+        const convex_array convex{.lines = lines};
+        const radial_array radial{.lines = lines};
+        const auto turned = [](const auto& probe) {
+            detail::line_fan fan;
+            REQUIRE(fan.assign(probe));
+            return detail::face_shape{}.assign(fan, is_full_circle(probe));
+        };
+        CAPTURE(lines);
+        CHECK(turned(linear));
+        CHECK(turned(convex));
+        CHECK(turned(radial));
+    }
+}

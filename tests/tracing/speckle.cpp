@@ -180,8 +180,9 @@ TEST_CASE("sparse scatterers show: the envelope's SNR is that of so many to a re
     } const rows[] = {{5, 1.70}, {10, 1.81}};
     for (const auto& row : rows) {
         // The -6 dB ellipse of this pulse and beam; one plane mixes two rows of cells, in the fourth moment as many
-        // scatterers as 1.273 rows: the inverse of the mean of ((1-f)^4 + f^4) / ((1-f)^2 + f^2)^2 over f.
-        const double area = 3.14159265 / 4 * 0.567e-3 * 0.2109e-3, thickness = 1.273 * 0.2e-3;
+        // scatterers as 1.273 rows: the inverse of the mean of ((1-f)^4 + f^4) / ((1-f)^2 + f^2)^2 over f. A row is an
+        // eighth of the aperture's height, 5 mm.
+        const double area = 3.14159265 / 4 * 0.567e-3 * 0.2109e-3, thickness = 1.273 * 5e-3 / 8;
         double n = 0, m1 = 0, m2 = 0;
         for (std::uint32_t seed = 1; seed <= 8; ++seed) {
             const scene body = scene{speckle_test::silent}.build(exec::seq);
@@ -274,6 +275,63 @@ TEST_CASE("lines half a beam apart: speckle moves with the tissue by whole lines
     const double found = speckle_test::shifted_correlation(rest, seen({-20 * 0.15_mm, 0, 0}), 20, 0);
     MESSAGE("3 mm aside: correlation ", found);
     CHECK(found > 0.95);
+}
+
+TEST_CASE("speckle is as wide as the beam, and slides with it: across the lines and out of the slice") {
+    // Speckle behind a Gaussian beam of standard deviation sigma: the correlation at a distance d is
+    // exp(-d^2 / (4 sigma^2)), between lines of one frame and between frames of a probe that slid by d.
+    const scene body = scene{speckle_test::silent}.build(exec::seq);
+    struct {
+        float frequency, spacing;
+    } const rows[] = {{3.5_MHz, 0.2_mm}, {5_MHz, 0.2_mm},   {5_MHz, 0.1_mm}, {7.5_MHz, 0.198_mm},
+                      {7.5_MHz, 0.1_mm}, {12_MHz, 0.15_mm}, {12_MHz, 0.1_mm}};
+    for (const auto& row : rows) {
+        constexpr std::uint32_t lines = 192, samples = 1024;
+        const linear_array probe{
+            .lines = lines, .width = lines * row.spacing, .frequency = row.frequency, .focus = 20_mm};
+        constexpr float depth = 25_mm;
+        const auto first = static_cast<std::uint32_t>(18_mm / depth * samples),
+                   last = static_cast<std::uint32_t>(22_mm / depth * samples);
+        const float sigma = beam_of(probe, depth).lateral_sigma(20_mm);
+        const auto seen = [&](std::uint32_t seed, vec3 moved) {
+            return convolve(exec::par_unseq,
+                            trace(exec::par_unseq, body, probe, {.translation = moved},
+                                  physical<>{.scattering = {.seed = seed}}, {.depth = depth, .samples = samples}),
+                            pulse{}, probe);
+        };
+        double power = 0, slid[2] = {}, across[12] = {};
+        const float slides[] = {1.1774F * sigma, 2.3548F * sigma}; // half a width and a width
+        for (std::uint32_t seed = 1; seed <= 16; ++seed) {
+            const iq_lines rest = seen(seed, {0, 0, 0});
+            const iq_lines moved[] = {seen(seed, {slides[0], 0, 0}), seen(seed, {slides[1], 0, 0})};
+            for (std::uint32_t line = 20; line < lines - 20; ++line)
+                for (std::uint32_t k = first; k < last; ++k) {
+                    const vec2 here = rest(line, k);
+                    power += static_cast<double>(dot(here, here));
+                    for (int i = 0; i < 2; ++i) slid[i] += static_cast<double>(dot(here, moved[i](line, k)));
+                    for (std::uint32_t lag = 1; lag < 12; ++lag)
+                        across[lag] += static_cast<double>(dot(here, rest(line + lag, k)));
+                }
+        }
+        // The width at half the height, interpolated as that of the expected curve is.
+        const auto half_width = [&](const auto& correlation) {
+            std::uint32_t lag = 1;
+            while (lag < 11 && correlation(lag) > 0.5) ++lag;
+            const double above = correlation(lag - 1), below = correlation(lag);
+            return lag - 1 + (above - 0.5) / (above - below);
+        };
+        const auto expected = [&](double lag) {
+            return std::exp(-std::pow(lag * static_cast<double>(row.spacing / sigma), 2) / 4);
+        };
+        const double wider = half_width([&](std::uint32_t lag) { return lag == 0 ? 1 : across[lag] / power; }) /
+                             half_width([&](std::uint32_t lag) { return expected(lag); });
+        MESSAGE((row.frequency / 1e6F), " MHz, lines ", (row.spacing * 1e3F), " mm apart: width ", wider,
+                " of the beam's; slid by half a width and one: ", (slid[0] / power), " (0.707), ", (slid[1] / power),
+                " (0.250)");
+        CHECK(wider == doctest::Approx(1).epsilon(0.1));
+        CHECK(slid[0] / power == doctest::Approx(0.7071).epsilon(0.1));
+        CHECK(slid[1] / power == doctest::Approx(0.25).epsilon(row.frequency > 10_MHz ? 0.25 : 0.1));
+    }
 }
 
 TEST_CASE("a hand that is not quite still keeps its speckle: turned by a tenth of a degree, on any probe") {

@@ -10,8 +10,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// A random scatterer field on a grid that is fixed in the material, so that speckle moves with the tissue.
 ///
 /// Along the line the grid consists of slots, each with one scatterer; across the line it consists of cells, with
-/// linear interpolation between them. The cells of each slot are displaced at random, so no line spacing coincides with
-/// their period. The grid is aligned with one of a fixed set of directions, close to that of the line.
+/// interpolation between them. The cells of each slot are displaced at random, so no line spacing coincides with their
+/// period. The grid is aligned with one of a fixed set of directions, close to that of the line.
 /// Source: the convolution model of speckle, Bamber & Dickinson 1980; the grid is the library's own.
 /// @tparam Numbers   the contents of a cell: `gaussian_numbers` or `poisson_numbers`
 /// @tparam Material  vec3(std::uint32_t object, vec3 point): the position at rest of the tissue now at `point`, both in
@@ -19,9 +19,11 @@ namespace insonify::inline INSONIFY_ABI {
 template <class Numbers, class Material>
 struct cell_field {
     std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
-    float cell = 0.2e-3F;   ///< size of a cell across the line, metres
-    Numbers numbers{};      ///< contents of the cells
-    Material material{};    ///< position of tissue at rest
+    float cell =
+        0.23e-3F;      ///< size of a cell across the line, metres: at least the spacing of the lines and at most twice
+                       ///< the standard deviation of the beam, or speckle does not slide as it should
+    Numbers numbers{}; ///< contents of the cells
+    Material material{}; ///< position of tissue at rest
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -30,19 +32,26 @@ struct cell_field {
         if constexpr (requires { numbers.check(); }) numbers.check();
     }
 
-    /// Covariance of the scatterers of two lines, 1 to 0, averaged over the positions of the lines in their cells.
+    /// Covariance of the scatterers of two lines, 1 at most, averaged over the positions of the lines in their cells.
     /// @param distance  between the lines, metres
     /// @param angle     between their directions, radians
     INSONIFY_FN float covariance(float distance, float angle) const {
-        // At distances of eighths of a cell, by numerical integration; linear in between.
-        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
-                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
-                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
-        const float position = 8 * std::fabs(distance) / cell;
-        if (!(position < 16)) return 0;
-        const auto below = static_cast<int>(position);
-        const float weight = position - static_cast<float>(below);
-        return ((1 - weight) * eighths[below] + weight * eighths[below + 1]) * detail::same_view_probability(angle);
+        const float cells = std::fabs(distance) / cell;
+        if (!(cells < 2)) return 0;
+        // The weights of `cell_layout` correlated with themselves.
+        const float end = 1 - 0.5F * cells;
+        const float factor =
+            1 + cells * (1.5F +
+                         cells * (-2.25F + cells * (-2.5F + cells * (0.75F + cells * (0.65625F + cells * 0.109375F)))));
+        return end * end * end * factor * detail::same_view_probability(angle);
+    }
+    /// The same of `value`.
+    INSONIFY_FN float value_covariance(float distance, float angle) const {
+        return linear_covariance(distance / cell) * detail::same_view_probability(angle);
+    }
+    /// The same of the scatterers of two lines one above the other, by their distance and `material_line::height`, metres.
+    INSONIFY_FN float elevation_covariance(float distance, float height) const {
+        return linear_covariance(distance / (height > 0 ? height : cell));
     }
 
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
@@ -72,7 +81,7 @@ struct cell_field {
         const auto slot = static_cast<std::uint32_t>(static_cast<std::int64_t>(below));
         vec2 sum{0, 0};
         for (const std::uint32_t side : {0U, 1U}) {
-            const complex_lanes<1> one = cells.values<1>(slot + side, lanes<1>(0.0F), numbers);
+            const complex_lanes<1> one = cells.values<1, true>(slot + side, lanes<1>(0.0F), numbers);
             float real = 0, imaginary = 0;
             store(one.real, &real);
             store(one.imaginary, &imaginary);
@@ -85,6 +94,19 @@ struct cell_field {
 
   private:
     static constexpr std::uint32_t run_length = 128;
+
+    // Covariance of linear interpolation that keeps the power, by distance in cells.
+    INSONIFY_FN static float linear_covariance(float cells) {
+        // At distances of eighths of a cell, by numerical integration; linear in between.
+        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
+                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
+                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
+        const float position = 8 * std::fabs(cells);
+        if (!(position < 16)) return 0;
+        const auto below = static_cast<int>(position);
+        const float weight = position - static_cast<float>(below);
+        return (1 - weight) * eighths[below] + weight * eighths[below + 1];
+    }
 
     // Divides a straight segment where it leaves a slab: each slab has its own layout.
     template <class Emit>

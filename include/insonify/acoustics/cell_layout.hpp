@@ -18,18 +18,20 @@ struct rest_line {
 struct cell_layout {
     double slot = 0;             ///< at the origin of the segment
     double slots_per_metre = 1;  ///< of the line
-    vec2 across{0, 0};           ///< lateral position of the origin, in cells
-    vec2 across_per_slot{0, 0};  ///< change of the lateral position from slot to slot, in cells
+    vec2 across{0, 0};           ///< position of the origin in the slice plane and out of it, in cells
+    vec2 across_per_slot{0, 0};  ///< its change from slot to slot, in cells
     std::uint32_t key = 0;       ///< hash of seed, object and layout direction
     float volume = 0;            ///< of a cell, m^3
     float scatterer_density = 0; ///< of the medium, per m^3
     vec2 slope{0, 0};            ///< see `scatterer_run`
 
-    /// Values of N consecutive slots, interpolated between the four cells around the line.
+    /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice plane,
+    /// and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
+    /// @tparam Linear     whether linearly
     /// @param first_slot  index of the first slot
     /// @param offset      slots from the origin to the centre of each
     /// @param numbers     the contents of the cells, such as `gaussian_numbers`
-    template <int N, class Numbers>
+    template <int N, bool Linear = false, class Numbers>
     INSONIFY_FN INSONIFY_INLINE complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
                                                         const Numbers& numbers) const {
         using floats = lanes<N>;
@@ -42,15 +44,17 @@ struct cell_layout {
             floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(jitter & 0xFFFFU) * to_cells;
         const floats y = floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(jitter >> 16) * to_cells;
         const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
-        const floats right = x - floats_of<N>(column), upper = y - floats_of<N>(row);
-        const floats left = one - right, lower = one - upper;
+        const floats past_column = x - floats_of<N>(column), upper = y - floats_of<N>(row), lower = one - upper;
+        const floats left = lateral_weight<N, Linear>(past_column),
+                     right = lateral_weight<N, Linear>(one - past_column);
         const bits index = slot_hash + column * next_column + row * next_row + 0x51ED270BU;
         const complex_lanes<N> a = numbers.template operator()<N>(index, volume, scatterer_density),
                                b = numbers.template operator()<N>(index + next_column, volume, scatterer_density),
                                c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
                                d = numbers.template operator()<N>(index + (next_column + next_row), volume,
                                                                   scatterer_density);
-        const floats scale = unit_power_scale<N>(right) * unit_power_scale<N>(upper);
+        const floats scale =
+            Linear ? unit_power_scale<N>(past_column) * unit_power_scale<N>(upper) : unit_power_scale<N>(upper);
         return {
             (lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
             (lower * (left * a.imaginary + right * b.imaginary) + upper * (left * c.imaginary + right * d.imaginary)) *
@@ -65,29 +69,51 @@ struct cell_layout {
         const lanes<N> twice = weight + weight - lanes<N>(1.0F);
         return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
     }
+
+    // Weight of a cell at a lateral distance of 0 to 1 cells from its centre: 1.26 (1 - d^2) (1 - 7/3 d^2), of mean power 1
+    // and without a second moment. Positive weights would smooth the field, and speckle would be wider than the beam.
+    template <int N, bool Linear>
+    INSONIFY_FN INSONIFY_INLINE static lanes<N> lateral_weight(const lanes<N>& distance) {
+        if constexpr (Linear) return lanes<N>(1.0F) - distance;
+        const lanes<N> squared = distance * distance;
+        return polynomial<N>(squared, 2.9348392F, -4.1926275F, 1.2577882F);
+    }
 };
 
-/// The layout of cells of a given size for one segment of a line in one slab.
+/// A direction normal to `view`, from a lattice as that is: the one next to `elevation`, on the same side for both of its
+/// signs.
+INSONIFY_FN inline vec3 elevation_direction(vec3 elevation, vec3 view, std::uint32_t bits) {
+    const vec3 size = abs(elevation);
+    const int main = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+    const vec3 chosen = view_direction(elevation[main] < 0 ? -elevation : elevation, bits);
+    const vec3 upright = chosen - dot(chosen, view) * view;
+    return dot(upright, upright) > 0.01F ? normalize(upright) : orthonormal_basis{view}.second;
+}
+
+/// The layout of cells for one segment of a line in one slab.
+/// @param cell     size of a cell in the slice plane, metres; out of it, it is as high as the line's tissue
 /// @param spacing  length of a slot, metres
 INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, const material_line& line,
                                                 const rest_line& segment, double slab, float spacing) {
     const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object);
     const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
-    const vec3 view = view_direction(segment.along, mix_bits(object_hash + slab_index * 0x9E3779B9U));
-    const orthonormal_basis axes{view};
+    const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
+    const vec3 view = view_direction(segment.along, random);
+    const vec3 up = elevation_direction(line.elevation, view, mix_bits(random + 1)), right = cross(up, view);
+    const vec2 to_cells{1 / cell, 1 / (line.height > 0 ? line.height : cell)};
     const vec3 lateral = cross(line.elevation, line.along);
     const float advance = dot(segment.along, view);
     cell_layout cells;
     cells.slot = static_cast<double>(dot(segment.origin, view)) / spacing;
     cells.slots_per_metre = static_cast<double>(advance) / spacing;
-    cells.across = vec2{dot(segment.origin, axes.first), dot(segment.origin, axes.second)} / cell;
-    cells.across_per_slot =
-        vec2{dot(segment.along, axes.first), dot(segment.along, axes.second)} * (spacing / (advance * cell));
+    cells.across = vec2{dot(segment.origin, right), dot(segment.origin, up)} * to_cells;
+    cells.across_per_slot = vec2{dot(segment.along, right), dot(segment.along, up)} * to_cells * (spacing / advance);
     cells.key = object_hash;
     for (int axis = 0; axis < 3; ++axis)
-        cells.key = mix_bits(cells.key ^
-                             static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(view[axis] * 16384))));
-    cells.volume = cell * cell * spacing;
+        for (const vec3 direction : {view, up})
+            cells.key = mix_bits(cells.key ^ static_cast<std::uint32_t>(
+                                                 static_cast<std::int32_t>(std::lround(direction[axis] * 16384))));
+    cells.volume = spacing / (to_cells.x * to_cells.y);
     cells.scatterer_density = line.scatterer_density;
     cells.slope = vec2{dot(lateral, view), dot(line.elevation, view)} / -advance;
     return cells;

@@ -35,6 +35,7 @@ struct line_aperture {
     view<const float> fnumbers{}; ///< in the slice plane, at equal steps of displayed depth
     float spacing = 1;            ///< length of a step, metres of displayed depth
     float elevation_fnumber = 4;  ///< out of the slice plane
+    float height = 0; ///< of the tissue that contributes to an echo, out of the slice plane, metres; 0: unknown
 
     /// F-number in the slice plane at a displayed depth, metres; 2 if none is given.
     INSONIFY_FN float fnumber(float depth) const {
@@ -51,10 +52,10 @@ struct aperture_gain {
 };
 
 /// Sound reaches a point of a line from the whole width of the aperture: behind an obstacle it also comes past it, sooner or
-/// later than through it, and beside one some of it is kept away.
+/// later than through it, and beside an obstacle part of it is blocked.
 ///
-/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes along
-/// the line below `least` count as that. None where the line stands for all.
+/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes below
+/// `least` are taken as `least`. Empty: the line alone counts.
 struct aperture_gains {
     static constexpr float least = 1e-12F; ///< smallest amplitude that a factor belongs to
 
@@ -67,8 +68,8 @@ struct aperture_gains {
     }
 };
 
-/// The `aperture_gains` within one layer. They are continuous across surfaces; those of other layers, and those so close to a
-/// surface that rounding decides on which side they are, have no part in it.
+/// The `aperture_gains` within one layer. Those of other layers, and those so close to a surface that rounding decides on which
+/// side they are, have no part in it. At its first surface those of the layer above hold.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
 
@@ -86,6 +87,12 @@ struct layer_gains {
         const float part = place - static_cast<float>(above);
         return {a.surfaces + part * (b.surfaces - a.surfaces), a.speckle + part * (b.speckle - a.speckle),
                 a.deeper + part * (b.deeper - a.deeper)};
+    }
+    /// The least `deeper` within the layer.
+    INSONIFY_FN float least_deeper() const {
+        float least = at_steps.empty() ? before.deeper : at_steps[0].deeper;
+        for (const aperture_gain& gain : at_steps) least = min(least, gain.deeper);
+        return least;
     }
     /// At the end of the layer.
     INSONIFY_FN const aperture_gain& last() const { return at_steps.empty() ? before : at_steps[at_steps.size() - 1]; }
@@ -112,7 +119,7 @@ struct traced_line {
     line_frame frame{};         ///< in the world
     line_aperture aperture{};   ///< of the receiving array
     float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
-    aperture_gains gains{}; ///< because sound comes from the whole aperture
+    aperture_gains gains{}; ///< corrections for the width of the aperture
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -77,7 +77,8 @@ class line_refraction {
         former_direction_ = arriving;
     }
 
-    // Of the surface at the beginning of layer i, once asked for by the layer above and once by this one: x in the slice plane across the line, y out of the slice, z along it.
+    // Normal of the surface at the beginning of layer i, kept because the layer above and this one both use it. x: across the
+    // line in the slice plane, y: out of it, z: along the line.
     INSONIFY_FN vec3 normal_of(std::size_t i) {
         if (i != normal_is_of_) {
             const vec2 slope = line_.layers[i].slope;

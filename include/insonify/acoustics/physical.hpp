@@ -1,11 +1,11 @@
 #ifndef INSONIFY_ACOUSTICS_PHYSICAL_HPP
 #define INSONIFY_ACOUSTICS_PHYSICAL_HPP
 
-#include <insonify/acoustics/attenuation.hpp>
 #include <insonify/acoustics/cell_field.hpp>
 #include <insonify/acoustics/echo_line.hpp>
+#include <insonify/acoustics/echo_path.hpp>
+#include <insonify/acoustics/emit_speckle.hpp>
 #include <insonify/acoustics/fresnel.hpp>
-#include <insonify/acoustics/line_refraction.hpp>
 #include <insonify/acoustics/roughness.hpp>
 #include <insonify/acoustics/specular.hpp>
 #include <insonify/core/decibels.hpp>
@@ -13,25 +13,6 @@
 #include <insonify/execution/policy.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
-
-/// Depth at which an echo is displayed: by its travel time through the media, or as if all had `display_speed`.
-enum class timing { sound_speed, uniform };
-
-/// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
-enum class angle { oblique, normal };
-
-/// Bandwidth of the pulse under attenuation: a single frequency, or a Gaussian spectrum, which loses less
-/// (`attenuated`). The downshift of its centre is neglected.
-enum class pulse_bandwidth { narrow, broad };
-
-/// State of the wave at a point of its path.
-struct echo_path {
-    float shown = 0;              ///< displayed depth, metres
-    float lost_db = 0;            ///< attenuation so far, there and back, dB
-    float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
-    refracted_layer refraction{}; ///< of the present layer
-    layer_gains gains{};          ///< of the present layer
-};
 
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
 ///
@@ -106,7 +87,7 @@ struct physical {
 
     /// Default number of samples of a line, for a pulse of 2.5 cycles: see `samples_for`.
     INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
-        return samples_for(depth, nominal_sigma(frequency));
+        return samples_for(depth, detail::nominal_sigma(frequency));
     }
 
     /// Length of the line to trace, metres: at least as far as sound in the fastest medium travels in the time of the
@@ -121,9 +102,16 @@ struct physical {
     INSONIFY_FN float covariance(float distance, float radians) const {
         return scattering.covariance(distance, radians);
     }
+    /// The same of two lines one above the other.
+    INSONIFY_FN float elevation_covariance(float distance, float height) const {
+        if constexpr (requires { scattering.elevation_covariance(distance, height); })
+            return scattering.elevation_covariance(distance, height);
+        else
+            return scattering.covariance(distance, 0);
+    }
     /// Covariance of the diffuse echoes of rough surfaces on two lines.
     INSONIFY_FN float surface_covariance(float distance, float radians) const {
-        return surface_field().covariance(distance, radians);
+        return surface_field().value_covariance(distance, radians);
     }
 
     /// Reflection and transmission of an interface by the model's interface law.
@@ -144,25 +132,31 @@ struct physical {
     /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
     INSONIFY_FN void arrivals(const traced_line& line, float spacing, view<vec2> out) const {
         detail::line_refraction<physical> refraction{*this, line};
-        float passed = 1, lost_db = 0, shown = 0;
+        echo_path path{};
         std::size_t k = 0;
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
             const layer& here = line.layers[i];
-            const refracted_layer bent = refraction.next();
-            const medium &m = line.media[here.medium], &before = line.media[bent.before];
-            if (here.medium != bent.before)
-                passed *= at_interface({before, m, bent.cosine, line.frequency}).transmitted;
-            const float loss = attenuation(m, line.frequency), per_metre = bent.length_factor * loss;
-            lost_db = max(lost_db - bent.saved * loss, 0);
-            const float first = static_cast<float>(k + 1) * spacing - here.begin;
-            float amplitude = passed * amplitude_of_decibels(-(lost_db + per_metre * first));
-            const float step = amplitude_of_decibels(-per_metre * spacing);
-            const float displayed = stretch(m);
+            const medium& m = line.media[here.medium];
+            enter(line, refraction, here, path);
+            if (i > 0 && here.medium != path.refraction.before)
+                path.passed *=
+                    at_interface({line.media[path.refraction.before], m, path.refraction.cosine, line.frequency})
+                        .transmitted;
+            const float loss = loss_per_metre(line, m, path), displayed = detail::displayed_stretch(timing, m);
             const bool last = i + 1 == line.layers.size();
-            for (; k < out.size() && (last || static_cast<float>(k + 1) * spacing < here.end); ++k, amplitude *= step)
-                out[k] = {amplitude, shown + (static_cast<float>(k + 1) * spacing - here.begin) * displayed};
-            lost_db += per_metre * (here.end - here.begin);
-            shown += displayed * (here.end - here.begin);
+            const auto amplitude_at = [&](float within) {
+                const float lost_db = detail::peak_loss(bandwidth, line, path.lost_db + within * loss);
+                return path.passed * amplitude_of_decibels(-lost_db);
+            };
+            float amplitude = amplitude_at(static_cast<float>(k + 1) * spacing - here.begin);
+            const float step = amplitude_of_decibels(-loss * spacing);
+            for (; k < out.size() && (last || static_cast<float>(k + 1) * spacing < here.end); ++k) {
+                const float within = static_cast<float>(k + 1) * spacing - here.begin;
+                if (bandwidth == insonify::pulse_bandwidth::broad) amplitude = amplitude_at(within);
+                out[k] = {amplitude, path.shown + within * displayed};
+                amplitude *= step;
+            }
+            leave(line, here, path);
         }
     }
 
@@ -179,17 +173,16 @@ struct physical {
         detail::line_refraction<physical> refraction{*this, line};
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
             layer here = line.layers[i];
-            path.refraction = refraction.next();
             const layer_gains gains = path.gains.next(line.gains, here);
-            if (i > 0 && here.medium != path.refraction.before) {
-                here.cosine = path.refraction.cosine;
-                path.passed *= add_interface(line, line.layers[i - 1], here, path, echoes).transmitted;
+            echo_path entered = path;
+            enter(line, refraction, here, entered);
+            if (i > 0 && here.medium != entered.refraction.before) {
+                here.cosine = entered.refraction.cosine;
+                entered.passed *= add_interface(line, line.layers[i - 1], here, path, echoes).transmitted;
             }
+            path = entered;
             path.gains = gains;
-            if (path.shown + gains.last().deeper >= echoes.depth()) return;
-            if (path.refraction.saved != 0)
-                path.lost_db =
-                    max(path.lost_db - path.refraction.saved * attenuation(line.media[here.medium], line.frequency), 0);
+            if (path.shown + gains.least_deeper() >= echoes.depth()) return;
             add_layer(line, here, path, echoes);
         }
     }
@@ -198,11 +191,8 @@ struct physical {
     template <class Echoes>
     INSONIFY_FN void add_layer(const traced_line& line, const layer& here, echo_path& path,
                                const Echoes& echoes) const {
-        const medium& m = line.media[here.medium];
-        add_speckle(line, here, m, path, echoes);
-        const float length = here.end - here.begin;
-        path.shown += length * stretch(m);
-        path.lost_db += length * path.refraction.length_factor * attenuation(m, line.frequency);
+        detail::emit_speckle(*this, line, here, path, echoes);
+        leave(line, here, path);
     }
 
     /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
@@ -217,15 +207,16 @@ struct physical {
         const incidence at{before, after, cosine, line.frequency};
         const response wave = at_interface(at);
         const float elevation_fnumber = line.aperture.elevation_fnumber;
-        const float arrived = line.gains.amplitude(path.passed * amplitude_of_decibels(-peak_loss(line, path.lost_db)),
-                                                   path.gains.last().surfaces);
+        const float arrived =
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-detail::peak_loss(bandwidth, line, path.lost_db)),
+                                 path.gains.last().surfaces);
         const float shown = path.shown + path.gains.last().deeper;
 
         const float fnumber = line.aperture.fnumber(shown);
         const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
         constexpr float steepest = 5.8F; // 80 degrees
-        const vec2 slope =
-            stretch(before) * vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
+        const vec2 slope = detail::displayed_stretch(timing, before) *
+                           vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
         const float collected = specular(std::atan(tangent.x), fnumber, wavelengths) *
                                 specular(std::atan(tangent.y), elevation_fnumber, wavelengths);
         const float coherent = arrived * wave.reflected * roughness.coherent(at) * collected;
@@ -239,7 +230,7 @@ struct physical {
             const pose place = line.places.empty() ? pose{} : line.places[below.place];
             const material_line inside = in_object(line.frame, place, below.object);
             const gaussian_field<> field = surface_field();
-            const float displayed = stretch(before);
+            const float displayed = detail::displayed_stretch(timing, before);
             echoes.rough_surface(shown, diffuse, slope, [&](float offset) {
                 return field.value(inside, below.begin + offset / displayed, scatterer_spacing(line.frequency));
             });
@@ -255,71 +246,22 @@ struct physical {
         return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e};
     }
 
-    // Displayed depth per metre of the medium.
-    INSONIFY_FN float stretch(const medium& m) const {
-        return timing == insonify::timing::sound_speed ? displayed_stretch(m) : 1.0F;
+    // Sound enters a layer, without the transmission of its surface.
+    INSONIFY_FN void enter(const traced_line& line, detail::line_refraction<physical>& refraction, const layer& here,
+                           echo_path& path) const {
+        path.refraction = refraction.next();
+        if (path.refraction.saved != 0)
+            path.lost_db =
+                max(path.lost_db - path.refraction.saved * attenuation(line.media[here.medium], line.frequency), 0);
     }
-
-    // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
-    INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
-
-    INSONIFY_FN static float sigma_of(const traced_line& line) {
-        return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+    // Sound leaves a layer.
+    INSONIFY_FN void leave(const traced_line& line, const layer& here, echo_path& path) const {
+        const medium& m = line.media[here.medium];
+        path.shown += (here.end - here.begin) * detail::displayed_stretch(timing, m);
+        path.lost_db += (here.end - here.begin) * loss_per_metre(line, m, path);
     }
-
-    // The loss at the peak of the pulse, dB.
-    INSONIFY_FN float peak_loss(const traced_line& line, float lost_db) const {
-        return bandwidth == insonify::pulse_bandwidth::broad
-                   ? attenuated(lost_db, line.frequency, bandwidth_of(line)).loss_db
-                   : lost_db;
-    }
-
-    // Amplitude T A of the speckle at displayed depth `shown`, no less than the floor.
-    INSONIFY_FN float arriving(const traced_line& line, float passed, float lost_db, float shown, float gain) const {
-        const float direct = line.gains.amplitude(passed * amplitude_of_decibels(-peak_loss(line, lost_db)), gain);
-        if (shadow_floor_db == -FLT_MAX) return direct;
-        return max(direct, amplitude_of_decibels(shadow_floor_db - shown * attenuation(line.media[0], line.frequency)));
-    }
-
-    INSONIFY_FN static float bandwidth_of(const traced_line& line) {
-        return axial_sigma(sigma_of(line), line.frequency); // axial_sigma is its own inverse
-    }
-
-    template <class Echoes>
-    INSONIFY_FN void add_speckle(const traced_line& line, const layer& here, const medium& m, const echo_path& path,
-                                 const Echoes& echoes) const {
-        const float begin = path.shown + path.gains.at(here.begin).deeper;
-        if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
-        const float displayed = stretch(m), loss = path.refraction.length_factor * attenuation(m, line.frequency);
-        const float sigma = sigma_of(line);
-        const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
-        // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
-        const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
-        const float level = m.backscatter * amplitude_of_decibels(texture_db) / pulse_gain;
-        const pose place = line.places.empty() ? pose{} : line.places[here.place];
-        const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
-        const material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
-        scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
-            const auto length = static_cast<float>(run.count) * run.step;
-            const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
-            const auto shown_at = [&](float distance, const aperture_gain& gain) {
-                return path.shown + (distance - here.begin) * displayed + gain.deeper;
-            };
-            const auto level_at = [&](float distance, const aperture_gain& gain) {
-                const float arrived = arriving(line, path.passed, path.lost_db + (distance - here.begin) * loss,
-                                               shown_at(distance, gain), gain.speckle);
-                return min(level * arrived, 1e20F); // keeps sums finite
-            };
-            const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
-            echoes.scatterers({.depth = shown_at(run.first, first),
-                               .step = max(run.step * displayed + longer, 0),
-                               .count = run.count,
-                               .real = run.real,
-                               .imaginary = run.imaginary,
-                               .first_level = level_at(run.first, first),
-                               .last_level = level_at(run.first + length, last),
-                               .slope = run.slope * displayed});
-        });
+    INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
+        return path.refraction.length_factor * attenuation(m, line.frequency);
     }
 
     INSONIFY_FN gaussian_field<> surface_field() const { return {.seed = seed}; }

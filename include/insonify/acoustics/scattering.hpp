@@ -15,6 +15,7 @@ struct material_line {
     vec3 elevation{0, 1, 0};     ///< normal of the slice plane
     std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
     float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
+    float height = 0;            ///< of the tissue that contributes to an echo, along `elevation`, metres; 0: unknown
 
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
@@ -23,9 +24,13 @@ struct material_line {
 /// A line in coordinates of an object.
 /// @param place  pose of the object: object to world
 INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
-                                           float scatterer_density = 0) {
-    return {place.local_point(line.origin), place.local_direction(line.along), place.local_direction(line.elevation),
-            object, scatterer_density};
+                                           float scatterer_density = 0, float height = 0) {
+    return {place.local_point(line.origin),
+            place.local_direction(line.along),
+            place.local_direction(line.elevation),
+            object,
+            scatterer_density,
+            height};
 }
 
 /// Spacing of scatterers along a line, metres: an eighth of the wavelength c0 / f0, four per cycle of the echo.
@@ -53,8 +58,9 @@ struct any_emit {
 /// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
 /// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
 ///
-/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines, 1 to 0, by their distance in metres
-/// and the angle between them in radians.
+/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0, by
+/// their distance in metres and the angle between them in radians. A field may state as `elevation_covariance(distance,
+/// height)` that of two lines one above the other, by their `material_line::height`; else it is `covariance(distance, 0)`.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
     field.scatter(line, x, x, x, detail::any_emit{});

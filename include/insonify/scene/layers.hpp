@@ -28,7 +28,8 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
             .normal = one.at.direction(normal)};
 }
 
-/// How a line meets a face at a distance. Other kinds of lines have an overload of their own.
+/// How a line meets a face at a distance. Lines that are turned about their origins (tracing/turned_fan.hpp) have an overload
+/// of their own.
 INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float /* distance */, const object_view& one,
                                                   std::uint32_t face) {
     return incidence_on(one, face, line);

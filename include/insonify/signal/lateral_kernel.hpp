@@ -54,7 +54,7 @@ struct lateral_weights {
         float sum = 0;
         for (int lag = 0; lag <= end - begin; ++lag) {
             const float correlated = covariance(lag);
-            if (lag > 0 && !(correlated > 0)) break;
+            if (lag > 0 && !(std::fabs(correlated) > 0)) break;
             float products = 0;
             for (int offset = begin; offset + lag <= end; ++offset)
                 products += amplitude(offset) * amplitude(offset + lag);

@@ -47,6 +47,10 @@ class elevation_planes {
     /// Height of the strip that a plane represents, metres; 0 for a single plane.
     float height(std::uint32_t plane) const { return height_[plane]; }
 
+    /// Height of the tissue that contributes to an echo, metres: an eighth of the aperture's, as the beam has in the middle of
+    /// its range. It is the same at all depths, or speckle would change as tissue moves to and fro.
+    float scatterer_height() const { return beam_.elevation_height / 8; }
+
     /// The weight of each plane at a depth in metres; their sum is 1.
     void weights(float depth, float (&weight)[max_elevation_planes]) const {
         const float sigma = beam_.elevation_sigma(depth);

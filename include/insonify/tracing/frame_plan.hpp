@@ -76,7 +76,7 @@ class frame_plan {
   private:
     struct tables {
         std::vector<float> plane_offset{}, plane_height{}, plane_weights{}, fnumbers{};
-        float fnumber_spacing = 1, elevation_fnumber = 4;
+        float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
         kernel_table kernels{};
 
         template <class Policy>
@@ -96,11 +96,14 @@ class frame_plan {
             constexpr std::uint32_t parts = kernel_table_view::depths;
             fnumber_spacing = depth / parts;
             fnumbers.clear();
-            for (std::uint32_t k = 0; k < parts; ++k)
-                fnumbers.push_back(beam.fnumber((static_cast<float>(k) + 0.5F) * fnumber_spacing));
+            for (std::uint32_t k = 0; k < parts; ++k) {
+                const float z = (static_cast<float>(k) + 0.5F) * fnumber_spacing;
+                fnumbers.push_back(beam.fnumber(z));
+            }
             elevation_fnumber = beam.elevation_fnumber();
+            height = planes.scatterer_height();
         }
-        line_aperture aperture_view() const { return {fnumbers, fnumber_spacing, elevation_fnumber}; }
+        line_aperture aperture_view() const { return {fnumbers, fnumber_spacing, elevation_fnumber, height}; }
     };
 
     memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};

@@ -48,7 +48,8 @@ class kernel_table {
   public:
     kernel_table() = default; ///< no compensation
 
-    /// @param speckle, surface  covariance(metres apart, radians turned) of speckle, and of the echoes of rough surfaces
+    /// @param speckle, surface  covariance(metres apart in the slice plane and out of it, radians turned, height of the
+    ///                          scatterers) of speckle, and of the echoes of rough surfaces
     template <class Policy, transducer Probe, class Speckle, class Surface>
     kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
                  const Speckle& speckle, const Surface& surface)
@@ -71,10 +72,11 @@ class kernel_table {
                         plane_weights_.begin() + static_cast<std::ptrdiff_t>(k * planes.count()));
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             const auto levels_with = [&](const auto& covariance) {
-                return levels_of(across, planes, weight, correlations{across, turned, planes, covariance});
+                return levels_of(across, planes, weight,
+                                 correlations{across, turned, planes, planes.scatterer_height(), covariance});
             };
             const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
-                         uncorrelated = levels_with([](float, float) { return 0.0F; });
+                         uncorrelated = levels_with([](vec2, float, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {.lateral_sigma =
                                                                 probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
@@ -111,15 +113,16 @@ class kernel_table {
         std::vector<float> of_lines; // by distance in lines
 
         template <class Covariance>
-        correlations(const lateral_weights& across, float turned, const elevation_planes& planes,
+        correlations(const lateral_weights& across, float turned, const elevation_planes& planes, float height,
                      const Covariance& covariance)
             : of_lines(2 * across.half.size() - 1, 1.0F) {
             for (std::uint32_t i = 0; i < planes.count(); ++i)
                 for (std::uint32_t j = 0; j < planes.count(); ++j)
-                    of_planes[i][j] = i == j ? 1.0F : covariance(planes.offset(i) - planes.offset(j), 0.0F);
+                    of_planes[i][j] =
+                        i == j ? 1.0F : covariance(vec2{0, planes.offset(i) - planes.offset(j)}, 0.0F, height);
             for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
                 const auto lines = static_cast<float>(lag);
-                of_lines[lag] = covariance(lines * across.spacing, lines * turned);
+                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned, height);
             }
         }
     };
@@ -172,12 +175,16 @@ kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float d
                 probe,
                 depth,
                 planes,
-                [&](float apart, float turned) { return model.covariance(apart, turned); },
-                [&](float apart, float turned) {
-                    if constexpr (requires { model.surface_covariance(apart, turned); })
-                        return model.surface_covariance(apart, turned);
+                [&](vec2 apart, float turned, float height) {
+                    if constexpr (requires { model.elevation_covariance(apart.y, height); })
+                        if (apart.y != 0) return model.elevation_covariance(apart.y, height);
+                    return model.covariance(apart.x + apart.y, turned);
+                },
+                [&](vec2 apart, float turned, float) {
+                    if constexpr (requires { model.surface_covariance(apart.x, turned); })
+                        return model.surface_covariance(apart.x + apart.y, turned);
                     else
-                        return model.covariance(apart, turned);
+                        return model.covariance(apart.x + apart.y, turned);
                 }};
     else
         return {};

@@ -30,7 +30,7 @@ class slice_cut {
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
     /// @param offsets   elevation of the slices above that plane, metres
     /// @param max_depth  how far lines are followed, metres
-    /// @param keep_all   segments between two lines are kept as well
+    /// @param keep_all   also keep segments that cross no line
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
              const pose& probe_at, view<const float> offsets, float max_depth, bool keep_all) {

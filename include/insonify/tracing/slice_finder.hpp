@@ -49,8 +49,8 @@ class slice_finder {
     /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice costs a
     /// factor of at most 1.2, but for many crossings on few lines, where it costs 2. Both ways scale alike with the number
     /// of slices. The choice for an object does not depend on other objects, so that these change no bit of its echoes.
-    /// @param all         all objects
-    /// @param directions  along which the lines are traced
+    /// @param all         cut all objects
+    /// @param directions  in which each line is traced
     /// @return whether any is cut
     bool choose(const scene_view& scene, const pose& at, view<const float> offsets, bool all,
                 std::uint32_t directions) {

@@ -22,7 +22,7 @@ struct block_tracer {
     slice_finder::block_view slices{};    ///< crossings of the lines of the block
     view<const std::uint8_t> is_sliced{}; ///< of each object, by rank; empty: none is
     bool any_rays = true;                 ///< some objects are not sliced
-    aperture_shading::gains_view gains{}; ///< because sound comes from the whole aperture
+    aperture_shading::gains_view gains{}; ///< corrections for the width of the aperture
 
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
@@ -70,8 +70,8 @@ struct straight_lines {
         slices, ///< by slices, which need no trees; rays where the lines are neither parallel nor from one point
     };
     enum search search = search::best; ///< how crossings are found
-    std::uint32_t directions = 16;     ///< of the lines to each point, 1 to 64; 1: only the straight one. Of several
-                                       ///< planes each takes a quarter of them, in between those of the others
+    std::uint32_t directions = 16;     ///< in which lines are traced to each point, 1 to 64; 1: only the straight one.
+                                       ///< With several planes, each uses a quarter as many, at least 2
 
     using frame_state = straight_frame; ///< what is kept between frames
 
@@ -79,7 +79,7 @@ struct straight_lines {
     void check() const {
         if (directions < 1 || directions > detail::aperture_shading::max_directions)
             throw usage_error{"straight_lines: `directions` is " + std::to_string(directions) +
-                              "; it must be 1 to 64 lines to each point, and 16 are usual"};
+                              "; it must be 1 to 64 lines to each point, and 16 is usual"};
     }
 
     /// Cuts the scene where that pays; `trace` calls it once for each frame.
@@ -134,7 +134,7 @@ class straight_frame {
     /// The tracer of the lines from `begin` on; blocks may be prepared on different threads.
     detail::block_tracer of_block(std::size_t begin) {
         if (!shaded_) return found_block(begin);
-        detail::block_tracer block = tracer_of_found(begin); // was found for the shading
+        detail::block_tracer block = tracer_of_found(begin); // `aperture_shading::compute` has found every block
         block.gains = shading_.view_of();
         return block;
     }

@@ -8,7 +8,7 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Where the lines of a fan begin and how they diverge, where all have the same distance: parallel lines from a plane face,
+/// Where the lines of a fan begin and how they diverge, where neighbours are equally far apart: parallel lines from a plane face,
 /// or lines that leave a circle around the apex along its radii.
 struct face_shape {
     float radius = 0;  ///< of the circle, metres; 0: a plane
@@ -25,7 +25,8 @@ struct face_shape {
             return fan.parallel() ? fan[i].origin.x : std::atan2(fan[i].along.x, fan[i].along.y);
         };
         const std::uint32_t middle = (lines - 1) / 2;
-        spacing = place(middle + 1) - place(middle);
+        spacing =
+            circle ? 2 * pi / static_cast<float>(lines) : (place(lines - 1) - place(0)) / static_cast<float>(lines - 1);
         radius = fan.parallel() ? 0.0F : length(fan[middle].origin);
         if (!(spacing > 0) || (!fan.parallel() && !(radius > 1e-4F))) return false;
         for (std::uint32_t i = 0; i < lines; ++i) {
@@ -83,8 +84,8 @@ struct turned_line {
     }
 };
 
-/// A turned line meets surfaces as the straight line through the same point does; only steep ones, which that line hardly
-/// meets, at its own angle.
+/// A turned line meets surfaces as the straight line through the same point does; steep ones, which that line would hardly
+/// meet, at its own angle.
 inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
                                       std::uint32_t face) {
     constexpr float steep = 0.5F; // 60 degrees
@@ -119,6 +120,22 @@ class turned_fan {
         if (shape_.radius == 0) return {p.x - p.y * turn_.sine / turn_.cosine, p.y};
         const vec2 by = turn_.around(length(p));
         return {p.x * by.y - p.y * by.x, p.x * by.x + p.y * by.y};
+    }
+
+    /// Calls visit(from, to) for the parts of a segment that `straightened` keeps in order: those outside the circle around the
+    /// apex that the turned lines, prolonged backwards, touch. They run outside it; inside, a segment would pass the apex on
+    /// the other side.
+    template <class Visit>
+    void for_each_outer_part(vec2 from, vec2 to, const Visit& visit) const {
+        const float radius = shape_.radius * std::fabs(turn_.sine);
+        const vec2 along = to - from;
+        const float a = dot(along, along), b = dot(from, along), c = dot(from, from) - radius * radius;
+        const float root = b * b - a * c;
+        if (radius == 0 || !(root > 0)) return visit(from, to);
+        const float half = std::sqrt(root), enters = (-b - half) / a, leaves = (-b + half) / a;
+        if (enters >= 1 || leaves <= 0) return visit(from, to);
+        if (enters > 0) visit(from, from + enters * along);
+        if (leaves < 1) visit(from + leaves * along, to);
     }
 
     /// How many straight lines a turned line has crossed on its way to a depth.

@@ -1,0 +1,54 @@
+#ifndef INSONIFY_ACOUSTICS_ECHO_PATH_HPP
+#define INSONIFY_ACOUSTICS_ECHO_PATH_HPP
+
+#include <insonify/acoustics/attenuation.hpp>
+#include <insonify/acoustics/layer.hpp>
+#include <insonify/acoustics/line_refraction.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Depth at which an echo is displayed: by its travel time through the media, or as if all had `display_speed`.
+enum class timing { sound_speed, uniform };
+
+/// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
+enum class angle { oblique, normal };
+
+/// Bandwidth of the pulse under attenuation: a single frequency, or a Gaussian spectrum, which loses less
+/// (`attenuated`). The downshift of its centre is neglected.
+enum class pulse_bandwidth { narrow, broad };
+
+/// State of the wave at a point of its path.
+struct echo_path {
+    float shown = 0;              ///< displayed depth, metres
+    float lost_db = 0;            ///< attenuation so far, there and back, dB
+    float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
+    refracted_layer refraction{}; ///< of the present layer
+    layer_gains gains{};          ///< of the present layer
+};
+
+namespace detail {
+
+/// Displayed depth per metre of a medium.
+INSONIFY_FN inline float displayed_stretch(timing how, const medium& m) {
+    return how == timing::sound_speed ? insonify::displayed_stretch(m) : 1.0F;
+}
+
+/// Standard deviation of the envelope of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5; metres of displayed
+/// depth.
+INSONIFY_FN inline float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
+
+/// The same of the pulse of a line.
+INSONIFY_FN inline float sigma_of(const traced_line& line) {
+    return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+}
+
+/// The loss at the peak of the pulse, dB. @param lost_db  that of its centre frequency
+INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float lost_db) {
+    if (bandwidth == pulse_bandwidth::narrow) return lost_db;
+    const float fractional = axial_sigma(sigma_of(line), line.frequency); // axial_sigma is its own inverse
+    return attenuated(lost_db, line.frequency, fractional).loss_db;
+}
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,61 @@
+#ifndef INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
+#define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
+
+#include <insonify/acoustics/echo_line.hpp>
+#include <insonify/acoustics/echo_path.hpp>
+#include <insonify/acoustics/scattering.hpp>
+#include <insonify/core/decibels.hpp>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Emits the speckle of one layer, as `physical` documents it.
+/// @param path  at the beginning of the layer
+template <class Model, class Echoes>
+INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const layer& here, const echo_path& path,
+                              const Echoes& echoes) {
+    const medium& m = line.media[here.medium];
+    const float begin = path.shown + path.gains.least_deeper();
+    if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
+    const float displayed = displayed_stretch(model.timing, m);
+    const float loss = path.refraction.length_factor * model.attenuation(m, line.frequency);
+    const float sigma = sigma_of(line);
+    const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
+    // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
+    const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
+    const float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
+    const float background_loss = model.attenuation(line.media[0], line.frequency);
+    // Amplitude there and back at displayed depth `shown`, no less than the floor.
+    const auto arriving = [&](float lost_db, float shown, float gain) {
+        const float direct =
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-peak_loss(model.bandwidth, line, lost_db)), gain);
+        if (model.shadow_floor_db == -FLT_MAX) return direct;
+        return max(direct, amplitude_of_decibels(model.shadow_floor_db - shown * background_loss));
+    };
+    const pose place = line.places.empty() ? pose{} : line.places[here.place];
+    const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
+    const material_line within = in_object(line.frame, place, here.object, m.scatterer_density, line.aperture.height);
+    model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
+        const auto length = static_cast<float>(run.count) * run.step;
+        const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
+        const auto shown_at = [&](float distance, const aperture_gain& gain) {
+            return path.shown + (distance - here.begin) * displayed + gain.deeper;
+        };
+        const auto level_at = [&](float distance, const aperture_gain& gain) {
+            const float arrived =
+                arriving(path.lost_db + (distance - here.begin) * loss, shown_at(distance, gain), gain.speckle);
+            return min(level * arrived, 1e20F); // keeps sums finite
+        };
+        const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
+        echoes.scatterers({.depth = shown_at(run.first, first),
+                           .step = max(run.step * displayed + longer, 0),
+                           .count = run.count,
+                           .real = run.real,
+                           .imaginary = run.imaginary,
+                           .first_level = level_at(run.first, first),
+                           .last_level = level_at(run.first + length, last),
+                           .slope = run.slope * displayed});
+    });
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif

@@ -1,0 +1,159 @@
+#ifndef INSONIFY_TRACING_TURNED_LINES_HPP
+#define INSONIFY_TRACING_TURNED_LINES_HPP
+
+#include <insonify/tracing/scratch_memory.hpp>
+#include <insonify/tracing/slice_finder.hpp>
+#include <insonify/tracing/sound_profile.hpp>
+#include <insonify/tracing/trace_line.hpp>
+#include <insonify/tracing/turned_fan.hpp>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The points of an aperture shading: lines of the probe, equally far apart, in each plane of the frame.
+struct shading_points {
+    line_fan fan{};
+    face_shape shape{};
+    std::uint32_t first = 0; ///< line of the probe
+    std::uint32_t stride = 1;
+    std::uint32_t planes = 1;
+    std::vector<std::vector<std::uint32_t>> objects{}; ///< that contain the origins behind the face, by plane and point
+
+    std::uint32_t size() const { return fan.size(); }
+    std::uint32_t line_of(std::uint32_t point) const { return first + point * stride; }
+};
+
+/// A segment of a slice, with the sum of the depths of its ends.
+struct deep_segment {
+    float depth = 0;
+    const cut_segment* segment = nullptr;
+};
+
+/// The lines of all points turned alike, in each plane by an angle of its own, and what arrives along them. Keeps its memory
+/// from frame to frame.
+class turned_lines {
+  public:
+    static constexpr std::uint32_t steps = sound_profile::steps;
+
+    /// @param turn     angle of the lines in each plane
+    /// @param spacing  from step to step, metres
+    void assign(const shading_points& points, const line_turn (&turn)[max_elevation_planes], float spacing) {
+        points_ = points.size();
+        sound_.resize(std::size_t{points.planes} * steps * points_);
+        share_.resize(std::size_t{points.planes} * steps);
+        lines_crossed_.resize(share_.size());
+        for (std::uint32_t plane = 0; plane < points.planes; ++plane) {
+            fans_[plane].assign(points.fan, points.shape, turn[plane]);
+            for (std::uint32_t step = 0; step < steps; ++step)
+                lines_crossed_[plane * steps + step] =
+                    fans_[plane].lines_crossed(static_cast<float>(step + 1) * spacing);
+        }
+    }
+
+    /// Share of the aperture that the lines stand for, at one step of one plane.
+    float& share(std::size_t row) { return share_[row]; }
+    float share(std::size_t row) const { return share_[row]; }
+    /// How many lines a turned line has crossed on its way to one step of one plane.
+    float lines_crossed(std::size_t row) const { return lines_crossed_[row]; }
+    /// What arrives at one step of one plane, by line.
+    const sound_at_depth* sound(std::size_t row) const { return sound_.data() + row * points_; }
+
+    /// Finds where the lines cross the segments of the slices.
+    /// @param segments  by depth, so that the crossings of each line are nearly sorted
+    void find_crossings(const shading_points& points, const std::vector<deep_segment>& segments) {
+        constexpr int width = simd_width;
+        ends_.assign(std::size_t{points.planes} * points_ + 1, 0);
+        crossed_.clear();
+        for (const deep_segment& deep : segments) {
+            const cut_segment& one = *deep.segment;
+            const turned_fan& fan = fans_[one.slice];
+            fan.for_each_outer_part(one.from, one.to, [&](vec2 outer_from, vec2 outer_to) {
+                const vec2 from = fan.straightened(outer_from), to = fan.straightened(outer_to);
+                points.fan.for_each_crossed(
+                    from, points.fan.gap(from), to, points.fan.gap(to), [&](std::uint32_t first, std::uint32_t last) {
+                        crossed_.push_back({&one, first, last});
+                        std::uint32_t* const count = ends_.data() + std::size_t{one.slice} * points_ + 1;
+                        for (std::uint32_t line = first; line < last; ++line) ++count[line];
+                    });
+            });
+        }
+        for (std::size_t slot = 0; slot + 1 < ends_.size(); ++slot) ends_[slot + 1] += ends_[slot];
+        crossings_.resize(ends_.back());
+        // The end of each line's predecessor is where its own crossings begin; it moves on to its own end as they come in.
+        for (const crossed_segment& crossed : crossed_) {
+            const cut_segment& one = *crossed.segment;
+            std::uint32_t* const end = ends_.data() + std::size_t{one.slice} * points_;
+            for (std::uint32_t line = crossed.first; line < crossed.last; line += width) {
+                float distance[width];
+                store(line_fan::neighbours<width>::from(fans_[one.slice].lines(), line).intersect(one.from, one.to),
+                      distance);
+                for (std::uint32_t i = line; i < crossed.last && i < line + width; ++i)
+                    crossings_[end[i]++] = {distance[i - line], one.object, one.primitive};
+            }
+        }
+    }
+
+    /// Finds what arrives along the line of one point in one plane.
+    /// @param slices  whose crossings were found; null where everything is found by rays
+    template <class Model>
+    void find_sound(const line_task& task, const shading_points& points, std::uint32_t point, const Model& model,
+                    float spacing, const slice_finder* slices) {
+        const turned_line turned{task.line.frame, fans_[task.plane].turn()};
+        sound_profile profile;
+        scratch_.fit([&](line_scratch& room) {
+            return find_line(task, turned, points, point, slices, room.found) &&
+                   profile.find(task, turned, model, room, spacing);
+        });
+        for (std::uint32_t step = 0; step < steps; ++step)
+            sound_[(std::size_t{task.plane} * steps + step) * points_ + point] = profile.at[step];
+    }
+
+  private:
+    // The lines [first, last) cross a segment.
+    struct crossed_segment {
+        const cut_segment* segment = nullptr;
+        std::uint32_t first = 0, last = 0;
+    };
+
+    // The crossings of one line, at the depths of their points.
+    bool find_line(const line_task& task, const turned_line& turned, const shading_points& points, std::uint32_t point,
+                   const slice_finder* slices, line_crossings& found) const {
+        found.clear();
+        const std::size_t slot = std::size_t{task.plane} * points_ + point;
+        for (const std::uint32_t rank : points.objects[slot]) found.inside.toggle(rank);
+        const auto add = [&](crossing one) {
+            one.distance = turned.turn.depth_at(one.distance);
+            if (one.distance > touching_distance && one.distance <= task.max_depth) found.add(one);
+        };
+        if (slices != nullptr)
+            for (std::size_t i = slot == 0 ? 0 : ends_[slot - 1]; i < ends_[slot]; ++i)
+                if (crossings_[i].distance >= 0) add(crossings_[i]);
+        if (slices == nullptr || slices->leaves_rays()) {
+            const ray line{turned.straight.origin, turned.direction(), 0, turned.turn.length_to(task.max_depth)};
+            task.scene.boxes.for_each_hit(line, [&](const hit& at) {
+                if (slices != nullptr && slices->chosen()[at.primitive] != 0) return;
+                const object_view& one = task.scene.objects[at.primitive];
+                one.tree.for_each_hit(one.local(line), [&](const hit& h) {
+                    add({h.distance, at.primitive, h.primitive});
+                });
+            });
+        }
+        found.sort();
+        return found.complete();
+    }
+
+    std::uint32_t points_ = 0;
+    turned_fan fans_[max_elevation_planes] = {};
+    std::vector<crossed_segment> crossed_{};
+    std::vector<std::uint32_t> ends_{};   // of each plane and point, in `crossings_`
+    std::vector<crossing> crossings_{};   // at metres along the turned line
+    std::vector<sound_at_depth> sound_{}; // by plane, step and point
+    std::vector<float> share_{};          // by plane and step
+    std::vector<float> lines_crossed_{};  // by plane and step
+    scratch_memory scratch_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
