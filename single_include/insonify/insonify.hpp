@@ -2182,19 +2182,27 @@ INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - 
 /// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
 /// @param towards  not 0
 /// @param bits     32 random bits
-/// @return         length 1
-INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t bits) {
+/// @return         whole numbers from -view_steps to view_steps
+INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
     const vec3 size = abs(towards);
-    const int main = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-    const int next = (main + 1) % 3, last = (main + 2) % 3;
-    const auto rounded = [&](int axis, std::uint32_t random) {
-        return std::floor(view_steps * towards[axis] / size[main] + (static_cast<float>(random) + 0.5F) * 0x1p-16F);
+    const float scale = view_steps / max(max(size.x, size.y), size.z);
+    const auto rounded = [&](float coordinate, std::uint32_t random) { // the largest is a whole number already
+        return std::floor(coordinate * scale + (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F);
     };
-    vec3 chosen{};
-    chosen[main] = std::copysign(view_steps, towards[main]);
-    chosen[next] = rounded(next, bits & 0xFFFFU);
-    chosen[last] = rounded(last, bits >> 16U);
-    return normalize(chosen);
+    return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
+}
+
+/// The same, of length 1.
+INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t bits) {
+    return normalize(lattice_direction(towards, bits));
+}
+
+/// A number for each lattice direction.
+INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
+    const auto digit = [](float coordinate) {
+        return static_cast<std::uint32_t>(static_cast<std::int32_t>(coordinate) + 64);
+    };
+    return (digit(direction.x) << 16U) + (digit(direction.y) << 8U) + digit(direction.z);
 }
 
 /// Parallel oblique slabs that fill space; the view direction is chosen once for each.
@@ -2282,16 +2290,6 @@ struct cell_layout {
     }
 };
 
-/// A direction normal to `view`, from a lattice as that is: the one next to `elevation`, on the same side for both of its
-/// signs.
-INSONIFY_FN inline vec3 elevation_direction(vec3 elevation, vec3 view, std::uint32_t bits) {
-    const vec3 size = abs(elevation);
-    const int main = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-    const vec3 chosen = view_direction(elevation[main] < 0 ? -elevation : elevation, bits);
-    const vec3 upright = chosen - dot(chosen, view) * view;
-    return dot(upright, upright) > 0.01F ? normalize(upright) : orthonormal_basis{view}.second;
-}
-
 /// The layout of cells for one segment of a line in one slab.
 /// @param cell     size of a cell in the slice plane, metres; out of it, it is as high as the line's tissue
 /// @param spacing  length of a slot, metres
@@ -2300,8 +2298,13 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object);
     const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
     const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
-    const vec3 view = view_direction(segment.along, random);
-    const vec3 up = elevation_direction(line.elevation, view, mix_bits(random + 1)), right = cross(up, view);
+    // The axes of the grid: along the line and along its elevation, whose sign does not matter.
+    const vec3 towards = lattice_direction(segment.along, random), view = normalize(towards);
+    const float side = dot(line.elevation * line.elevation, line.elevation); // mostly its largest coordinate's
+    const vec3 upwards = lattice_direction(side < 0 ? -line.elevation : line.elevation, mix_bits(random + 1));
+    const vec3 upright = upwards - dot(upwards, view) * view;
+    const vec3 up = dot(upright, upright) > 1 ? normalize(upright) : orthonormal_basis{view}.second;
+    const vec3 right = cross(up, view);
     const vec2 to_cells{1 / cell, 1 / (line.height > 0 ? line.height : cell)};
     const vec3 lateral = cross(line.elevation, line.along);
     const float advance = dot(segment.along, view);
@@ -2310,11 +2313,7 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     cells.slots_per_metre = static_cast<double>(advance) / spacing;
     cells.across = vec2{dot(segment.origin, right), dot(segment.origin, up)} * to_cells;
     cells.across_per_slot = vec2{dot(segment.along, right), dot(segment.along, up)} * to_cells * (spacing / advance);
-    cells.key = object_hash;
-    for (int axis = 0; axis < 3; ++axis)
-        for (const vec3 direction : {view, up})
-            cells.key = mix_bits(cells.key ^ static_cast<std::uint32_t>(
-                                                 static_cast<std::int32_t>(std::lround(direction[axis] * 16384))));
+    cells.key = mix_bits(mix_bits(object_hash ^ lattice_index(towards)) ^ lattice_index(upwards));
     cells.volume = spacing / (to_cells.x * to_cells.y);
     cells.scatterer_density = line.scatterer_density;
     cells.slope = vec2{dot(lateral, view), dot(line.elevation, view)} / -advance;

@@ -80,16 +80,6 @@ struct cell_layout {
     }
 };
 
-/// A direction normal to `view`, from a lattice as that is: the one next to `elevation`, on the same side for both of its
-/// signs.
-INSONIFY_FN inline vec3 elevation_direction(vec3 elevation, vec3 view, std::uint32_t bits) {
-    const vec3 size = abs(elevation);
-    const int main = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-    const vec3 chosen = view_direction(elevation[main] < 0 ? -elevation : elevation, bits);
-    const vec3 upright = chosen - dot(chosen, view) * view;
-    return dot(upright, upright) > 0.01F ? normalize(upright) : orthonormal_basis{view}.second;
-}
-
 /// The layout of cells for one segment of a line in one slab.
 /// @param cell     size of a cell in the slice plane, metres; out of it, it is as high as the line's tissue
 /// @param spacing  length of a slot, metres
@@ -98,8 +88,13 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object);
     const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
     const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
-    const vec3 view = view_direction(segment.along, random);
-    const vec3 up = elevation_direction(line.elevation, view, mix_bits(random + 1)), right = cross(up, view);
+    // The axes of the grid: along the line and along its elevation, whose sign does not matter.
+    const vec3 towards = lattice_direction(segment.along, random), view = normalize(towards);
+    const float side = dot(line.elevation * line.elevation, line.elevation); // mostly its largest coordinate's
+    const vec3 upwards = lattice_direction(side < 0 ? -line.elevation : line.elevation, mix_bits(random + 1));
+    const vec3 upright = upwards - dot(upwards, view) * view;
+    const vec3 up = dot(upright, upright) > 1 ? normalize(upright) : orthonormal_basis{view}.second;
+    const vec3 right = cross(up, view);
     const vec2 to_cells{1 / cell, 1 / (line.height > 0 ? line.height : cell)};
     const vec3 lateral = cross(line.elevation, line.along);
     const float advance = dot(segment.along, view);
@@ -108,11 +103,7 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     cells.slots_per_metre = static_cast<double>(advance) / spacing;
     cells.across = vec2{dot(segment.origin, right), dot(segment.origin, up)} * to_cells;
     cells.across_per_slot = vec2{dot(segment.along, right), dot(segment.along, up)} * to_cells * (spacing / advance);
-    cells.key = object_hash;
-    for (int axis = 0; axis < 3; ++axis)
-        for (const vec3 direction : {view, up})
-            cells.key = mix_bits(cells.key ^ static_cast<std::uint32_t>(
-                                                 static_cast<std::int32_t>(std::lround(direction[axis] * 16384))));
+    cells.key = mix_bits(mix_bits(object_hash ^ lattice_index(towards)) ^ lattice_index(upwards));
     cells.volume = spacing / (to_cells.x * to_cells.y);
     cells.scatterer_density = line.scatterer_density;
     cells.slope = vec2{dot(lateral, view), dot(line.elevation, view)} / -advance;

@@ -19,19 +19,27 @@ INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - 
 /// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
 /// @param towards  not 0
 /// @param bits     32 random bits
-/// @return         length 1
-INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t bits) {
+/// @return         whole numbers from -view_steps to view_steps
+INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
     const vec3 size = abs(towards);
-    const int main = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-    const int next = (main + 1) % 3, last = (main + 2) % 3;
-    const auto rounded = [&](int axis, std::uint32_t random) {
-        return std::floor(view_steps * towards[axis] / size[main] + (static_cast<float>(random) + 0.5F) * 0x1p-16F);
+    const float scale = view_steps / max(max(size.x, size.y), size.z);
+    const auto rounded = [&](float coordinate, std::uint32_t random) { // the largest is a whole number already
+        return std::floor(coordinate * scale + (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F);
     };
-    vec3 chosen{};
-    chosen[main] = std::copysign(view_steps, towards[main]);
-    chosen[next] = rounded(next, bits & 0xFFFFU);
-    chosen[last] = rounded(last, bits >> 16U);
-    return normalize(chosen);
+    return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
+}
+
+/// The same, of length 1.
+INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t bits) {
+    return normalize(lattice_direction(towards, bits));
+}
+
+/// A number for each lattice direction.
+INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
+    const auto digit = [](float coordinate) {
+        return static_cast<std::uint32_t>(static_cast<std::int32_t>(coordinate) + 64);
+    };
+    return (digit(direction.x) << 16U) + (digit(direction.y) << 8U) + digit(direction.z);
 }
 
 /// Parallel oblique slabs that fill space; the view direction is chosen once for each.
