@@ -45,9 +45,10 @@ struct formula_ball {
     template <class Policy, acoustic_model Model>
     bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
                     view<typename Model::sample_type> out) const {
-        const vec3 to_centre = centre - task.line.frame.origin;
-        const float along = dot(to_centre, task.line.frame.along);
-        const float squared = radius * radius - (dot(to_centre, to_centre) - along * along);
+        const ray beam = task.beam();
+        const vec3 to_centre = centre - beam.origin;
+        const float stretch = dot(beam.direction, beam.direction), along = dot(to_centre, beam.direction) / stretch;
+        const float squared = (radius * radius - dot(to_centre, to_centre)) / stretch + along * along;
         const float half = squared > 0 ? std::sqrt(squared) : 0.0F;
         const float ends[] = {0, along - half, along + half, task.max_depth};
         if (half == 0) {

@@ -106,7 +106,8 @@ class aperture_shading {
                     for (std::uint32_t point = 0; point < points; ++point)
                         own.scratch.fit([&](line_scratch& room) {
                             const line_task task = task_of(frame, scene, first_ + point * stride_, plane);
-                            const turned_line turned{task.line.frame, own.fans[plane].turn()};
+                            turned_line turned{task.line.frame, own.fans[plane].turn()};
+                            turned.tilt = frame.tilt(turned.direction(), plane);
                             arrivals found;
                             if (!find(task, turned, own, std::size_t{plane} * points + point,
                                       sliced ? &slices : nullptr, room.found) ||
@@ -283,7 +284,7 @@ class aperture_shading {
             for (std::size_t i = slot == 0 ? 0 : own.ends[slot - 1]; i < own.ends[slot]; ++i)
                 if (own.crossings[i].distance >= 0) add(own.crossings[i]);
         if (slices == nullptr || slices->leaves_rays()) {
-            const ray line{turned.straight.origin, turned.direction(), 0, turn.length_to(task.max_depth)};
+            const ray line{turned.straight.origin, turned.frame().path(), 0, turn.length_to(task.max_depth)};
             task.scene.boxes.for_each_hit(line, [&](const hit& at) {
                 if (slices != nullptr && slices->chosen()[at.primitive] != 0) return;
                 const object_view& one = task.scene.objects[at.primitive];

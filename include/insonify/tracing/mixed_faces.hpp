@@ -21,12 +21,12 @@ inline void find_levels(const slice_frame& frame, view<const vec3> points, std::
         const std::size_t count = std::min(few, points.size() - begin);
         const vec3* const from = points.data() + begin;
         std::uint8_t* const to = levels + begin;
-        for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(from[i]);
-        const float lowest = own.height[0];
-        for (std::size_t i = 0; i < count; ++i) to[i] = height[i] > lowest;
-        for (std::uint32_t slice = 1; slice < own.count; ++slice) {
+        std::fill_n(to, count, std::uint8_t{0});
+        for (std::uint32_t slice = 0; slice < own.count; ++slice) {
+            for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(slice, from[i]);
             const float here = own.height[slice];
-            for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(to[i] + (height[i] > here));
+            const auto bit = static_cast<std::uint8_t>(1U << slice);
+            for (std::size_t i = 0; i < count; ++i) to[i] |= height[i] > here ? bit : std::uint8_t{0};
         }
     }
 }
