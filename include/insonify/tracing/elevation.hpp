@@ -2,7 +2,6 @@
 #define INSONIFY_TRACING_ELEVATION_HPP
 
 #include <insonify/core/error.hpp>
-#include <insonify/execution/for_each.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/tracing/elevation_plane.hpp>
 #include <string>
@@ -41,7 +40,7 @@ class elevation_planes {
     /// @param tilted  whether planes follow the beam; else they are parallel, at the heights of half the depth
     /// @throws usage_error  for another count
     elevation_planes(const beam_model& beam, std::uint32_t count, float depth, bool tilted)
-        : beam_{beam}, count_{count} {
+        : beam_{beam}, count_{count}, spacing_{depth / depths} {
         if (count % 2 == 0 || count > max_elevation_planes)
             throw usage_error{"trace: `planes` is " + std::to_string(count) +
                               "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
@@ -59,6 +58,7 @@ class elevation_planes {
             planes_[i] = tilted ? elevation_plane{height(0), (height(depth) - height(0)) / depth}
                                 : elevation_plane{height(0.5F * depth), 0};
         }
+        for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
     }
 
     std::uint32_t count() const { return count_; }
@@ -77,19 +77,47 @@ class elevation_planes {
         float random[max_elevation_planes] = {};   ///< independent echoes add by power; the sum of squares is 1
     };
 
-    /// Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
-    /// exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders between
-    /// strips are soft, by an eighth of sigma about, so that planes which cross share one and weights are continuous.
+    /// At a depth in metres: linear between the depths of a table.
     weights at(float depth) const {
-        constexpr float range = 4, step = 0.125F, softness = 0.25F; // standard deviations
+        const float place = clamp(depth / spacing_ - 0.5F, 0, static_cast<float>(depths - 1));
+        const auto above = static_cast<std::uint32_t>(place);
+        const weights &a = table_[above], &b = table_[above + 1 < depths ? above + 1 : above];
+        const float part = place - static_cast<float>(above);
+        weights found;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            found.coherent[i] = a.coherent[i] + part * (b.coherent[i] - a.coherent[i]);
+            found.random[i] = a.random[i] + part * (b.random[i] - a.random[i]);
+        }
+        return found;
+    }
+
+    /// The coherent weights of every sample of a line: plane after plane, each with `samples` weights.
+    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
+        all.resize(std::size_t{count_} * samples);
+        for (std::uint32_t k = 0; k < samples; ++k) {
+            const weights here = at((static_cast<float>(k) + 0.5F) * spacing);
+            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = here.coherent[i];
+        }
+    }
+
+  private:
+    static constexpr std::uint32_t depths = 128; // parts of the depth of the image
+
+    // Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
+    // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders between
+    // strips are soft, by about a quarter of sigma where planes are close: those that cross share a strip, so that weights
+    // are continuous.
+    weights integrate(float depth) const {
+        constexpr float range = 4, step = 0.25F, softness = 0.25F; // standard deviations
         const float sigma = beam_.elevation_sigma(depth);
+        float height[max_elevation_planes];
+        for (std::uint32_t i = 0; i < count_; ++i) height[i] = planes_[i].height(depth) / sigma;
         weights found;
         float coherent = 0, power = 0;
-        for (float y = -range; y <= range; y += step) {
+        for (float y = 0.5F * step; y < range; y += step) { // below the slice is the mirror image
             float share[max_elevation_planes], nearest = FLT_MAX, shares = 0;
             for (std::uint32_t i = 0; i < count_; ++i) {
-                const float apart = y - planes_[i].height(depth) / sigma;
-                share[i] = apart * apart;
+                share[i] = (y - height[i]) * (y - height[i]);
                 nearest = min(nearest, share[i]);
             }
             for (std::uint32_t i = 0; i < count_; ++i)
@@ -102,6 +130,10 @@ class elevation_planes {
             coherent += amplitude;
             power += amplitude * amplitude;
         }
+        for (std::uint32_t i = 0; i < count_; i += i == 0 ? 1 : 2) {
+            for (float* const each : {found.coherent, found.random})
+                if (i > 0) each[i] = each[i + 1] = 0.5F * (each[i] + each[i + 1]);
+        }
         for (std::uint32_t i = 0; i < count_; ++i) {
             found.coherent[i] /= coherent;
             found.random[i] = std::sqrt(found.random[i] / power);
@@ -109,22 +141,11 @@ class elevation_planes {
         return found;
     }
 
-    /// The coherent weights of every sample of a line: plane after plane, each with `samples` weights.
-    template <class Policy>
-    void weights_of_samples(const Policy& policy, std::uint32_t samples, float spacing, std::vector<float>& all) const {
-        all.resize(std::size_t{count_} * samples);
-        exec::for_each_block(policy, samples, 64, 1000, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) {
-                const weights here = at((static_cast<float>(k) + 0.5F) * spacing);
-                for (std::uint32_t i = 0; i < count_; ++i) all[i * std::size_t{samples} + k] = here.coherent[i];
-            }
-        });
-    }
-
-  private:
     beam_model beam_;
     std::uint32_t count_;
+    float spacing_;
     elevation_plane planes_[max_elevation_planes] = {};
+    weights table_[depths] = {};
 };
 
 } // namespace detail

@@ -90,8 +90,7 @@ class frame_plan {
             plane.clear();
             for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
             plane_weights.clear();
-            if (count > 1)
-                planes.weights_of_samples(policy, samples, depth / static_cast<float>(samples), plane_weights);
+            if (count > 1) planes.weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
             kernels = make_kernel_table(policy, probe, depth, planes, model);
             constexpr std::uint32_t parts = kernel_table_view::depths;
             fnumber_spacing = depth / parts;

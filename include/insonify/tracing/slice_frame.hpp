@@ -50,27 +50,32 @@ struct slice_frame {
         return l;
     }
 
-    /// Height along the normal of a slice; bit-equal for every copy of a point, scalar or in SIMD.
+    /// Component along an axis of a point relative to the origin; bit-equal for every copy of a point, scalar or in SIMD.
+    template <class Float>
+    INSONIFY_INLINE static Float component(vec3 axis, const Float& x, const Float& y, const Float& z) {
+        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
+    }
+
+    /// Height of a point along the normal of a slice.
     float height_of(std::uint32_t slice, vec3 p) const { return height_of(slice, p.x, p.y, p.z); }
     template <class Float>
     INSONIFY_INLINE Float height_of(std::uint32_t slice, const Float& x, const Float& y, const Float& z) const {
-        return component(normal[slice], x, y, z);
+        return component_of(normal[slice], x, y, z);
     }
     template <class Float>
     INSONIFY_INLINE Float across_of(const Float& x, const Float& y, const Float& z) const {
-        return component(across, x, y, z);
+        return component_of(across, x, y, z);
     }
     template <class Float>
     INSONIFY_INLINE Float along_of(const Float& x, const Float& y, const Float& z) const {
-        return component(along, x, y, z);
+        return component_of(along, x, y, z);
     }
     vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
 
   private:
     template <class Float>
-    INSONIFY_INLINE Float component(vec3 axis, const Float& px, const Float& py, const Float& pz) const {
-        const Float x = px - Float(origin.x), y = py - Float(origin.y), z = pz - Float(origin.z);
-        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
+    INSONIFY_INLINE Float component_of(vec3 axis, const Float& x, const Float& y, const Float& z) const {
+        return component(axis, x - Float(origin.x), y - Float(origin.y), z - Float(origin.z));
     }
 };
 
