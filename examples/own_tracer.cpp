@@ -62,23 +62,23 @@ struct voxel_tracer {
     INSONIFY_FN bool operator()(const Policy& policy, line_task task, const Model& model, line_scratch& scratch,
                                 view<typename Model::sample_type> out) const {
         const line_frame& frame = task.line.frame;
-        const vec3 start = (frame.origin - corner) / voxel;
-        task.line.media = media; // instead of the scene's
+        const vec3 start = (frame.origin - corner) / voxel, path = frame.path(); // which may tilt in elevation
+        task.line.media = media;                                                 // instead of the scene's
         std::size_t count = 0;
         layer here{.medium = at(start)};
         const float step = 0.25F; // voxels
         for (float depth = step; depth * voxel < task.max_depth; depth += step) {
-            const std::uint8_t label = at(start + depth * frame.along);
+            const std::uint8_t label = at(start + depth * path);
             if (label == here.medium) continue;
             float above = depth - 3, below = depth + 3; // the surface is where half of the surroundings has the label
             for (int i = 0; i < 10; ++i) {
                 const float middle = 0.5F * (above + below);
-                (around(start + middle * frame.along, label).fraction < 0.5F ? above : below) = middle;
+                (around(start + middle * path, label).fraction < 0.5F ? above : below) = middle;
             }
             if (count + 2 > scratch.layers.size()) return false;
             here.end = max(here.begin, below * voxel);
             scratch.layers[count++] = here;
-            const vec3 towards = around(start + below * frame.along, label).towards;
+            const vec3 towards = around(start + below * path, label).towards;
             const vec3 normal = length(towards) > 0 ? -normalize(towards) : -frame.along;
             const float facing = max(std::fabs(dot(normal, frame.along)), 1e-4F);
             const vec3 lateral = cross(frame.elevation, frame.along);

@@ -487,6 +487,13 @@ struct line_frame {
     vec3 origin{0, 0, 0};    ///< on the probe face, metres
     vec3 along{0, 0, 1};     ///< propagation direction
     vec3 elevation{0, 1, 0}; ///< normal of the slice plane
+    float tilt = 0;          ///< metres out of the slice plane per metre along the line, in a tilted elevation plane
+
+    /// Metres travelled per metre of the line. A tilt changes where a line passes, not how sound propagates: distances,
+    /// times and angles of incidence are those along `along`.
+    INSONIFY_FN vec3 path() const { return along + tilt * elevation; }
+    /// The point at a distance, metres along the line.
+    INSONIFY_FN vec3 at(float distance) const { return origin + distance * path(); }
 };
 
 /// The receive aperture of a line, as a function of displayed depth.
@@ -940,7 +947,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 ///     float covariance(float distance, float angle) const;
-///     float elevation_covariance(float distance, float height) const;
+///     float elevation_covariance(float distance, float angle, float height) const;
 ///
 /// For a model whose shadows are to have a penumbra, what arrives along a line; it then applies `traced_line::gains`, which
 /// the tracer computes from that. See `physical::arrivals`:
@@ -2082,10 +2089,10 @@ struct poisson_numbers {
 /// the object, so that speckle moves with the tissue.
 namespace insonify::inline INSONIFY_ABI {
 
-/// A line in coordinates of an object; axes of length 1.
+/// A line in coordinates of an object.
 struct material_line {
     vec3 origin{0, 0, 0};        ///< metres
-    vec3 along{0, 0, 1};         ///< propagation direction
+    vec3 along{0, 0, 1};         ///< metres travelled per metre of the line: `line_frame::path`
     vec3 elevation{0, 1, 0};     ///< normal of the slice plane
     std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
     float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
@@ -2100,7 +2107,7 @@ struct material_line {
 INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
                                            float scatterer_density = 0, float height = 0) {
     return {place.local_point(line.origin),
-            place.local_direction(line.along),
+            place.local_direction(line.path()),
             place.local_direction(line.elevation),
             object,
             scatterer_density,
@@ -2134,7 +2141,7 @@ struct any_emit {
 ///
 /// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0, by
 /// their distance in metres and the angle between them in radians. A field may state as `elevation_covariance(distance,
-/// height)` that of two lines one above the other, by their `material_line::height`; else it is `covariance(distance, 0)`.
+/// angle, height)` that of two lines one above the other, by their `material_line::height`; else it is `covariance(distance, angle)`.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
     field.scatter(line, x, x, x, detail::any_emit{});
@@ -2377,8 +2384,8 @@ struct cell_field {
         return linear_covariance(distance / cell) * detail::same_view_probability(angle);
     }
     /// The same of the scatterers of two lines one above the other, by their distance and `material_line::height`, metres.
-    INSONIFY_FN float elevation_covariance(float distance, float height) const {
-        return linear_covariance(distance / (height > 0 ? height : cell));
+    INSONIFY_FN float elevation_covariance(float distance, float angle, float height) const {
+        return linear_covariance(distance / (height > 0 ? height : cell)) * detail::same_view_probability(angle);
     }
 
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
@@ -3328,11 +3335,11 @@ struct physical {
         return scattering.covariance(distance, radians);
     }
     /// The same of two lines one above the other.
-    INSONIFY_FN float elevation_covariance(float distance, float height) const {
-        if constexpr (requires { scattering.elevation_covariance(distance, height); })
-            return scattering.elevation_covariance(distance, height);
+    INSONIFY_FN float elevation_covariance(float distance, float radians, float height) const {
+        if constexpr (requires { scattering.elevation_covariance(distance, radians, height); })
+            return scattering.elevation_covariance(distance, radians, height);
         else
-            return scattering.covariance(distance, 0);
+            return scattering.covariance(distance, radians);
     }
     /// Covariance of the diffuse echoes of rough surfaces on two lines.
     INSONIFY_FN float surface_covariance(float distance, float radians) const {
@@ -4534,11 +4541,18 @@ struct beam_model {
     /// F-number in elevation: z_y / h.
     INSONIFY_FN float elevation_fnumber() const { return elevation_focus / elevation_height; }
 
-    /// Standard deviation in elevation, metres: sqrt((0.92 lambda F#y / 2.3548)^2 + (0.289 h |1 - z/z_y|)^2), from
-    /// diffraction at the focus and the geometric shadow of the aperture elsewhere (0.289 = 1 / sqrt(12)).
+    /// Standard deviation in elevation at the elevation focus, metres: 0.92 lambda F#y / 2.3548, by diffraction.
+    INSONIFY_FN float elevation_diffraction() const {
+        return 0.92F * wavelength * elevation_fnumber() / width_of_sigma;
+    }
+    /// Standard deviation in elevation of the geometric shadow of the aperture, metres: 0.289 h (z/z_y - 1), where
+    /// 0.289 = 1 / sqrt(12); negative before the focus.
+    INSONIFY_FN float elevation_shadow(float depth) const {
+        return 0.289F * elevation_height * (depth / elevation_focus - 1);
+    }
+    /// Standard deviation in elevation, metres: the root of the sum of the squares of both.
     INSONIFY_FN float elevation_sigma(float depth) const {
-        const float diffraction = 0.92F * wavelength * elevation_fnumber() / width_of_sigma;
-        const float geometry = 0.289F * elevation_height * (1 - depth / elevation_focus);
+        const float diffraction = elevation_diffraction(), geometry = elevation_shadow(depth);
         return std::sqrt(diffraction * diffraction + geometry * geometry);
     }
 };
@@ -9428,11 +9442,17 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
             .normal = one.at.direction(normal)};
 }
 
-/// How a line meets a face at a distance. Lines that are turned about their origins (tracing/turned_fan.hpp) have an overload
-/// of their own.
+/// Surfaces with less than this cosine of the angle of incidence are steep: 60 degrees.
+inline constexpr float steep_cosine = 0.5F;
+
+/// How a line meets a face at a distance: a tilted one as if it had no tilt, but steep surfaces, some of which it would not
+/// meet without, at its own angle. Lines that are turned about
+/// their origins (tracing/turned_fan.hpp) have an overload of their own.
 INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float /* distance */, const object_view& one,
                                                   std::uint32_t face) {
-    return incidence_on(one, face, line);
+    const surface_incidence met = incidence_on(one, face, line);
+    if (line.tilt == 0 || met.cosine > steep_cosine) return met;
+    return incidence_on(one, face, {line.origin, normalize(line.path()), line.elevation});
 }
 
 /// Turns the crossings of a line into layers, one at a time: which object's medium fills which part of the line.
@@ -9555,7 +9575,8 @@ INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& 
 
 /// The acoustic model knows physics alone: it emits the echo that the probe receives. `convolve` then averages neighbouring
 /// lines, and the planes of the slice are averaged too, which weakens echoes that differ from line to line. Here echoes are
-/// raised beforehand by as much, so that their levels come out as the model meant.
+/// raised beforehand by as much, so that their levels come out as the model meant. Planes are averaged with the weights of
+/// coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the ratio.
 namespace insonify::inline INSONIFY_ABI {
 
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
@@ -9567,15 +9588,17 @@ struct kernel_sample {
     float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
     vec2 surface_spread{0, 0};   ///< m^2: the same for these
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
+    float plane_thickness = 0;   ///< metres of elevation that each plane represents; 0 for a single one
 };
 
 /// The kernels along one line, by displayed depth.
 struct line_kernels {
     view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
     float spacing = 1;                   ///< metres of displayed depth to each part
-    view<const float> plane_offsets{};   ///< metres out of the slice plane
+    std::uint32_t planes = 1;            ///< elevation planes
+    view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
     view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
-    float plane_height = 0; ///< metres out of the slice plane that this plane represents; 0 for a single one
+    view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
 
     /// The part that a displayed depth lies in, metres.
     INSONIFY_FN std::size_t index(float depth) const {
@@ -9583,7 +9606,13 @@ struct line_kernels {
     }
     /// The kernels at a displayed depth, metres; without effect where there are none.
     INSONIFY_FN kernel_sample at(float depth) const {
-        return samples.empty() ? kernel_sample{} : samples[index(depth)];
+        if (samples.empty()) return {};
+        const std::size_t part = index(depth);
+        kernel_sample here = samples[part];
+        here.speckle_gain *= random_weights[part];
+        here.surface_gain *= random_weights[part];
+        here.uncorrelated_gain *= random_weights[part];
+        return here;
     }
 };
 
@@ -9609,12 +9638,14 @@ class compensated_echoes {
     }
 
     /// The rms of speckle is kept. On a slope the echoes of neighbouring lines differ in phase: two lines d apart by
-    /// 4 pi f0 s d / c0; what they have in common counts by the cosine.
+    /// 4 pi f0 s d / c0; what they have in common counts by the cosine. The mean over distances is close to Gaussian across
+    /// the many lines of a kernel, and falls more slowly across a few planes.
     INSONIFY_FN void scatterers(scatterer_echoes run) const {
         const auto gain = [&](float depth) {
             const kernel_sample here = kernels_.at(depth);
             const vec2 angle_squared = square(phase_per_metre_) * run.slope * run.slope * here.speckle_spread;
-            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x + angle_squared.y, 4));
+            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x, 4)) *
+                   std::sqrt(1 + 0.5F * clamp(angle_squared.y, 0, 8));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
         run.first_level = min(run.first_level * gain(run.depth), max_level);
@@ -9634,7 +9665,7 @@ class compensated_echoes {
         const float per_metre = 1 / square(0.632F * scatterer_spacing(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
         const float range =
-            min(here.line_spacing * std::fabs(slope.x) + kernels_.plane_height * std::fabs(slope.y), 3e-3F);
+            min(here.line_spacing * std::fabs(slope.x) + here.plane_thickness * std::fabs(slope.y), 3e-3F);
         const float part = max(0.5F * sigma_, 1e-6F);
         const auto parts = static_cast<int>(std::ceil(range / part)) + 1;
         const float gain =
@@ -9671,12 +9702,12 @@ class compensated_echoes {
     // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
     // phase as the surface is deeper there.
     INSONIFY_FN float elevation_transfer(float depth, float slope) const {
-        if (kernels_.plane_offsets.empty() || slope == 0) return 1;
-        const float* weights = kernels_.plane_weights.first + kernels_.index(depth) * kernels_.plane_offsets.size();
+        if (kernels_.plane_heights.empty() || slope == 0) return 1;
+        const std::size_t first = kernels_.index(depth) * kernels_.planes;
         float sum = 0;
-        for (std::size_t i = 0; i < kernels_.plane_offsets.size(); ++i) {
-            const float deeper = slope * kernels_.plane_offsets[i], sigmas = deeper / sigma_;
-            sum += weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
+        for (std::size_t i = first; i < first + kernels_.planes; ++i) {
+            const float deeper = slope * kernels_.plane_heights[i], sigmas = deeper / sigma_;
+            sum += kernels_.plane_weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
         }
         return max(std::fabs(sum), min_transfer);
     }
@@ -9739,8 +9770,8 @@ struct line_task {
     float spacing = 0;        ///< metres from sample to sample
     line_kernels kernels{};   ///< of the stages that follow
 
-    /// The line as a ray in the world.
-    INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.along}; }
+    /// The line as a ray in the world; distances along it are metres along the line, also where its plane is tilted.
+    INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.path()}; }
 
     /// Where models emit their echoes so that later stages leave their levels as they are.
     INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {
@@ -9864,6 +9895,24 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
 #ifndef INSONIFY_TRACING_ELEVATION_HPP
 #define INSONIFY_TRACING_ELEVATION_HPP
 
+#ifndef INSONIFY_TRACING_ELEVATION_PLANE_HPP
+#define INSONIFY_TRACING_ELEVATION_PLANE_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A plane in the coordinates of a probe, y = offset + slope z: the slice plane, or one above or below it that is tilted about
+/// the lateral axis.
+struct elevation_plane {
+    float offset = 0; ///< metres out of the slice plane at z = 0
+    float slope = 0;  ///< metres out of the slice plane per metre of depth
+
+    /// Metres out of the slice plane at a depth in metres.
+    INSONIFY_FN float height(float depth) const { return offset + slope * depth; }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #include <string>
 #include <vector>
 
@@ -9874,72 +9923,144 @@ inline constexpr std::uint32_t max_elevation_planes = 7;
 
 namespace detail {
 
-/// Parallel planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it.
+/// Whether the planes of a probe can follow its beam with the depth z: all lines within 60 degrees of z.
+template <transducer Probe>
+bool lines_follow_depth(const Probe& probe) {
+    for (std::uint32_t i = 0; i < probe.lines; ++i)
+        if (!(probe.beam(static_cast<float>(i)).direction.z > 0.5F)) return false;
+    return true;
+}
+
+/// Planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it that follow the beam.
 ///
-/// A reflector out of the slice plane counts with the weights of the planes that intersect it, which change with depth as
-/// the elevation width of the beam does.
+/// The variance of the beam is sigma_f^2 + g(z)^2, of diffraction and of the aperture's shadow g (see `beam_model`). A pair
+/// lies at the heights
+///
+///     y = +- delta (sigma_f cos psi + g(z) sin psi)
+///
+/// which are linear in z, so it is plane. With psi near 0 it samples the diffraction and hardly tilts; near 90 degrees it
+/// follows the shadow and crosses its twin at the focus. Depth is measured along z: on a curved array, along its middle line.
+/// Source: delta and psi from a numerical search for the smallest error in the echoes of half spaces that begin at any
+/// height, at depths of 5 to 60 mm, for linear, convex and phased arrays; `tests/tracing/elevation.cpp` has what they achieve.
 class elevation_planes {
   public:
-    /// @param count  1, 3, 5 or 7: the middle one, and pairs at 0.9, 2.2 and 5 standard deviations of the beam where it is
-    ///               thinnest
+    /// @param count  1, 3, 5 or 7: the middle one, and pairs
+    /// @param depth  of the image, metres
+    /// @param tilted  whether planes follow the beam; else they are parallel, at the heights of half the depth
     /// @throws usage_error  for another count
-    elevation_planes(const beam_model& beam, std::uint32_t count) : beam_{beam}, count_{count} {
+    elevation_planes(const beam_model& beam, std::uint32_t count, float depth, bool tilted)
+        : beam_{beam}, count_{count}, spacing_{depth / depths} {
         if (count % 2 == 0 || count > max_elevation_planes)
             throw usage_error{"trace: `planes` is " + std::to_string(count) +
                               "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
-        constexpr float deviations[] = {0, 0.9F, 2.2F, 5};
-        const float sigma = beam.elevation_sigma(beam.elevation_focus);
-        for (std::uint32_t i = 0; i < count; ++i) {
-            offset_[i] = deviations[(i + 1) / 2] * (i % 2 == 0 ? sigma : -sigma);
-            const float inner = i == 0 ? 0 : deviations[(i + 1) / 2 - 1];
-            const bool last = i + 2 >= count;
-            const float outer = last ? deviations[(i + 1) / 2] : deviations[(i + 1) / 2 + 1];
-            width_[i] = i == 0 ? 2 * outer : outer - inner; // twice the strip that the plane represents
-            height_[i] = count == 1 ? 0 : 0.5F * width_[i] * sigma;
+        struct pair {
+            float delta, psi;
+        };
+        constexpr pair pairs[][3] = {{{0.95F, 116_deg}},
+                                     {{1.2F, 97_deg}, {2.0F, 8_deg}},
+                                     {{0.8F, 75.7_deg}, {1.355F, 6.7_deg}, {1.42F, 105.2_deg}}};
+        for (std::uint32_t i = 1; i < count; ++i) {
+            const pair& own = pairs[count / 2 - 1][(i - 1) / 2];
+            const float side = i % 2 == 0 ? own.delta : -own.delta;
+            const float at_focus = side * std::cos(own.psi) * beam.elevation_diffraction();
+            const auto height = [&](float z) { return at_focus + side * std::sin(own.psi) * beam.elevation_shadow(z); };
+            planes_[i] = tilted ? elevation_plane{height(0), (height(depth) - height(0)) / depth}
+                                : elevation_plane{height(0.5F * depth), 0};
         }
-        if (count == 1) width_[0] = 1;
+        for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
     }
 
     std::uint32_t count() const { return count_; }
+    /// The slice plane, then pairs.
+    const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
-    /// Metres out of the slice plane.
-    float offset(std::uint32_t plane) const { return offset_[plane]; }
+    /// Height of the tissue that contributes to an echo in one plane, metres; 0: as much as its width.
+    ///
+    /// A single plane stands for the beam: a quarter of the aperture, as the beam has in the middle of its range. It is the same
+    /// at all depths, or speckle would change as tissue moves to and fro. Several planes share it.
+    float scatterer_height() const { return count_ == 1 ? beam_.elevation_height / 4 : 0; }
 
-    /// Height of the strip that a plane represents, metres; 0 for a single plane.
-    float height(std::uint32_t plane) const { return height_[plane]; }
-
-    /// Height of the tissue that contributes to an echo, metres: an eighth of the aperture's, as the beam has in the middle of
-    /// its range. It is the same at all depths, or speckle would change as tissue moves to and fro.
-    float scatterer_height() const { return beam_.elevation_height / 8; }
-
-    /// The weight of each plane at a depth in metres; their sum is 1.
-    void weights(float depth, float (&weight)[max_elevation_planes]) const {
-        const float sigma = beam_.elevation_sigma(depth);
-        float sum = 0;
-        for (std::uint32_t i = 0; i < count_; ++i) {
-            const float deviations = offset_[i] / sigma;
-            weight[i] = width_[i] * std::exp(-0.5F * deviations * deviations);
-            sum += weight[i];
-        }
-        for (std::uint32_t i = 0; i < count_; ++i) weight[i] /= sum;
+    /// Metres of elevation that each plane represents at a depth: its part of the effective thickness of the beam,
+    /// the integral of exp(-y^2 / sigma^2) dy = sqrt(pi) sigma; 0 for a single plane.
+    float thickness(float depth) const {
+        return count_ == 1 ? 0 : std::sqrt(pi) * beam_.elevation_sigma(depth) / static_cast<float>(count_);
     }
 
-    /// The same for every sample of a line: plane after plane, each with `samples` weights.
+    /// The fraction of an echo that each plane adds at one depth.
+    struct weights {
+        float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
+        float random[max_elevation_planes] = {};   ///< independent echoes add by power; the sum of squares is 1
+    };
+
+    /// At a depth in metres: linear between the depths of a table.
+    weights at(float depth) const {
+        const float place = clamp(depth / spacing_ - 0.5F, 0, static_cast<float>(depths - 1));
+        const auto above = static_cast<std::uint32_t>(place);
+        const weights &a = table_[above], &b = table_[above + 1 < depths ? above + 1 : above];
+        const float part = place - static_cast<float>(above);
+        weights found;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            found.coherent[i] = a.coherent[i] + part * (b.coherent[i] - a.coherent[i]);
+            found.random[i] = a.random[i] + part * (b.random[i] - a.random[i]);
+        }
+        return found;
+    }
+
+    /// The coherent weights of every sample of a line: plane after plane, each with `samples` weights.
     void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
         all.resize(std::size_t{count_} * samples);
-        float weight[max_elevation_planes];
         for (std::uint32_t k = 0; k < samples; ++k) {
-            weights((static_cast<float>(k) + 0.5F) * spacing, weight);
-            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = weight[i];
+            const weights here = at((static_cast<float>(k) + 0.5F) * spacing);
+            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = here.coherent[i];
         }
     }
 
   private:
+    static constexpr std::uint32_t depths = 128; // parts of the depth of the image
+
+    // Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
+    // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders between
+    // strips are soft, by about a quarter of sigma where planes are close: those that cross share a strip, so that weights
+    // are continuous.
+    weights integrate(float depth) const {
+        constexpr float range = 4, step = 0.25F, softness = 0.25F; // standard deviations
+        const float sigma = beam_.elevation_sigma(depth);
+        float height[max_elevation_planes];
+        for (std::uint32_t i = 0; i < count_; ++i) height[i] = planes_[i].height(depth) / sigma;
+        weights found;
+        float coherent = 0, power = 0;
+        for (float y = 0.5F * step; y < range; y += step) { // below the slice is the mirror image
+            float share[max_elevation_planes], nearest = FLT_MAX, shares = 0;
+            for (std::uint32_t i = 0; i < count_; ++i) {
+                share[i] = (y - height[i]) * (y - height[i]);
+                nearest = min(nearest, share[i]);
+            }
+            for (std::uint32_t i = 0; i < count_; ++i)
+                shares += share[i] = std::exp((nearest - share[i]) / (2 * softness * softness));
+            const float amplitude = std::exp(-0.5F * y * y);
+            for (std::uint32_t i = 0; i < count_; ++i) {
+                found.coherent[i] += amplitude * share[i] / shares;
+                found.random[i] += amplitude * amplitude * share[i] / shares;
+            }
+            coherent += amplitude;
+            power += amplitude * amplitude;
+        }
+        for (std::uint32_t i = 0; i < count_; i += i == 0 ? 1 : 2) {
+            for (float* const each : {found.coherent, found.random})
+                if (i > 0) each[i] = each[i + 1] = 0.5F * (each[i] + each[i + 1]);
+        }
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            found.coherent[i] /= coherent;
+            found.random[i] = std::sqrt(found.random[i] / power);
+        }
+        return found;
+    }
+
     beam_model beam_;
     std::uint32_t count_;
-    float offset_[max_elevation_planes] = {};
-    float width_[max_elevation_planes] = {};
-    float height_[max_elevation_planes] = {};
+    float spacing_;
+    elevation_plane planes_[max_elevation_planes] = {};
+    weights table_[depths] = {};
 };
 
 } // namespace detail
@@ -9959,22 +10080,25 @@ struct kernel_table_view {
 
     view<const kernel_sample>
         samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
-    view<const float> plane_offsets{}; ///< metres out of the slice plane
-    view<const float> plane_weights{}; ///< for each part those of all planes
-    std::uint32_t lines = 0;           ///< of the probe
-    std::uint32_t border = 0;          ///< lines further than this from the border share a table
-    float spacing = 1;                 ///< metres to each part
+    view<const float> plane_heights{};  ///< for each part those of all planes: see `line_kernels`
+    view<const float> plane_weights{};  ///< for each part those of all planes
+    view<const float> random_weights{}; ///< of each plane those of all parts
+    std::uint32_t planes = 1;           ///< elevation planes
+    std::uint32_t lines = 0;            ///< of the probe
+    std::uint32_t border = 0;           ///< lines further than this from the border share a table
+    float spacing = 1;                  ///< metres to each part
 
-    /// The kernels along one line. @param plane_height  metres that its plane represents
-    INSONIFY_FN line_kernels of_line(std::uint32_t line, float plane_height) const {
+    /// The kernels along one line of one plane.
+    INSONIFY_FN line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
         if (samples.empty()) return {};
         const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
         const std::uint32_t row = nearer < border ? nearer : border;
         return {.samples = {samples.data() + std::size_t{row} * depths, depths},
                 .spacing = spacing,
-                .plane_offsets = plane_offsets,
+                .planes = planes,
+                .plane_heights = plane_heights,
                 .plane_weights = plane_weights,
-                .plane_height = plane_height};
+                .random_weights = {random_weights.data() + std::size_t{plane} * depths, depths}};
     }
 };
 
@@ -9984,7 +10108,7 @@ namespace detail {
 ///
 /// Averaging lowers the rms of random echoes, by how much depends on the lines and planes that there are. The gain g makes
 /// up for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
-/// covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
+/// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:
     kernel_table() = default; ///< no compensation
@@ -9994,7 +10118,7 @@ class kernel_table {
     template <class Policy, transducer Probe, class Speckle, class Surface>
     kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
                  const Speckle& speckle, const Surface& surface)
-        : lines_{probe.lines}, spacing_{depth / depths} {
+        : planes_{planes.count()}, lines_{probe.lines}, spacing_{depth / depths} {
         const beam_model beam = beam_of(probe, depth);
         // One step of the kernel for each of the depths.
         const detail::lateral_kernel kernel = detail::make_lateral_kernel(
@@ -10002,19 +10126,20 @@ class kernel_table {
         border_ =
             kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.half_width()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
-        for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
-        plane_weights_.resize(std::size_t{depths} * planes.count());
+        for (std::vector<float>* const each : {&plane_heights_, &plane_weights_, &random_weights_})
+            each->resize(std::size_t{depths} * planes_);
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
-            float weight[max_elevation_planes];
-            planes.weights(z, weight);
-            std::copy_n(weight, planes.count(),
-                        plane_weights_.begin() + static_cast<std::ptrdiff_t>(k * planes.count()));
+            const elevation_planes::weights weights = planes.at(z);
+            for (std::uint32_t i = 0; i < planes_; ++i) {
+                plane_heights_[k * planes_ + i] = planes[i].height(z);
+                plane_weights_[k * planes_ + i] = weights.coherent[i];
+                random_weights_[std::size_t{i} * depths + k] = weights.random[i] / max(weights.coherent[i], 1e-12F);
+            }
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             const auto levels_with = [&](const auto& covariance) {
-                return levels_of(across, planes, weight,
-                                 correlations{across, turned, planes, planes.scatterer_height(), covariance});
+                return levels_of(across, weights.random, correlations{across, turned, planes, z, covariance});
             };
             const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
                          uncorrelated = levels_with([](vec2, float, float) { return 0.0F; });
@@ -10026,14 +10151,17 @@ class kernel_table {
                                                             .speckle_spread = of_speckle.spread[line],
                                                             .surface_gain = of_surface.gain[line],
                                                             .surface_spread = of_surface.spread[line],
-                                                            .uncorrelated_gain = uncorrelated.gain[line]};
+                                                            .uncorrelated_gain = uncorrelated.gain[line],
+                                                            .plane_thickness = planes.thickness(z)};
         });
     }
 
     kernel_table_view view_of() const {
         return {.samples = {samples_.data(), samples_.size()},
-                .plane_offsets = plane_offsets_,
+                .plane_heights = plane_heights_,
                 .plane_weights = plane_weights_,
+                .random_weights = random_weights_,
+                .planes = planes_,
                 .lines = lines_,
                 .border = border_,
                 .spacing = spacing_};
@@ -10050,30 +10178,35 @@ class kernel_table {
 
     // The covariance of the echoes of two planes, and of two lines, at one depth.
     struct correlations {
+        std::uint32_t planes;
         float of_planes[max_elevation_planes][max_elevation_planes] = {};
-        std::vector<float> of_lines; // by distance in lines
+        float apart[max_elevation_planes][max_elevation_planes] = {}; // metres from plane to plane
+        std::vector<float> of_lines;                                  // by distance in lines
 
         template <class Covariance>
-        correlations(const lateral_weights& across, float turned, const elevation_planes& planes, float height,
+        correlations(const lateral_weights& across, float turned, const elevation_planes& all, float depth,
                      const Covariance& covariance)
-            : of_lines(2 * across.half.size() - 1, 1.0F) {
-            for (std::uint32_t i = 0; i < planes.count(); ++i)
-                for (std::uint32_t j = 0; j < planes.count(); ++j)
+            : planes{all.count()}, of_lines(2 * across.half.size() - 1, 1.0F) {
+            for (std::uint32_t i = 0; i < planes; ++i)
+                for (std::uint32_t j = 0; j < planes; ++j) {
+                    apart[i][j] = all[i].height(depth) - all[j].height(depth);
                     of_planes[i][j] =
-                        i == j ? 1.0F : covariance(vec2{0, planes.offset(i) - planes.offset(j)}, 0.0F, height);
+                        i == j ? 1.0F
+                               : covariance(vec2{0, apart[i][j]}, all[i].slope - all[j].slope, all.scatterer_height());
+                }
             for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
                 const auto lines = static_cast<float>(lag);
-                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned, height);
+                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned, all.scatterer_height());
             }
         }
     };
 
-    levels levels_of(const lateral_weights& across, const elevation_planes& planes,
-                     const float (&weight)[max_elevation_planes], const correlations& correlated) const {
+    levels levels_of(const lateral_weights& across, const float (&weight)[max_elevation_planes],
+                     const correlations& correlated) const {
         float power = 0, distance_squared = 0;
-        for (std::uint32_t i = 0; i < planes.count(); ++i)
-            for (std::uint32_t j = 0; j < planes.count(); ++j) {
-                const float apart = planes.offset(i) - planes.offset(j);
+        for (std::uint32_t i = 0; i < correlated.planes; ++i)
+            for (std::uint32_t j = 0; j < correlated.planes; ++j) {
+                const float apart = correlated.apart[i][j];
                 const float common = weight[i] * weight[j] * correlated.of_planes[i][j];
                 power += common;
                 distance_squared += common * apart * apart;
@@ -10099,12 +10232,12 @@ class kernel_table {
 
     static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
 
+    std::uint32_t planes_ = 1;
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 1;
     large_array<kernel_sample> samples_;
-    std::vector<float> plane_offsets_;
-    std::vector<float> plane_weights_;
+    std::vector<float> plane_heights_, plane_weights_, random_weights_;
 };
 
 /// The table for a model that states the covariance of its speckle; no compensation for others.
@@ -10117,8 +10250,8 @@ kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float d
                 depth,
                 planes,
                 [&](vec2 apart, float turned, float height) {
-                    if constexpr (requires { model.elevation_covariance(apart.y, height); })
-                        if (apart.y != 0) return model.elevation_covariance(apart.y, height);
+                    if constexpr (requires { model.elevation_covariance(apart.y, turned, height); })
+                        if (apart.y != 0) return model.elevation_covariance(apart.y, turned, height);
                     return model.covariance(apart.x + apart.y, turned);
                 },
                 [&](vec2 apart, float turned, float) {
@@ -10150,17 +10283,22 @@ struct frame_view {
     float pulse_sigma = 0;     ///< standard deviation of the pulse envelope, metres of displayed depth
     std::uint32_t samples = 0; ///< along each line
     std::uint32_t planes = 1;  ///< that represent the thickness of the slice
-    float plane_offset[max_elevation_planes] = {}; ///< metres out of the slice plane
-    float plane_height[max_elevation_planes] = {}; ///< metres that each plane represents
-    view<const float> plane_weights{};             ///< plane after plane, one weight for each sample
-    line_aperture aperture{};                      ///< that receives
-    kernel_table_view kernels{};                   ///< of the stages that follow
+    elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
+    view<const float> plane_weights{};                ///< plane after plane, one weight for each sample
+    line_aperture aperture{};                         ///< that receives
+    kernel_table_view kernels{};                      ///< of the stages that follow
 
-    /// A line of the probe in one of the planes, in the world.
-    INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t plane) const {
+    /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it stays the
+    /// displayed one.
+    INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
         const ray beam = probe.beam(static_cast<float>(number));
         const vec3 elevation = at.direction({0, 1, 0});
-        return {at.point(beam.origin) + plane_offset[plane] * elevation, at.direction(beam.direction), elevation};
+        return {at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation, at.direction(beam.direction),
+                elevation, plane[of_plane].slope * beam.direction.z};
+    }
+    /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
+    INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {
+        return plane[of_plane].slope * dot(direction, at.direction({0, 0, 1}));
     }
 };
 
@@ -10192,16 +10330,14 @@ class frame_plan {
                                 .plane_weights = made.plane_weights,
                                 .aperture = made.aperture_view(),
                                 .kernels = made.kernels.view_of()};
-        for (std::uint32_t i = 0; i < frame.planes; ++i) {
-            frame.plane_offset[i] = made.plane_offset[i];
-            frame.plane_height[i] = made.plane_height[i];
-        }
+        for (std::uint32_t i = 0; i < frame.planes; ++i) frame.plane[i] = made.plane[i];
         return frame;
     }
 
   private:
     struct tables {
-        std::vector<float> plane_offset{}, plane_height{}, plane_weights{}, fnumbers{};
+        std::vector<elevation_plane> plane{};
+        std::vector<float> plane_weights{}, fnumbers{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
         kernel_table kernels{};
 
@@ -10209,13 +10345,9 @@ class frame_plan {
         void compute(const Policy& policy, const Probe& probe, float depth, std::uint32_t samples, std::uint32_t count,
                      const Model& model) {
             const beam_model beam = beam_of(probe, depth);
-            const elevation_planes planes{beam, count};
-            plane_offset.clear();
-            plane_height.clear();
-            for (std::uint32_t i = 0; i < count; ++i) {
-                plane_offset.push_back(planes.offset(i));
-                plane_height.push_back(planes.height(i));
-            }
+            const elevation_planes planes{beam, count, depth, lines_follow_depth(probe)};
+            plane.clear();
+            for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
             plane_weights.clear();
             if (count > 1) planes.weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
             kernels = make_kernel_table(policy, probe, depth, planes, model);
@@ -10250,35 +10382,35 @@ class frame_plan {
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Parallel slices in world or object coordinates: `across` and `along` span them, `elevation` is their normal.
+/// Slices in world or object coordinates. Each is the plane of `across` and `along`, displaced in elevation by an offset and a
+/// tilt; positions in it are those in the plane before.
 ///
-/// The level of a point is the number of slices below it. A point on a slice counts as below it, as if every slice were
+/// The level of a point has a bit for each slice below it. A point on a slice counts as below it, as if every slice were
 /// shifted upwards by an infinitesimal step.
 struct slice_frame {
     static constexpr std::uint32_t max_slices = 8;
 
     vec3 origin{0, 0, 0};
     vec3 across{1, 0, 0};
-    vec3 elevation{0, 1, 0};
     vec3 along{0, 0, 1};
     std::uint32_t count = 0;
-    float height[max_slices] = {};         ///< of the slices above the origin, ascending, metres
-    std::uint32_t number[max_slices] = {}; ///< the caller's index of each slice
+    vec3 normal[max_slices] = {};  ///< elevation less the slope of the slice times the depth axis: not of length 1
+    float height[max_slices] = {}; ///< along its normal, of the points of a slice above the origin, metres
 
     slice_frame() = default;
 
-    /// @param offsets  heights of the slices in the caller's order, at most `max_slices`
-    slice_frame(const pose& at, view<const float> offsets)
-        : origin{at.translation}, across{at.rotation[0]}, elevation{at.rotation[1]}, along{at.rotation[2]},
-          count{static_cast<std::uint32_t>(offsets.size())} {
-        for (std::uint32_t i = 0; i < count; ++i) { // insertion sort
-            std::uint32_t place = i;
-            for (; place > 0 && offsets[i] < height[place - 1]; --place) {
-                height[place] = height[place - 1];
-                number[place] = number[place - 1];
-            }
-            height[place] = offsets[i];
-            number[place] = i;
+    /// @param probe_at  whose coordinates the planes are in
+    /// @param planes    at most `max_slices`
+    /// @param fan       coordinates of positions in the slice plane, to those of the probe
+    slice_frame(const pose& probe_at, view<const elevation_plane> planes, const pose& fan = {})
+        : count{static_cast<std::uint32_t>(planes.size())} {
+        const pose at = probe_at * fan;
+        origin = at.translation;
+        across = at.rotation[0];
+        along = at.rotation[2];
+        for (std::uint32_t i = 0; i < count; ++i) {
+            normal[i] = at.rotation[1] - planes[i].slope * probe_at.rotation[2];
+            height[i] = planes[i].height(fan.translation.z);
         }
     }
 
@@ -10287,32 +10419,37 @@ struct slice_frame {
         slice_frame l = *this;
         l.origin = at.local_point(origin);
         l.across = at.local_direction(across);
-        l.elevation = at.local_direction(elevation);
         l.along = at.local_direction(along);
+        for (vec3& n : l.normal) n = at.local_direction(n);
         return l;
     }
 
-    /// Bit-equal for every copy of a point, scalar or in SIMD.
-    float height_of(vec3 p) const { return height_of(p.x, p.y, p.z); }
+    /// Component along an axis of a point relative to the origin; bit-equal for every copy of a point, scalar or in SIMD.
     template <class Float>
-    INSONIFY_INLINE Float height_of(const Float& x, const Float& y, const Float& z) const {
-        return component(elevation, x, y, z);
+    INSONIFY_INLINE static Float component(vec3 axis, const Float& x, const Float& y, const Float& z) {
+        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
+    }
+
+    /// Height of a point along the normal of a slice.
+    float height_of(std::uint32_t slice, vec3 p) const { return height_of(slice, p.x, p.y, p.z); }
+    template <class Float>
+    INSONIFY_INLINE Float height_of(std::uint32_t slice, const Float& x, const Float& y, const Float& z) const {
+        return component_of(normal[slice], x, y, z);
     }
     template <class Float>
     INSONIFY_INLINE Float across_of(const Float& x, const Float& y, const Float& z) const {
-        return component(across, x, y, z);
+        return component_of(across, x, y, z);
     }
     template <class Float>
     INSONIFY_INLINE Float along_of(const Float& x, const Float& y, const Float& z) const {
-        return component(along, x, y, z);
+        return component_of(along, x, y, z);
     }
     vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
 
   private:
     template <class Float>
-    INSONIFY_INLINE Float component(vec3 axis, const Float& px, const Float& py, const Float& pz) const {
-        const Float x = px - Float(origin.x), y = py - Float(origin.y), z = pz - Float(origin.z);
-        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
+    INSONIFY_INLINE Float component_of(vec3 axis, const Float& x, const Float& y, const Float& z) const {
+        return component(axis, x - Float(origin.x), y - Float(origin.y), z - Float(origin.z));
     }
 };
 
@@ -10353,9 +10490,9 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
     using floats = lanes<Width>;
     slice_corner<Width> corner[3];
     const auto axis = [&](int c, int k) { return load<Width>(triangles.corner[c][k]); };
-    for (int c = 0; c < 3; ++c) corner[c].height = frame.height_of(axis(c, 0), axis(c, 1), axis(c, 2));
     bool placed = false;
     for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
+        for (int c = 0; c < 3; ++c) corner[c].height = frame.height_of(slice, axis(c, 0), axis(c, 1), axis(c, 2));
         const floats here(frame.height[slice]);
         const auto a = here < corner[0].height, b = here < corner[1].height, c = here < corner[2].height;
         std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable();
@@ -10383,7 +10520,7 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
         mixed &=
             bits_of(floats(0.0F) <= floats_of<Width>(not_finite<Width>(from.across) | not_finite<Width>(from.along) |
                                                      not_finite<Width>(to.across) | not_finite<Width>(to.along)));
-        if (mixed != 0) emit(frame.number[slice], mixed, from, to);
+        if (mixed != 0) emit(slice, mixed, from, to);
     }
 }
 
@@ -10728,10 +10865,11 @@ INSONIFY_INLINE std::uint32_t overlaps(const slice_region& region, const Lanes (
         return Lanes(std::fabs(n.x)) * half[0] + Lanes(std::fabs(n.y)) * half[1] + Lanes(std::fabs(n.z)) * half[2] +
                margin;
     };
-    const Lanes height = distance(region.frame.elevation), thickness = half_extent(region.frame.elevation);
     std::uint32_t overlapping = 0;
-    for (std::uint32_t i = 0; i < region.frame.count; ++i)
-        overlapping |= bits_of(abs(height - Lanes(region.frame.height[i])) <= thickness);
+    for (std::uint32_t i = 0; i < region.frame.count; ++i) {
+        const vec3 normal = region.frame.normal[i];
+        overlapping |= bits_of(abs(distance(normal) - Lanes(region.frame.height[i])) <= half_extent(normal));
+    }
     for (std::uint32_t i = 0; i < region.side_count && overlapping != 0; ++i) {
         const region_side& s = region.sides[i];
         overlapping &= bits_of(distance(s.outwards) - half_extent(s.outwards) <= Lanes(s.limit));
@@ -10758,18 +10896,28 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// The level of every point, in blocks, by plain loops that the compiler vectorises.
 inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
     constexpr std::size_t few = 512;
-    const slice_frame own = frame; // a copy, which no store can alias
-    float height[few];
+    const slice_frame own = frame;             // a copy, which no store can alias
+    float x[few], y[few], z[few], height[few]; // from the origin
     for (std::size_t begin = 0; begin < points.size(); begin += few) {
         const std::size_t count = std::min(few, points.size() - begin);
         const vec3* const from = points.data() + begin;
         std::uint8_t* const to = levels + begin;
-        for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(from[i]);
-        const float lowest = own.height[0];
-        for (std::size_t i = 0; i < count; ++i) to[i] = height[i] > lowest;
+        for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(0, from[i]);
+        const float first = own.height[0];
+        for (std::size_t i = 0; i < count; ++i) to[i] = height[i] > first;
+        if (own.count == 1) continue;
+        for (std::size_t i = 0; i < count; ++i) {
+            x[i] = from[i].x - own.origin.x;
+            y[i] = from[i].y - own.origin.y;
+            z[i] = from[i].z - own.origin.z;
+        }
         for (std::uint32_t slice = 1; slice < own.count; ++slice) {
+            const vec3 normal = own.normal[slice];
+            for (std::size_t i = 0; i < count; ++i) height[i] = slice_frame::component(normal, x[i], y[i], z[i]);
             const float here = own.height[slice];
-            for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(to[i] + (height[i] > here));
+            const int bit = 1 << slice;
+            for (std::size_t i = 0; i < count; ++i)
+                to[i] = static_cast<std::uint8_t>(to[i] | (height[i] > here ? bit : 0));
         }
     }
 }
@@ -10855,14 +11003,14 @@ class slice_cut {
   public:
     /// @param chosen    for each object, whether it is to be cut
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
-    /// @param offsets   elevation of the slices above that plane, metres
+    /// @param planes    the slices
     /// @param max_depth  how far lines are followed, metres
     /// @param keep_all   also keep segments that cross no line
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const float> offsets, float max_depth, bool keep_all) {
+             const pose& probe_at, view<const elevation_plane> planes, float max_depth, bool keep_all) {
         keep_all_ = keep_all;
-        plan(scene, chosen, fan, probe_at, offsets, max_depth);
+        plan(scene, chosen, fan, probe_at, planes, max_depth);
         exec::for_each_block(policy, vertex_parts_.size(), 1, 0.5F * block, [&](std::size_t i, std::size_t) {
             const part& own = vertex_parts_[i];
             const object_view& one = scene.objects[own.object];
@@ -10898,16 +11046,17 @@ class slice_cut {
 
     // Collects the work items, in the order in which `for_each_segment` visits their results.
     void plan(const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan, const pose& probe_at,
-              view<const float> offsets, float max_depth) {
-        const pose upright = probe_at * fan.upright();
+              view<const elevation_plane> planes, float max_depth) {
         aabb face; // of the probe
-        for (const float offset : offsets)
+        for (const elevation_plane& plane : planes)
             for (const float x : {fan.extent().min.x, fan.extent().max.x})
-                for (const float y : {fan.extent().min.y, fan.extent().max.y})
-                    face = merged(face, upright.point({x, offset, y}));
+                for (const float y : {fan.extent().min.y, fan.extent().max.y}) {
+                    const vec3 corner = fan.upright().point({x, 0, y});
+                    face = merged(face, probe_at.point({corner.x, plane.height(corner.z), corner.z}));
+                }
         const vec3 rounding = 1e-6F * (abs(face.lower) + abs(face.upper));
         face = {face.lower - rounding, face.upper + rounding};
-        unbounded_ = {slice_frame{upright, offsets}, fan};
+        unbounded_ = {slice_frame{probe_at, planes, fan.upright()}, fan};
         within_depth_ = unbounded_.within(max_depth, fan);
 
         vertex_parts_.clear();
@@ -11071,18 +11220,15 @@ class slice_finder {
     /// @param all         cut all objects
     /// @param directions  in which each line is traced
     /// @return whether any is cut
-    bool choose(const scene_view& scene, const pose& at, view<const float> offsets, bool all,
+    bool choose(const scene_view& scene, const pose& at, view<const elevation_plane> planes, bool all,
                 std::uint32_t directions) {
-        const float middle = 0;
-        const slice_frame frame{at * fan_.upright(), {&middle, 1}};
-        float max_offset = 0;
-        for (const float offset : offsets) max_offset = max(max_offset, std::fabs(offset));
+        const slice_frame frame{at, planes, fan_.upright()};
         chosen_.resize(scene.objects.size());
         std::size_t cut = 0;
         for (std::size_t i = 0; i < chosen_.size(); ++i) {
             const object_view& one = scene.objects[i];
-            chosen_[i] = all || !one.tree_is_current ||
-                         (near_slices(one.box, frame, max_offset) && worth_cutting(one, frame, directions));
+            chosen_[i] =
+                all || !one.tree_is_current || (near_slices(one.box, frame) && worth_cutting(one, frame, directions));
             cut += chosen_[i];
         }
         leaves_rays_ = cut < chosen_.size();
@@ -11106,10 +11252,10 @@ class slice_finder {
 
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const float> offsets, float depth,
-             bool keep_all) {
-        slices_ = offsets.size();
-        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, offsets, depth, keep_all);
+    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const elevation_plane> planes,
+             float depth, bool keep_all) {
+        slices_ = planes.size();
+        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, keep_all);
         const std::size_t blocks = (fan_.size() + block - 1) / block;
         block_end_.resize(blocks + 1);
         std::fill(block_end_.begin(), block_end_.end(), 0);
@@ -11177,11 +11323,14 @@ class slice_finder {
     }
 
     // Whether a box may reach into one of the slices.
-    static bool near_slices(const aabb& box, const slice_frame& frame, float max_offset) {
+    static bool near_slices(const aabb& box, const slice_frame& frame) {
         if (box.empty()) return false;
-        const float height = dot(frame.elevation, box.centre() - frame.origin);
-        const float half_thickness = dot(abs(frame.elevation), 0.5F * box.size());
-        return std::fabs(height) <= 1.001F * (half_thickness + max_offset) + 1e-5F * length(frame.origin) + 1e-9F;
+        for (std::uint32_t i = 0; i < frame.count; ++i) {
+            const float height = dot(frame.normal[i], box.centre() - frame.origin) - frame.height[i];
+            const float half_thickness = dot(abs(frame.normal[i]), 0.5F * box.size());
+            if (std::fabs(height) <= 1.001F * half_thickness + 1e-5F * length(frame.origin) + 1e-9F) return true;
+        }
+        return false;
     }
 
     // An upper bound of the number of lines that intersect a box.
@@ -11290,7 +11439,7 @@ INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& 
             .planes = frame.planes,
             .max_depth = frame.max_depth,
             .spacing = frame.spacing,
-            .kernels = frame.kernels.of_line(number, frame.plane_height[plane])};
+            .kernels = frame.kernels.of_line(number, plane)};
 }
 
 /// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
@@ -11391,10 +11540,13 @@ struct line_turn {
 struct turned_line {
     line_frame straight{}; ///< the line before
     line_turn turn{};
+    float tilt = 0; ///< see `line_frame`
 
     vec3 direction() const {
         return turn.cosine * straight.along + turn.sine * cross(straight.elevation, straight.along);
     }
+    /// The line itself.
+    line_frame frame() const { return {straight.origin, direction(), straight.elevation, tilt}; }
     /// Direction of the straight line through the point at this depth.
     vec3 straight_at(float depth) const {
         if (turn.radius == 0) return straight.along;
@@ -11407,13 +11559,9 @@ struct turned_line {
 /// meet, at its own angle.
 inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
                                       std::uint32_t face) {
-    constexpr float steep = 0.5F; // 60 degrees
-    line_frame there = line.straight;
-    there.along = line.straight_at(depth);
-    const surface_incidence met = incidence_on(one, face, there);
-    if (met.cosine > steep) return met;
-    there.along = line.direction();
-    return incidence_on(one, face, there);
+    const surface_incidence met =
+        incidence_on(one, face, {line.straight.origin, line.straight_at(depth), line.straight.elevation});
+    return met.cosine > steep_cosine ? met : incidence_at(line.frame(), depth, one, face);
 }
 
 /// The lines of a fan, all turned alike.
@@ -11562,11 +11710,13 @@ class turned_lines {
     }
 
     /// Finds what arrives along the line of one point in one plane.
-    /// @param slices  whose crossings were found; null where everything is found by rays
-    template <class Model>
+    /// @param tilt_of  tilt_of(direction): that of a line in the task's plane, see `line_frame::tilt`
+    /// @param slices   whose crossings were found; null where everything is found by rays
+    template <class Model, class TiltOf>
     void find_sound(const line_task& task, const shading_points& points, std::uint32_t point, const Model& model,
-                    float spacing, const slice_finder* slices) {
-        const turned_line turned{task.line.frame, fans_[task.plane].turn()};
+                    float spacing, const TiltOf& tilt_of, const slice_finder* slices) {
+        const line_turn& turn = fans_[task.plane].turn();
+        const turned_line turned{task.line.frame, turn, tilt_of(turned_line{task.line.frame, turn}.direction())};
         sound_profile profile;
         scratch_.fit([&](line_scratch& room) {
             return find_line(task, turned, points, point, slices, room.found) &&
@@ -11597,7 +11747,7 @@ class turned_lines {
             for (std::size_t i = slot == 0 ? 0 : ends_[slot - 1]; i < ends_[slot]; ++i)
                 if (crossings_[i].distance >= 0) add(crossings_[i]);
         if (slices == nullptr || slices->leaves_rays()) {
-            const ray line{turned.straight.origin, turned.direction(), 0, turned.turn.length_to(task.max_depth)};
+            const ray line{turned.straight.origin, turned.frame().path(), 0, turned.turn.length_to(task.max_depth)};
             task.scene.boxes.for_each_hit(line, [&](const hit& at) {
                 if (slices != nullptr && slices->chosen()[at.primitive] != 0) return;
                 const object_view& one = task.scene.objects[at.primitive];
@@ -11834,8 +11984,9 @@ class aperture_shading {
             if (sliced) turned_[k].find_crossings(points_, segments_);
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
                 for (std::uint32_t point = 0; point < points; ++point)
-                    turned_[k].find_sound(task_of(frame, scene, points_.line_of(point), plane), points_, point, model,
-                                          spacing_, sliced ? &slices : nullptr);
+                    turned_[k].find_sound(
+                        task_of(frame, scene, points_.line_of(point), plane), points_, point, model, spacing_,
+                        [&](vec3 direction) { return frame.tilt(direction, plane); }, sliced ? &slices : nullptr);
         });
         exec::for_each_block(policy, std::size_t{frame.planes} * steps, 1, 3000, [&](std::size_t row, std::size_t) {
             const auto place = [&](std::uint32_t point) {
@@ -12082,7 +12233,7 @@ class straight_frame {
     void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
                  view<detail::scratch_memory> scratch, straight_lines how) {
         using search = enum straight_lines::search;
-        const view<const float> offsets{frame.plane_offset, frame.planes};
+        const view<const elevation_plane> planes{frame.plane, frame.planes};
         const bool fan = slices_.assign(frame.probe);
         shaded_ = detail::states_arrivals<Model> && how.directions > 1 && fan &&
                   shading_.assign(frame.probe, slices_.fan(), beam_of(frame.probe, frame.depth));
@@ -12090,10 +12241,10 @@ class straight_frame {
         sliced_ = false;
         if (how.search != search::rays && fan) {
             scene_ = body.view_for_slices(policy);
-            sliced_ = slices_.choose(scene_, frame.at, offsets, how.search == search::slices, directions);
+            sliced_ = slices_.choose(scene_, frame.at, planes, how.search == search::slices, directions);
         }
         if (sliced_)
-            slices_.cut(policy, scene_, frame.at, offsets, frame.max_depth, shaded_);
+            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, shaded_);
         else
             scene_ = body.view_for_rays(policy);
         const std::size_t blocks = (frame.probe.lines + detail::lines_per_block - 1) / detail::lines_per_block;
@@ -14486,7 +14637,8 @@ class path_walk {
 
     /// @return false where the scratch is too small
     INSONIFY_FN bool run() {
-        if (!find_crossings(scene_, {.origin = face_.origin, .direction = face_.along}, range(0), found_)) return false;
+        if (!find_crossings(scene_, {.origin = face_.origin, .direction = face_.path()}, range(0), found_))
+            return false;
         layer_walk{scene_, face_, found_, range(0), false}.enter_at_face();
         push({.frame = face_}, found_.inside);
         while (count_ > 0 && !overflow_)
@@ -14503,7 +14655,7 @@ class path_walk {
 
     // Distance to the face of the probe, where a path that comes back ends; FLT_MAX for one that moves away from it.
     INSONIFY_FN float to_face(const line_frame& at) const {
-        const float towards = -dot(at.along, face_.along);
+        const float towards = -dot(at.path(), face_.along);
         if (!(towards > 1e-3F)) return FLT_MAX;
         return max(dot(at.origin - face_.origin, face_.along), 0) / towards;
     }
@@ -14512,7 +14664,7 @@ class path_walk {
         const float face = to_face(now.frame);
         const float limit = min(range(now.path.shown), face);
         const bool complete =
-            find_crossings(scene_, {.origin = now.frame.origin, .direction = now.frame.along}, limit, found_);
+            find_crossings(scene_, {.origin = now.frame.origin, .direction = now.frame.path()}, limit, found_);
         objects_ -= now.inside;
         const view<std::uint32_t> containing{branch_objects_.data() + objects_, now.inside};
         found_.inside.assign({.ranks = containing, .count = now.inside});
@@ -14563,7 +14715,7 @@ class path_walk {
             onwards = along; // the law transmits where Snell's does not
         if (crosses(reflected)) reflected = mirrored_by(smooth);
 
-        const vec3 point = now.frame.origin + below.begin * along;
+        const vec3 point = now.frame.at(below.begin);
         path_branch on = now, off = now;
         on.frame = turned(now.frame, point, onwards);
         off.frame = turned(now.frame, point, reflected);
@@ -14589,7 +14741,7 @@ class path_walk {
         constexpr float min_cosine = 0.5F; // beyond 60 degrees no sound that is reflected again comes back to the array
         if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
         add_face_echo(now.path);
-        const vec3 point = now.frame.origin + distance * now.frame.along;
+        const vec3 point = now.frame.at(distance);
         if (keeps_arrivals()) record(now, distance, face_.along, {}, {});
         if (keeps_arrivals() && !overflow_) arrivals_[arrived_ - 1].at_face = true;
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
@@ -14610,7 +14762,7 @@ class path_walk {
                             const layer& below) {
         overflow_ = overflow_ || arrived_ == arrivals_.size();
         if (overflow_) return;
-        const vec3 point = now.frame.origin + distance * now.frame.along;
+        const vec3 point = now.frame.at(distance);
         arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, now.inverted};
     }
 
@@ -14659,7 +14811,7 @@ class path_walk {
     INSONIFY_FN static line_frame turned(const line_frame& before, vec3 point, vec3 along) {
         const vec3 elevation = before.elevation - dot(before.elevation, along) * along;
         const float size = length(elevation);
-        return {point, along, size > 1e-3F ? elevation / size : before.elevation};
+        return {point, along, size > 1e-3F ? elevation / size : before.elevation, before.tilt};
     }
 
     INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }

@@ -16,11 +16,11 @@ using namespace insonify::detail;
 namespace cut_faces_test {
 namespace {
 
-slice_frame random_frame(std::uint64_t seed, view<const float> offsets) {
+slice_frame random_frame(std::uint64_t seed, view<const elevation_plane> planes) {
     const auto at = [&](std::uint64_t k) {
         return vec3{hash_uniform(seed, k) - 0.5F, hash_uniform(seed, k + 1) - 0.5F, hash_uniform(seed, k + 2) - 0.5F};
     };
-    return {look_at(0.2F * at(0), at(3), at(6)), offsets};
+    return {look_at(0.2F * at(0), at(3), at(6)), planes};
 }
 
 // Calls visit(slice, face, from, to) for all cuts of a mesh, its faces taken a few at a time.
@@ -52,12 +52,12 @@ void cut_all(const slice_frame& frame, const mesh_view& surface, const Visit& vi
 
 TEST_CASE("the cut of a closed surface is closed: each of its points ends two segments, bit for bit") {
     std::size_t segments = 0;
-    const float offsets[] = {0, 0.1F, -0.3F};
+    const elevation_plane planes[] = {{0, 0.2F}, {0.1F}, {-0.3F, -0.1F}};
     for (std::uint64_t seed = 0; seed < 30; ++seed) {
         mesh ball = make_sphere({0, 0, 0}, 1, 3);
         for (uvec3& face : ball.faces) // whichever corner a face begins with
             for (std::uint64_t i = hash_bits(seed, face.x) % 3; i > 0; --i) face = {face.y, face.z, face.x};
-        const slice_frame frame = cut_faces_test::random_frame(seed, offsets);
+        const slice_frame frame = cut_faces_test::random_frame(seed, planes);
         std::map<std::pair<float, float>, int> ends[3];
         cut_faces_test::cut_all(frame, ball, [&](std::uint32_t slice, std::uint32_t, vec2 from, vec2 to) {
             ++ends[slice][{from.x, from.y}];
@@ -71,20 +71,24 @@ TEST_CASE("the cut of a closed surface is closed: each of its points ends two se
 }
 
 TEST_CASE("a face is cut where the plane meets its edges, to double precision's rounding in floats") {
-    const float offsets[] = {0.02F, -0.05F};
+    const elevation_plane planes[] = {{0.02F}, {-0.05F, 0.3F}};
     for (std::uint64_t seed = 0; seed < 2000; ++seed) {
-        const slice_frame frame = cut_faces_test::random_frame(seed, offsets);
+        const slice_frame frame = cut_faces_test::random_frame(seed, planes);
         triangle t;
         for (vec3* corner : {&t.a, &t.b, &t.c}) {
             const auto k = static_cast<std::uint64_t>(100 + 3 * (corner - &t.a));
             *corner = {hash_uniform(seed, k) - 0.5F, hash_uniform(seed, k + 1) - 0.5F,
                        hash_uniform(seed, k + 2) - 0.5F};
         }
-        const glm::dvec3 up{frame.elevation}, across{frame.across}, along{frame.along}, origin{frame.origin};
+        const glm::dvec3 across{frame.across}, along{frame.along}, origin{frame.origin}, up = glm::cross(along, across);
+        const auto height_in = [](const elevation_plane& plane, double depth) {
+            return static_cast<double>(plane.offset) + static_cast<double>(plane.slope) * depth;
+        };
         std::size_t expected = 0, found = 0;
-        for (const float offset : offsets) {
-            const auto height = [&](vec3 p) {
-                return glm::dot(up, glm::dvec3{p} - origin) - static_cast<double>(offset);
+        for (const elevation_plane& plane : planes) {
+            const auto height = [&](vec3 corner) {
+                const glm::dvec3 p = glm::dvec3{corner} - origin;
+                return glm::dot(up, p) - height_in(plane, glm::dot(along, p));
             };
             const bool a = height(t.a) > 0, b = height(t.b) > 0, c = height(t.c) > 0;
             expected += a != b || b != c;
@@ -93,8 +97,9 @@ TEST_CASE("a face is cut where the plane meets its edges, to double precision's 
         cut_faces_test::cut_all(frame, one, [&](std::uint32_t slice, std::uint32_t, vec2 from, vec2 to) {
             ++found;
             for (const vec2 end : {from, to}) { // in the plane, and on one of the edges
-                const glm::dvec3 p = origin + static_cast<double>(offsets[slice]) * up +
-                                     static_cast<double>(end.x) * across + static_cast<double>(end.y) * along;
+                const auto depth = static_cast<double>(end.y);
+                const glm::dvec3 p =
+                    origin + height_in(planes[slice], depth) * up + static_cast<double>(end.x) * across + depth * along;
                 double nearest = 1;
                 const glm::dvec3 corner[3] = {glm::dvec3{t.a}, glm::dvec3{t.b}, glm::dvec3{t.c}};
                 for (int i = 0; i < 3; ++i) {
@@ -110,14 +115,16 @@ TEST_CASE("a face is cut where the plane meets its edges, to double precision's 
 }
 
 TEST_CASE("faces whose corners differ in level are those that are cut, asked by vertices or by leaves of a tree") {
-    const float offsets[] = {0, 0.1F, 0.11F, -0.3F, 0.7F, -0.9F, 0.5F};
+    const elevation_plane planes[] = {{0}, {0.1F, 0.1F}, {0.11F, -0.2F}, {-0.3F}, {0.7F}, {-0.9F, 0.3F}, {0.5F}};
     for (std::size_t slices = 1; slices <= 7; ++slices) {
         const mesh ball = make_sphere({0.1F, 0, 0}, 1, 4);
-        const slice_frame frame = cut_faces_test::random_frame(slices, {offsets, slices});
+        const slice_frame frame = cut_faces_test::random_frame(slices, {planes, slices});
         std::vector<std::uint32_t> expected, by_vertices, by_leaves;
         const auto level = [&](std::uint32_t vertex) {
-            const float height = frame.height_of(ball.positions[vertex]);
-            return std::count_if(frame.height, frame.height + slices, [height](float slice) { return height > slice; });
+            unsigned below = 0;
+            for (std::uint32_t i = 0; i < slices; ++i)
+                if (frame.height_of(i, ball.positions[vertex]) > frame.height[i]) below |= 1U << i;
+            return below;
         };
         for (std::uint32_t i = 0; i < ball.faces.size(); ++i) {
             const uvec3 face = ball.faces[i];
@@ -159,9 +166,9 @@ TEST_CASE("a slice through faces that shrink and shrink towards some corners fin
                     shrinking.positions.push_back(at + size * way);
                 shrinking.faces.push_back({first, first + 1, first + 2});
             }
-    const float offset = 0;
+    const elevation_plane middle{};
     slice_region everywhere;
-    everywhere.frame = slice_frame{pose{}, {&offset, 1}};
+    everywhere.frame = slice_frame{pose{}, {&middle, 1}};
     const auto find_all = [&](const auto& tree) {
         std::size_t found = 0;
         for_each_leaf(tree.view_of(), 0, everywhere, [&](const auto& leaf) {

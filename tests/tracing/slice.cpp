@@ -75,19 +75,19 @@ struct trapezoid : linear_array {
 // All crossings of all lines in all planes, by line and plane.
 using line_lists = std::vector<std::vector<crossing>>;
 template <class Probe>
-line_lists by_slices(const scene& body, const Probe& probe, const pose& at, const std::vector<float>& offsets,
+line_lists by_slices(const scene& body, const Probe& probe, const pose& at, const std::vector<elevation_plane>& planes,
                      float depth) {
     slice_finder slices;
     REQUIRE(slices.assign(probe));
     const scene_view flat = body.view_for_slices(exec::par);
-    slices.choose(flat, at, view<const float>{offsets}, true, 1);
-    slices.cut(exec::par, flat, at, view<const float>{offsets}, depth, false);
+    slices.choose(flat, at, view<const elevation_plane>{planes}, true, 1);
+    slices.cut(exec::par, flat, at, view<const elevation_plane>{planes}, depth, false);
     line_lists lists;
     slice_finder::block_crossings own;
     line_memory memory;
     for (std::uint32_t i = 0; i < probe.lines; ++i) {
         if (i % slice_finder::block == 0) slices.find_block(i, own);
-        for (std::uint32_t plane = 0; plane < offsets.size(); ++plane) {
+        for (std::uint32_t plane = 0; plane < planes.size(); ++plane) {
             line_crossings found = memory.found();
             slices.view_of(own).find(i, plane, [&](const crossing& one) {
                 if (one.distance <= depth) found.add(one);
@@ -100,15 +100,18 @@ line_lists by_slices(const scene& body, const Probe& probe, const pose& at, cons
     return lists;
 }
 template <class Probe>
-line_lists by_rays(const scene& body, const Probe& probe, const pose& at, const std::vector<float>& offsets,
+line_lists by_rays(const scene& body, const Probe& probe, const pose& at, const std::vector<elevation_plane>& planes,
                    float depth) {
     line_lists lists;
     line_memory memory;
     const scene_view flat = body.view_for_rays(exec::par);
     for (std::uint32_t i = 0; i < probe.lines; ++i)
-        for (const float offset : offsets) {
-            ray beam = world_beam(probe, at, static_cast<float>(i));
-            beam.origin += offset * at.direction({0, 1, 0});
+        for (const elevation_plane& plane : planes) {
+            ray beam = probe.beam(static_cast<float>(i));
+            beam.origin.y += plane.height(beam.origin.z);
+            beam.direction.y += plane.slope * beam.direction.z;
+            beam.origin = at.point(beam.origin);
+            beam.direction = at.direction(beam.direction);
             line_crossings found = memory.found();
             REQUIRE(find_crossings(flat, beam, depth, found));
             lists.emplace_back(found.sorted().begin(), found.sorted().end());
@@ -150,16 +153,18 @@ void with_every_probe(const Body& body) {
     body(linear_array{.lines = 1, .width = 1_mm});
 }
 
-std::vector<float> random_offsets(std::uint64_t seed) {
-    std::vector<float> offsets(1 + seed % 7);
-    for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = 4_mm * hash_uniform(seed, 50 + i) - 2_mm;
-    return offsets;
+std::vector<elevation_plane> random_planes(std::uint64_t seed) {
+    std::vector<elevation_plane> planes(1 + seed % 7);
+    for (std::size_t i = 0; i < planes.size(); ++i)
+        planes[i] = {4_mm * hash_uniform(seed, 50 + i) - 2_mm, 0.3F * hash_uniform(seed, 60 + i) - 0.15F};
+    return planes;
 }
 
 } // namespace
 } // namespace slice_test
 
-TEST_CASE("slices find the crossings that rays find, on random scenes and poses, with every probe, in 1 to 7 planes") {
+TEST_CASE(
+    "slices find the crossings that rays find, on random scenes and poses, with every probe, in 1 to 7 tilted planes") {
     using namespace slice_test;
     constexpr std::uint64_t first_seed = 40;
     MESSAGE("first seed ", first_seed);
@@ -169,11 +174,11 @@ TEST_CASE("slices find the crossings that rays find, on random scenes and poses,
         const scene body = random_scene(seed), treeless = treeless_scene(seed);
         const vec3 face = 8_mm * random_point(seed, 7);
         const pose at = look_at(face, {0, 0, 30_mm}, random_point(seed, 8));
-        const std::vector<float> offsets = random_offsets(seed);
+        const std::vector<elevation_plane> planes = random_planes(seed);
         with_every_probe([&](const auto& probe) {
-            const line_lists slices = by_slices(body, probe, at, offsets, 60_mm);
-            CHECK(by_slices(treeless, probe, at, offsets, 60_mm) == slices); // tree or none: the very same
-            compare(slices, by_rays(body, probe, at, offsets, 60_mm), seen);
+            const line_lists slices = by_slices(body, probe, at, planes, 60_mm);
+            CHECK(by_slices(treeless, probe, at, planes, 60_mm) == slices); // tree or none: the very same
+            compare(slices, by_rays(body, probe, at, planes, 60_mm), seen);
             for (const auto& list : slices) crossings += list.size();
         });
     }
@@ -189,7 +194,7 @@ TEST_CASE("slices find the crossings of brute force in double precision") {
         const scene body = random_scene(seed);
         const pose at = look_at(8_mm * random_point(seed, 7), {0, 0, 30_mm}, random_point(seed, 8));
         with_every_probe([&](const auto& probe) {
-            const line_lists slices = by_slices(body, probe, at, {0.7_mm}, 60_mm);
+            const line_lists slices = by_slices(body, probe, at, {{0.7_mm}}, 60_mm);
             for (std::uint32_t i = 0; i < probe.lines; i += 3) {
                 const ray beam = world_beam(probe, at, static_cast<float>(i));
                 const vec3 origin = beam.origin + 0.7_mm * at.direction({0, 1, 0});
@@ -223,10 +228,12 @@ TEST_CASE("every line crosses a closed surface in and out by turns, also through
     const scene_view flat = body.view_for_rays(exec::par);
     const linear_array grid{.lines = 81, .width = 40.5_mm}; // a line each half millimetre, on the vertices
     std::size_t lines = 0, crossings = 0;
-    const auto check = [&](const auto& probe, const pose& at, const std::vector<float>& offsets) {
-        const line_lists lists = by_slices(body, probe, at, offsets, 1.0F);
+    const auto check = [&](const auto& probe, const pose& at, const std::vector<elevation_plane>& planes) {
+        const line_lists lists = by_slices(body, probe, at, planes, 1.0F);
         for (std::size_t i = 0; i < lists.size(); ++i) {
-            const ray beam = world_beam(probe, at, static_cast<float>(i / offsets.size()));
+            const ray beam = world_beam(probe, at, static_cast<float>(i / planes.size()));
+            const vec3 tilted =
+                beam.direction + planes[i % planes.size()].slope * dot(beam.direction, at.rotation[2]) * at.rotation[1];
             for (std::uint32_t rank = 0; rank < 2; ++rank) {
                 const object_view& one = flat.objects[rank];
                 float level = 0; // 1 inside, 0 outside
@@ -236,10 +243,10 @@ TEST_CASE("every line crosses a closed surface in and out by turns, also through
                     // Two places within rounding of each other may have changed their order.
                     if (level < 0 || level > 1) REQUIRE(c.distance - before < touching_distance);
                     const vec3 normal = one.at.direction(area_vector(one.surface[c.primitive]));
-                    if (std::fabs(dot(normalize(normal), beam.direction)) < 1e-3F)
+                    if (std::fabs(dot(normalize(normal), tilted)) < 1e-3F)
                         level = 1 - level; // along a face: either way
                     else
-                        level += dot(normal, beam.direction) < 0 ? 1.0F : -1.0F;
+                        level += dot(normal, tilted) < 0 ? 1.0F : -1.0F;
                     before = c.distance;
                     ++crossings;
                 }
@@ -251,13 +258,14 @@ TEST_CASE("every line crosses a closed surface in and out by turns, also through
     for (const float turn : {0.0F, 90_deg, 180_deg, 270_deg, 45_deg}) {
         const vec3 z{std::sin(turn), 0, std::cos(turn)};
         const pose at{mat3{{z.z, 0, -z.x}, {0, 1, 0}, z}, vec3{0, 0, 20_mm} - 40_mm * z};
-        check(grid, at, {0, 1_mm, -1_mm, 8_mm, -8_mm, 0.5_mm, 7.999_mm});
-        check(phased_array{.lines = 401, .width = 1_mm, .field_of_view = 60_deg}, at, {0, 8_mm});
+        check(grid, at, {{0}, {1_mm}, {-1_mm}, {8_mm}, {-8_mm}, {0.5_mm}, {7.999_mm}});
+        check(grid, at, {{0}, {-4_mm, 0.1F}, {4_mm, -0.1F}, {0, 0.2F}});
+        check(phased_array{.lines = 401, .width = 1_mm, .field_of_view = 60_deg}, at, {{0}, {8_mm}});
     }
     for (std::uint64_t seed = 1; seed < 400; ++seed) {
         const vec3 from = vec3{0, 0, 20_mm} + 40_mm * normalize(random_point(seed, 1));
         const pose at = look_at(from, {0, 0, 20_mm}, random_point(seed, 2));
-        check(convex_array{.lines = 200, .radius = 10_mm, .field_of_view = 80_deg}, at, random_offsets(seed));
+        check(convex_array{.lines = 200, .radius = 10_mm, .field_of_view = 80_deg}, at, random_planes(seed));
     }
     MESSAGE(lines, " lines, ", crossings, " crossings");
     CHECK(crossings > lines);
@@ -271,7 +279,7 @@ TEST_CASE("what lies in a slice, or is open, empty or not finite, does not distu
     body.build(exec::par);
     const auto met = [&](float offset) {
         std::size_t lines = 0;
-        for (const auto& list : by_slices(body, probe, pose{}, {offset}, 60_mm)) {
+        for (const auto& list : by_slices(body, probe, pose{}, {{offset}}, 60_mm)) {
             REQUIRE((list.empty() || list.size() == 2));
             lines += !list.empty();
         }
@@ -286,12 +294,12 @@ TEST_CASE("what lies in a slice, or is open, empty or not finite, does not distu
     body.positions(box)[1].z = std::numeric_limits<float>::infinity();
     for (int frame = 0; frame < 5; ++frame) { // by a linear pass, then by a tree
         body.update(exec::par);
-        for (const auto& list : by_slices(body, probe, pose{}, {2_mm}, 60_mm))
+        for (const auto& list : by_slices(body, probe, pose{}, {{2_mm}}, 60_mm))
             for (const crossing& c : list) CHECK(is_finite(c.distance));
         CHECK(is_finite(body.box()));
     }
     const scene nothing = scene{tissue::water}.build(exec::seq);
-    for (const auto& list : by_slices(nothing, probe, pose{}, {0}, 60_mm)) CHECK(list.empty());
+    for (const auto& list : by_slices(nothing, probe, pose{}, {{}}, 60_mm)) CHECK(list.empty());
 }
 
 TEST_CASE("slices, beams and pixels make the same samples") {
@@ -370,11 +378,12 @@ TEST_CASE("lines that are no fan are traced as beams") {
 
 TEST_CASE(
     "slices are cut for many lines, and where a tree is out of date; rays are traced for a few lines on a fine mesh") {
-    const float middle = 0;
+    const elevation_plane middle{};
     const auto cuts = [&middle](std::uint32_t lines, const scene& body) {
         slice_finder slices;
         REQUIRE(slices.assign(linear_array{.lines = lines, .width = 30_mm}));
-        return slices.choose(body.view_for_slices(exec::seq), pose{}, view<const float>{&middle, 1}, false, 1);
+        return slices.choose(body.view_for_slices(exec::seq), pose{}, view<const elevation_plane>{&middle, 1}, false,
+                             1);
     };
     scene body{tissue::muscle};
     body.add(make_sphere({0, 0, 30_mm}, 20_mm, 5), tissue::bone);
@@ -393,9 +402,9 @@ TEST_CASE("where some objects are cut and rays are traced through others, lines 
     body.build(exec::seq);
     const linear_array probe{.lines = 48, .width = 30_mm};
     slice_finder slices;
-    const float middle = 0;
+    const elevation_plane middle{};
     REQUIRE(slices.assign(probe));
-    REQUIRE(slices.choose(body.view_for_slices(exec::seq), pose{}, view<const float>{&middle, 1}, false, 1));
+    REQUIRE(slices.choose(body.view_for_slices(exec::seq), pose{}, view<const elevation_plane>{&middle, 1}, false, 1));
     REQUIRE(slices.leaves_rays());
     REQUIRE(slices.chosen()[0] == 1); // by rank: the box has priority
     REQUIRE(slices.chosen()[1] == 0);
@@ -435,11 +444,11 @@ TEST_CASE("a vertex at the end of what floats hold does not disturb the choice b
     const pose turned = look_at({0, 0, 0}, {1, 0, 1}, {1, 0, -1});
     for (const std::uint32_t lines : {1U, 5U, 200U}) {
         slice_finder slices;
-        const float middle = 0;
+        const elevation_plane middle{};
         REQUIRE(slices.assign(linear_array{.lines = lines, .width = 30_mm}));
-        slices.choose(body.view_for_slices(exec::seq), turned, view<const float>{&middle, 1}, false,
+        slices.choose(body.view_for_slices(exec::seq), turned, view<const elevation_plane>{&middle, 1}, false,
                       1); // under sanitizers
         REQUIRE(slices.assign(convex_array{.lines = lines + 1}));
-        slices.choose(body.view_for_slices(exec::seq), turned, view<const float>{&middle, 1}, false, 1);
+        slices.choose(body.view_for_slices(exec::seq), turned, view<const elevation_plane>{&middle, 1}, false, 1);
     }
 }

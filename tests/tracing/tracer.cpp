@@ -45,9 +45,10 @@ struct formula_ball {
     template <class Policy, acoustic_model Model>
     bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
                     view<typename Model::sample_type> out) const {
-        const vec3 to_centre = centre - task.line.frame.origin;
-        const float along = dot(to_centre, task.line.frame.along);
-        const float squared = radius * radius - (dot(to_centre, to_centre) - along * along);
+        const ray beam = task.beam();
+        const vec3 to_centre = centre - beam.origin;
+        const float stretch = dot(beam.direction, beam.direction), along = dot(to_centre, beam.direction) / stretch;
+        const float squared = (radius * radius - dot(to_centre, to_centre)) / stretch + along * along;
         const float half = squared > 0 ? std::sqrt(squared) : 0.0F;
         const float ends[] = {0, along - half, along + half, task.max_depth};
         if (half == 0) {
@@ -62,22 +63,23 @@ struct formula_ball {
     }
 };
 
-// The square of how far out of the slice a plane lies, mm^2: once as a tracer, once as a model.
-struct offset_tracer {
-    template <class Policy>
-    bool operator()(const Policy&, const line_task& task, const law2011&, line_scratch&, view<float> out) const {
-        const float y = 1e3F * task.line.frame.origin.y;
-        for (float& sample : out) sample += y * y;
-        return true;
-    }
-};
+// The square of how far out of the slice a point of a plane lies, mm^2: once as a model, once as a tracer.
 struct offset_model {
     using sample_type = float;
     std::uint32_t samples(float, float) const { return 100; }
     template <class Policy>
-    void operator()(const Policy&, const traced_line& line, float, view<float> out) const {
-        const float y = 1e3F * line.frame.origin.y;
-        for (float& sample : out) sample += y * y;
+    void operator()(const Policy&, const traced_line& line, float spacing, view<float> out) const {
+        for (std::size_t k = 0; k < out.size(); ++k) {
+            const float y = 1e3F * line.frame.at((static_cast<float>(k) + 0.5F) * spacing).y;
+            out[k] += y * y;
+        }
+    }
+};
+struct offset_tracer {
+    template <class Policy>
+    bool operator()(const Policy&, const line_task& task, const law2011&, line_scratch&, view<float> out) const {
+        offset_model{}(exec::seq, task.line, task.spacing, out);
+        return true;
     }
 };
 struct ones {

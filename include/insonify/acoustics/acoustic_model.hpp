@@ -26,7 +26,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 ///     float covariance(float distance, float angle) const;
-///     float elevation_covariance(float distance, float height) const;
+///     float elevation_covariance(float distance, float angle, float height) const;
 ///
 /// For a model whose shadows are to have a penumbra, what arrives along a line; it then applies `traced_line::gains`, which
 /// the tracer computes from that. See `physical::arrivals`:

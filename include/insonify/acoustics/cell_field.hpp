@@ -50,8 +50,8 @@ struct cell_field {
         return linear_covariance(distance / cell) * detail::same_view_probability(angle);
     }
     /// The same of the scatterers of two lines one above the other, by their distance and `material_line::height`, metres.
-    INSONIFY_FN float elevation_covariance(float distance, float height) const {
-        return linear_covariance(distance / (height > 0 ? height : cell));
+    INSONIFY_FN float elevation_covariance(float distance, float angle, float height) const {
+        return linear_covariance(distance / (height > 0 ? height : cell)) * detail::same_view_probability(angle);
     }
 
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.

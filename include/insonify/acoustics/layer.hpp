@@ -28,6 +28,13 @@ struct line_frame {
     vec3 origin{0, 0, 0};    ///< on the probe face, metres
     vec3 along{0, 0, 1};     ///< propagation direction
     vec3 elevation{0, 1, 0}; ///< normal of the slice plane
+    float tilt = 0;          ///< metres out of the slice plane per metre along the line, in a tilted elevation plane
+
+    /// Metres travelled per metre of the line. A tilt changes where a line passes, not how sound propagates: distances,
+    /// times and angles of incidence are those along `along`.
+    INSONIFY_FN vec3 path() const { return along + tilt * elevation; }
+    /// The point at a distance, metres along the line.
+    INSONIFY_FN vec3 at(float distance) const { return origin + distance * path(); }
 };
 
 /// The receive aperture of a line, as a function of displayed depth.

@@ -103,11 +103,11 @@ struct physical {
         return scattering.covariance(distance, radians);
     }
     /// The same of two lines one above the other.
-    INSONIFY_FN float elevation_covariance(float distance, float height) const {
-        if constexpr (requires { scattering.elevation_covariance(distance, height); })
-            return scattering.elevation_covariance(distance, height);
+    INSONIFY_FN float elevation_covariance(float distance, float radians, float height) const {
+        if constexpr (requires { scattering.elevation_covariance(distance, radians, height); })
+            return scattering.elevation_covariance(distance, radians, height);
         else
-            return scattering.covariance(distance, 0);
+            return scattering.covariance(distance, radians);
     }
     /// Covariance of the diffuse echoes of rough surfaces on two lines.
     INSONIFY_FN float surface_covariance(float distance, float radians) const {

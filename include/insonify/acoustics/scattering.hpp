@@ -8,10 +8,10 @@
 /// the object, so that speckle moves with the tissue.
 namespace insonify::inline INSONIFY_ABI {
 
-/// A line in coordinates of an object; axes of length 1.
+/// A line in coordinates of an object.
 struct material_line {
     vec3 origin{0, 0, 0};        ///< metres
-    vec3 along{0, 0, 1};         ///< propagation direction
+    vec3 along{0, 0, 1};         ///< metres travelled per metre of the line: `line_frame::path`
     vec3 elevation{0, 1, 0};     ///< normal of the slice plane
     std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
     float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
@@ -26,7 +26,7 @@ struct material_line {
 INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
                                            float scatterer_density = 0, float height = 0) {
     return {place.local_point(line.origin),
-            place.local_direction(line.along),
+            place.local_direction(line.path()),
             place.local_direction(line.elevation),
             object,
             scatterer_density,
@@ -60,7 +60,7 @@ struct any_emit {
 ///
 /// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0, by
 /// their distance in metres and the angle between them in radians. A field may state as `elevation_covariance(distance,
-/// height)` that of two lines one above the other, by their `material_line::height`; else it is `covariance(distance, 0)`.
+/// angle, height)` that of two lines one above the other, by their `material_line::height`; else it is `covariance(distance, angle)`.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
     field.scatter(line, x, x, x, detail::any_emit{});

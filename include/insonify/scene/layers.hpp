@@ -28,11 +28,17 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
             .normal = one.at.direction(normal)};
 }
 
-/// How a line meets a face at a distance. Lines that are turned about their origins (tracing/turned_fan.hpp) have an overload
-/// of their own.
+/// Surfaces with less than this cosine of the angle of incidence are steep: 60 degrees.
+inline constexpr float steep_cosine = 0.5F;
+
+/// How a line meets a face at a distance: a tilted one as if it had no tilt, but steep surfaces, some of which it would not
+/// meet without, at its own angle. Lines that are turned about
+/// their origins (tracing/turned_fan.hpp) have an overload of their own.
 INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float /* distance */, const object_view& one,
                                                   std::uint32_t face) {
-    return incidence_on(one, face, line);
+    const surface_incidence met = incidence_on(one, face, line);
+    if (line.tilt == 0 || met.cosine > steep_cosine) return met;
+    return incidence_on(one, face, {line.origin, normalize(line.path()), line.elevation});
 }
 
 /// Turns the crossings of a line into layers, one at a time: which object's medium fills which part of the line.

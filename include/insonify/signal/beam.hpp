@@ -49,11 +49,18 @@ struct beam_model {
     /// F-number in elevation: z_y / h.
     INSONIFY_FN float elevation_fnumber() const { return elevation_focus / elevation_height; }
 
-    /// Standard deviation in elevation, metres: sqrt((0.92 lambda F#y / 2.3548)^2 + (0.289 h |1 - z/z_y|)^2), from
-    /// diffraction at the focus and the geometric shadow of the aperture elsewhere (0.289 = 1 / sqrt(12)).
+    /// Standard deviation in elevation at the elevation focus, metres: 0.92 lambda F#y / 2.3548, by diffraction.
+    INSONIFY_FN float elevation_diffraction() const {
+        return 0.92F * wavelength * elevation_fnumber() / width_of_sigma;
+    }
+    /// Standard deviation in elevation of the geometric shadow of the aperture, metres: 0.289 h (z/z_y - 1), where
+    /// 0.289 = 1 / sqrt(12); negative before the focus.
+    INSONIFY_FN float elevation_shadow(float depth) const {
+        return 0.289F * elevation_height * (depth / elevation_focus - 1);
+    }
+    /// Standard deviation in elevation, metres: the root of the sum of the squares of both.
     INSONIFY_FN float elevation_sigma(float depth) const {
-        const float diffraction = 0.92F * wavelength * elevation_fnumber() / width_of_sigma;
-        const float geometry = 0.289F * elevation_height * (1 - depth / elevation_focus);
+        const float diffraction = elevation_diffraction(), geometry = elevation_shadow(depth);
         return std::sqrt(diffraction * diffraction + geometry * geometry);
     }
 };

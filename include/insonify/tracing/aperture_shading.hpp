@@ -92,8 +92,9 @@ class aperture_shading {
             if (sliced) turned_[k].find_crossings(points_, segments_);
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
                 for (std::uint32_t point = 0; point < points; ++point)
-                    turned_[k].find_sound(task_of(frame, scene, points_.line_of(point), plane), points_, point, model,
-                                          spacing_, sliced ? &slices : nullptr);
+                    turned_[k].find_sound(
+                        task_of(frame, scene, points_.line_of(point), plane), points_, point, model, spacing_,
+                        [&](vec3 direction) { return frame.tilt(direction, plane); }, sliced ? &slices : nullptr);
         });
         exec::for_each_block(policy, std::size_t{frame.planes} * steps, 1, 3000, [&](std::size_t row, std::size_t) {
             const auto place = [&](std::uint32_t point) {

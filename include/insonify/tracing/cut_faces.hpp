@@ -38,9 +38,9 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
     using floats = lanes<Width>;
     slice_corner<Width> corner[3];
     const auto axis = [&](int c, int k) { return load<Width>(triangles.corner[c][k]); };
-    for (int c = 0; c < 3; ++c) corner[c].height = frame.height_of(axis(c, 0), axis(c, 1), axis(c, 2));
     bool placed = false;
     for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
+        for (int c = 0; c < 3; ++c) corner[c].height = frame.height_of(slice, axis(c, 0), axis(c, 1), axis(c, 2));
         const floats here(frame.height[slice]);
         const auto a = here < corner[0].height, b = here < corner[1].height, c = here < corner[2].height;
         std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable();
@@ -68,7 +68,7 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
         mixed &=
             bits_of(floats(0.0F) <= floats_of<Width>(not_finite<Width>(from.across) | not_finite<Width>(from.along) |
                                                      not_finite<Width>(to.across) | not_finite<Width>(to.along)));
-        if (mixed != 0) emit(frame.number[slice], mixed, from, to);
+        if (mixed != 0) emit(slice, mixed, from, to);
     }
 }
 

@@ -24,17 +24,22 @@ struct frame_view {
     float pulse_sigma = 0;     ///< standard deviation of the pulse envelope, metres of displayed depth
     std::uint32_t samples = 0; ///< along each line
     std::uint32_t planes = 1;  ///< that represent the thickness of the slice
-    float plane_offset[max_elevation_planes] = {}; ///< metres out of the slice plane
-    float plane_height[max_elevation_planes] = {}; ///< metres that each plane represents
-    view<const float> plane_weights{};             ///< plane after plane, one weight for each sample
-    line_aperture aperture{};                      ///< that receives
-    kernel_table_view kernels{};                   ///< of the stages that follow
+    elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
+    view<const float> plane_weights{};                ///< plane after plane, one weight for each sample
+    line_aperture aperture{};                         ///< that receives
+    kernel_table_view kernels{};                      ///< of the stages that follow
 
-    /// A line of the probe in one of the planes, in the world.
-    INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t plane) const {
+    /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it stays the
+    /// displayed one.
+    INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
         const ray beam = probe.beam(static_cast<float>(number));
         const vec3 elevation = at.direction({0, 1, 0});
-        return {at.point(beam.origin) + plane_offset[plane] * elevation, at.direction(beam.direction), elevation};
+        return {at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation, at.direction(beam.direction),
+                elevation, plane[of_plane].slope * beam.direction.z};
+    }
+    /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
+    INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {
+        return plane[of_plane].slope * dot(direction, at.direction({0, 0, 1}));
     }
 };
 
@@ -66,16 +71,14 @@ class frame_plan {
                                 .plane_weights = made.plane_weights,
                                 .aperture = made.aperture_view(),
                                 .kernels = made.kernels.view_of()};
-        for (std::uint32_t i = 0; i < frame.planes; ++i) {
-            frame.plane_offset[i] = made.plane_offset[i];
-            frame.plane_height[i] = made.plane_height[i];
-        }
+        for (std::uint32_t i = 0; i < frame.planes; ++i) frame.plane[i] = made.plane[i];
         return frame;
     }
 
   private:
     struct tables {
-        std::vector<float> plane_offset{}, plane_height{}, plane_weights{}, fnumbers{};
+        std::vector<elevation_plane> plane{};
+        std::vector<float> plane_weights{}, fnumbers{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
         kernel_table kernels{};
 
@@ -83,13 +86,9 @@ class frame_plan {
         void compute(const Policy& policy, const Probe& probe, float depth, std::uint32_t samples, std::uint32_t count,
                      const Model& model) {
             const beam_model beam = beam_of(probe, depth);
-            const elevation_planes planes{beam, count};
-            plane_offset.clear();
-            plane_height.clear();
-            for (std::uint32_t i = 0; i < count; ++i) {
-                plane_offset.push_back(planes.offset(i));
-                plane_height.push_back(planes.height(i));
-            }
+            const elevation_planes planes{beam, count, depth, lines_follow_depth(probe)};
+            plane.clear();
+            for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
             plane_weights.clear();
             if (count > 1) planes.weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
             kernels = make_kernel_table(policy, probe, depth, planes, model);

@@ -8,7 +8,8 @@
 
 /// The acoustic model knows physics alone: it emits the echo that the probe receives. `convolve` then averages neighbouring
 /// lines, and the planes of the slice are averaged too, which weakens echoes that differ from line to line. Here echoes are
-/// raised beforehand by as much, so that their levels come out as the model meant.
+/// raised beforehand by as much, so that their levels come out as the model meant. Planes are averaged with the weights of
+/// coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the ratio.
 namespace insonify::inline INSONIFY_ABI {
 
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
@@ -20,15 +21,17 @@ struct kernel_sample {
     float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
     vec2 surface_spread{0, 0};   ///< m^2: the same for these
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
+    float plane_thickness = 0;   ///< metres of elevation that each plane represents; 0 for a single one
 };
 
 /// The kernels along one line, by displayed depth.
 struct line_kernels {
     view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
     float spacing = 1;                   ///< metres of displayed depth to each part
-    view<const float> plane_offsets{};   ///< metres out of the slice plane
+    std::uint32_t planes = 1;            ///< elevation planes
+    view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
     view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
-    float plane_height = 0; ///< metres out of the slice plane that this plane represents; 0 for a single one
+    view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
 
     /// The part that a displayed depth lies in, metres.
     INSONIFY_FN std::size_t index(float depth) const {
@@ -36,7 +39,13 @@ struct line_kernels {
     }
     /// The kernels at a displayed depth, metres; without effect where there are none.
     INSONIFY_FN kernel_sample at(float depth) const {
-        return samples.empty() ? kernel_sample{} : samples[index(depth)];
+        if (samples.empty()) return {};
+        const std::size_t part = index(depth);
+        kernel_sample here = samples[part];
+        here.speckle_gain *= random_weights[part];
+        here.surface_gain *= random_weights[part];
+        here.uncorrelated_gain *= random_weights[part];
+        return here;
     }
 };
 
@@ -62,12 +71,14 @@ class compensated_echoes {
     }
 
     /// The rms of speckle is kept. On a slope the echoes of neighbouring lines differ in phase: two lines d apart by
-    /// 4 pi f0 s d / c0; what they have in common counts by the cosine.
+    /// 4 pi f0 s d / c0; what they have in common counts by the cosine. The mean over distances is close to Gaussian across
+    /// the many lines of a kernel, and falls more slowly across a few planes.
     INSONIFY_FN void scatterers(scatterer_echoes run) const {
         const auto gain = [&](float depth) {
             const kernel_sample here = kernels_.at(depth);
             const vec2 angle_squared = square(phase_per_metre_) * run.slope * run.slope * here.speckle_spread;
-            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x + angle_squared.y, 4));
+            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x, 4)) *
+                   std::sqrt(1 + 0.5F * clamp(angle_squared.y, 0, 8));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
         run.first_level = min(run.first_level * gain(run.depth), max_level);
@@ -87,7 +98,7 @@ class compensated_echoes {
         const float per_metre = 1 / square(0.632F * scatterer_spacing(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
         const float range =
-            min(here.line_spacing * std::fabs(slope.x) + kernels_.plane_height * std::fabs(slope.y), 3e-3F);
+            min(here.line_spacing * std::fabs(slope.x) + here.plane_thickness * std::fabs(slope.y), 3e-3F);
         const float part = max(0.5F * sigma_, 1e-6F);
         const auto parts = static_cast<int>(std::ceil(range / part)) + 1;
         const float gain =
@@ -124,12 +135,12 @@ class compensated_echoes {
     // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
     // phase as the surface is deeper there.
     INSONIFY_FN float elevation_transfer(float depth, float slope) const {
-        if (kernels_.plane_offsets.empty() || slope == 0) return 1;
-        const float* weights = kernels_.plane_weights.first + kernels_.index(depth) * kernels_.plane_offsets.size();
+        if (kernels_.plane_heights.empty() || slope == 0) return 1;
+        const std::size_t first = kernels_.index(depth) * kernels_.planes;
         float sum = 0;
-        for (std::size_t i = 0; i < kernels_.plane_offsets.size(); ++i) {
-            const float deeper = slope * kernels_.plane_offsets[i], sigmas = deeper / sigma_;
-            sum += weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
+        for (std::size_t i = first; i < first + kernels_.planes; ++i) {
+            const float deeper = slope * kernels_.plane_heights[i], sigmas = deeper / sigma_;
+            sum += kernels_.plane_weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
         }
         return max(std::fabs(sum), min_transfer);
     }

@@ -18,22 +18,25 @@ struct kernel_table_view {
 
     view<const kernel_sample>
         samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
-    view<const float> plane_offsets{}; ///< metres out of the slice plane
-    view<const float> plane_weights{}; ///< for each part those of all planes
-    std::uint32_t lines = 0;           ///< of the probe
-    std::uint32_t border = 0;          ///< lines further than this from the border share a table
-    float spacing = 1;                 ///< metres to each part
+    view<const float> plane_heights{};  ///< for each part those of all planes: see `line_kernels`
+    view<const float> plane_weights{};  ///< for each part those of all planes
+    view<const float> random_weights{}; ///< of each plane those of all parts
+    std::uint32_t planes = 1;           ///< elevation planes
+    std::uint32_t lines = 0;            ///< of the probe
+    std::uint32_t border = 0;           ///< lines further than this from the border share a table
+    float spacing = 1;                  ///< metres to each part
 
-    /// The kernels along one line. @param plane_height  metres that its plane represents
-    INSONIFY_FN line_kernels of_line(std::uint32_t line, float plane_height) const {
+    /// The kernels along one line of one plane.
+    INSONIFY_FN line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
         if (samples.empty()) return {};
         const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
         const std::uint32_t row = nearer < border ? nearer : border;
         return {.samples = {samples.data() + std::size_t{row} * depths, depths},
                 .spacing = spacing,
-                .plane_offsets = plane_offsets,
+                .planes = planes,
+                .plane_heights = plane_heights,
                 .plane_weights = plane_weights,
-                .plane_height = plane_height};
+                .random_weights = {random_weights.data() + std::size_t{plane} * depths, depths}};
     }
 };
 
@@ -43,7 +46,7 @@ namespace detail {
 ///
 /// Averaging lowers the rms of random echoes, by how much depends on the lines and planes that there are. The gain g makes
 /// up for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
-/// covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
+/// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:
     kernel_table() = default; ///< no compensation
@@ -53,7 +56,7 @@ class kernel_table {
     template <class Policy, transducer Probe, class Speckle, class Surface>
     kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
                  const Speckle& speckle, const Surface& surface)
-        : lines_{probe.lines}, spacing_{depth / depths} {
+        : planes_{planes.count()}, lines_{probe.lines}, spacing_{depth / depths} {
         const beam_model beam = beam_of(probe, depth);
         // One step of the kernel for each of the depths.
         const detail::lateral_kernel kernel = detail::make_lateral_kernel(
@@ -61,19 +64,20 @@ class kernel_table {
         border_ =
             kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.half_width()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
-        for (std::uint32_t i = 0; i < planes.count(); ++i) plane_offsets_.push_back(planes.offset(i));
-        plane_weights_.resize(std::size_t{depths} * planes.count());
+        for (std::vector<float>* const each : {&plane_heights_, &plane_weights_, &random_weights_})
+            each->resize(std::size_t{depths} * planes_);
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
-            float weight[max_elevation_planes];
-            planes.weights(z, weight);
-            std::copy_n(weight, planes.count(),
-                        plane_weights_.begin() + static_cast<std::ptrdiff_t>(k * planes.count()));
+            const elevation_planes::weights weights = planes.at(z);
+            for (std::uint32_t i = 0; i < planes_; ++i) {
+                plane_heights_[k * planes_ + i] = planes[i].height(z);
+                plane_weights_[k * planes_ + i] = weights.coherent[i];
+                random_weights_[std::size_t{i} * depths + k] = weights.random[i] / max(weights.coherent[i], 1e-12F);
+            }
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             const auto levels_with = [&](const auto& covariance) {
-                return levels_of(across, planes, weight,
-                                 correlations{across, turned, planes, planes.scatterer_height(), covariance});
+                return levels_of(across, weights.random, correlations{across, turned, planes, z, covariance});
             };
             const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
                          uncorrelated = levels_with([](vec2, float, float) { return 0.0F; });
@@ -85,14 +89,17 @@ class kernel_table {
                                                             .speckle_spread = of_speckle.spread[line],
                                                             .surface_gain = of_surface.gain[line],
                                                             .surface_spread = of_surface.spread[line],
-                                                            .uncorrelated_gain = uncorrelated.gain[line]};
+                                                            .uncorrelated_gain = uncorrelated.gain[line],
+                                                            .plane_thickness = planes.thickness(z)};
         });
     }
 
     kernel_table_view view_of() const {
         return {.samples = {samples_.data(), samples_.size()},
-                .plane_offsets = plane_offsets_,
+                .plane_heights = plane_heights_,
                 .plane_weights = plane_weights_,
+                .random_weights = random_weights_,
+                .planes = planes_,
                 .lines = lines_,
                 .border = border_,
                 .spacing = spacing_};
@@ -109,30 +116,35 @@ class kernel_table {
 
     // The covariance of the echoes of two planes, and of two lines, at one depth.
     struct correlations {
+        std::uint32_t planes;
         float of_planes[max_elevation_planes][max_elevation_planes] = {};
-        std::vector<float> of_lines; // by distance in lines
+        float apart[max_elevation_planes][max_elevation_planes] = {}; // metres from plane to plane
+        std::vector<float> of_lines;                                  // by distance in lines
 
         template <class Covariance>
-        correlations(const lateral_weights& across, float turned, const elevation_planes& planes, float height,
+        correlations(const lateral_weights& across, float turned, const elevation_planes& all, float depth,
                      const Covariance& covariance)
-            : of_lines(2 * across.half.size() - 1, 1.0F) {
-            for (std::uint32_t i = 0; i < planes.count(); ++i)
-                for (std::uint32_t j = 0; j < planes.count(); ++j)
+            : planes{all.count()}, of_lines(2 * across.half.size() - 1, 1.0F) {
+            for (std::uint32_t i = 0; i < planes; ++i)
+                for (std::uint32_t j = 0; j < planes; ++j) {
+                    apart[i][j] = all[i].height(depth) - all[j].height(depth);
                     of_planes[i][j] =
-                        i == j ? 1.0F : covariance(vec2{0, planes.offset(i) - planes.offset(j)}, 0.0F, height);
+                        i == j ? 1.0F
+                               : covariance(vec2{0, apart[i][j]}, all[i].slope - all[j].slope, all.scatterer_height());
+                }
             for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
                 const auto lines = static_cast<float>(lag);
-                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned, height);
+                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned, all.scatterer_height());
             }
         }
     };
 
-    levels levels_of(const lateral_weights& across, const elevation_planes& planes,
-                     const float (&weight)[max_elevation_planes], const correlations& correlated) const {
+    levels levels_of(const lateral_weights& across, const float (&weight)[max_elevation_planes],
+                     const correlations& correlated) const {
         float power = 0, distance_squared = 0;
-        for (std::uint32_t i = 0; i < planes.count(); ++i)
-            for (std::uint32_t j = 0; j < planes.count(); ++j) {
-                const float apart = planes.offset(i) - planes.offset(j);
+        for (std::uint32_t i = 0; i < correlated.planes; ++i)
+            for (std::uint32_t j = 0; j < correlated.planes; ++j) {
+                const float apart = correlated.apart[i][j];
                 const float common = weight[i] * weight[j] * correlated.of_planes[i][j];
                 power += common;
                 distance_squared += common * apart * apart;
@@ -158,12 +170,12 @@ class kernel_table {
 
     static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
 
+    std::uint32_t planes_ = 1;
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 1;
     large_array<kernel_sample> samples_;
-    std::vector<float> plane_offsets_;
-    std::vector<float> plane_weights_;
+    std::vector<float> plane_heights_, plane_weights_, random_weights_;
 };
 
 /// The table for a model that states the covariance of its speckle; no compensation for others.
@@ -176,8 +188,8 @@ kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float d
                 depth,
                 planes,
                 [&](vec2 apart, float turned, float height) {
-                    if constexpr (requires { model.elevation_covariance(apart.y, height); })
-                        if (apart.y != 0) return model.elevation_covariance(apart.y, height);
+                    if constexpr (requires { model.elevation_covariance(apart.y, turned, height); })
+                        if (apart.y != 0) return model.elevation_covariance(apart.y, turned, height);
                     return model.covariance(apart.x + apart.y, turned);
                 },
                 [&](vec2 apart, float turned, float) {

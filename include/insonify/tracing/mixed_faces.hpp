@@ -15,18 +15,28 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// The level of every point, in blocks, by plain loops that the compiler vectorises.
 inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
     constexpr std::size_t few = 512;
-    const slice_frame own = frame; // a copy, which no store can alias
-    float height[few];
+    const slice_frame own = frame;             // a copy, which no store can alias
+    float x[few], y[few], z[few], height[few]; // from the origin
     for (std::size_t begin = 0; begin < points.size(); begin += few) {
         const std::size_t count = std::min(few, points.size() - begin);
         const vec3* const from = points.data() + begin;
         std::uint8_t* const to = levels + begin;
-        for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(from[i]);
-        const float lowest = own.height[0];
-        for (std::size_t i = 0; i < count; ++i) to[i] = height[i] > lowest;
+        for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(0, from[i]);
+        const float first = own.height[0];
+        for (std::size_t i = 0; i < count; ++i) to[i] = height[i] > first;
+        if (own.count == 1) continue;
+        for (std::size_t i = 0; i < count; ++i) {
+            x[i] = from[i].x - own.origin.x;
+            y[i] = from[i].y - own.origin.y;
+            z[i] = from[i].z - own.origin.z;
+        }
         for (std::uint32_t slice = 1; slice < own.count; ++slice) {
+            const vec3 normal = own.normal[slice];
+            for (std::size_t i = 0; i < count; ++i) height[i] = slice_frame::component(normal, x[i], y[i], z[i]);
             const float here = own.height[slice];
-            for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(to[i] + (height[i] > here));
+            const int bit = 1 << slice;
+            for (std::size_t i = 0; i < count; ++i)
+                to[i] = static_cast<std::uint8_t>(to[i] | (height[i] > here ? bit : 0));
         }
     }
 }

@@ -49,7 +49,8 @@ class path_walk {
 
     /// @return false where the scratch is too small
     INSONIFY_FN bool run() {
-        if (!find_crossings(scene_, {.origin = face_.origin, .direction = face_.along}, range(0), found_)) return false;
+        if (!find_crossings(scene_, {.origin = face_.origin, .direction = face_.path()}, range(0), found_))
+            return false;
         layer_walk{scene_, face_, found_, range(0), false}.enter_at_face();
         push({.frame = face_}, found_.inside);
         while (count_ > 0 && !overflow_)
@@ -66,7 +67,7 @@ class path_walk {
 
     // Distance to the face of the probe, where a path that comes back ends; FLT_MAX for one that moves away from it.
     INSONIFY_FN float to_face(const line_frame& at) const {
-        const float towards = -dot(at.along, face_.along);
+        const float towards = -dot(at.path(), face_.along);
         if (!(towards > 1e-3F)) return FLT_MAX;
         return max(dot(at.origin - face_.origin, face_.along), 0) / towards;
     }
@@ -75,7 +76,7 @@ class path_walk {
         const float face = to_face(now.frame);
         const float limit = min(range(now.path.shown), face);
         const bool complete =
-            find_crossings(scene_, {.origin = now.frame.origin, .direction = now.frame.along}, limit, found_);
+            find_crossings(scene_, {.origin = now.frame.origin, .direction = now.frame.path()}, limit, found_);
         objects_ -= now.inside;
         const view<std::uint32_t> containing{branch_objects_.data() + objects_, now.inside};
         found_.inside.assign({.ranks = containing, .count = now.inside});
@@ -126,7 +127,7 @@ class path_walk {
             onwards = along; // the law transmits where Snell's does not
         if (crosses(reflected)) reflected = mirrored_by(smooth);
 
-        const vec3 point = now.frame.origin + below.begin * along;
+        const vec3 point = now.frame.at(below.begin);
         path_branch on = now, off = now;
         on.frame = turned(now.frame, point, onwards);
         off.frame = turned(now.frame, point, reflected);
@@ -152,7 +153,7 @@ class path_walk {
         constexpr float min_cosine = 0.5F; // beyond 60 degrees no sound that is reflected again comes back to the array
         if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
         add_face_echo(now.path);
-        const vec3 point = now.frame.origin + distance * now.frame.along;
+        const vec3 point = now.frame.at(distance);
         if (keeps_arrivals()) record(now, distance, face_.along, {}, {});
         if (keeps_arrivals() && !overflow_) arrivals_[arrived_ - 1].at_face = true;
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
@@ -173,7 +174,7 @@ class path_walk {
                             const layer& below) {
         overflow_ = overflow_ || arrived_ == arrivals_.size();
         if (overflow_) return;
-        const vec3 point = now.frame.origin + distance * now.frame.along;
+        const vec3 point = now.frame.at(distance);
         arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, now.inverted};
     }
 
@@ -222,7 +223,7 @@ class path_walk {
     INSONIFY_FN static line_frame turned(const line_frame& before, vec3 point, vec3 along) {
         const vec3 elevation = before.elevation - dot(before.elevation, along) * along;
         const float size = length(elevation);
-        return {point, along, size > 1e-3F ? elevation / size : before.elevation};
+        return {point, along, size > 1e-3F ? elevation / size : before.elevation, before.tilt};
     }
 
     INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }

@@ -28,14 +28,14 @@ class slice_cut {
   public:
     /// @param chosen    for each object, whether it is to be cut
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
-    /// @param offsets   elevation of the slices above that plane, metres
+    /// @param planes    the slices
     /// @param max_depth  how far lines are followed, metres
     /// @param keep_all   also keep segments that cross no line
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const float> offsets, float max_depth, bool keep_all) {
+             const pose& probe_at, view<const elevation_plane> planes, float max_depth, bool keep_all) {
         keep_all_ = keep_all;
-        plan(scene, chosen, fan, probe_at, offsets, max_depth);
+        plan(scene, chosen, fan, probe_at, planes, max_depth);
         exec::for_each_block(policy, vertex_parts_.size(), 1, 0.5F * block, [&](std::size_t i, std::size_t) {
             const part& own = vertex_parts_[i];
             const object_view& one = scene.objects[own.object];
@@ -71,16 +71,17 @@ class slice_cut {
 
     // Collects the work items, in the order in which `for_each_segment` visits their results.
     void plan(const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan, const pose& probe_at,
-              view<const float> offsets, float max_depth) {
-        const pose upright = probe_at * fan.upright();
+              view<const elevation_plane> planes, float max_depth) {
         aabb face; // of the probe
-        for (const float offset : offsets)
+        for (const elevation_plane& plane : planes)
             for (const float x : {fan.extent().min.x, fan.extent().max.x})
-                for (const float y : {fan.extent().min.y, fan.extent().max.y})
-                    face = merged(face, upright.point({x, offset, y}));
+                for (const float y : {fan.extent().min.y, fan.extent().max.y}) {
+                    const vec3 corner = fan.upright().point({x, 0, y});
+                    face = merged(face, probe_at.point({corner.x, plane.height(corner.z), corner.z}));
+                }
         const vec3 rounding = 1e-6F * (abs(face.lower) + abs(face.upper));
         face = {face.lower - rounding, face.upper + rounding};
-        unbounded_ = {slice_frame{upright, offsets}, fan};
+        unbounded_ = {slice_frame{probe_at, planes, fan.upright()}, fan};
         within_depth_ = unbounded_.within(max_depth, fan);
 
         vertex_parts_.clear();

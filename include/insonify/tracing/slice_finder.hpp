@@ -52,18 +52,15 @@ class slice_finder {
     /// @param all         cut all objects
     /// @param directions  in which each line is traced
     /// @return whether any is cut
-    bool choose(const scene_view& scene, const pose& at, view<const float> offsets, bool all,
+    bool choose(const scene_view& scene, const pose& at, view<const elevation_plane> planes, bool all,
                 std::uint32_t directions) {
-        const float middle = 0;
-        const slice_frame frame{at * fan_.upright(), {&middle, 1}};
-        float max_offset = 0;
-        for (const float offset : offsets) max_offset = max(max_offset, std::fabs(offset));
+        const slice_frame frame{at, planes, fan_.upright()};
         chosen_.resize(scene.objects.size());
         std::size_t cut = 0;
         for (std::size_t i = 0; i < chosen_.size(); ++i) {
             const object_view& one = scene.objects[i];
-            chosen_[i] = all || !one.tree_is_current ||
-                         (near_slices(one.box, frame, max_offset) && worth_cutting(one, frame, directions));
+            chosen_[i] =
+                all || !one.tree_is_current || (near_slices(one.box, frame) && worth_cutting(one, frame, directions));
             cut += chosen_[i];
         }
         leaves_rays_ = cut < chosen_.size();
@@ -87,10 +84,10 @@ class slice_finder {
 
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const float> offsets, float depth,
-             bool keep_all) {
-        slices_ = offsets.size();
-        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, offsets, depth, keep_all);
+    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const elevation_plane> planes,
+             float depth, bool keep_all) {
+        slices_ = planes.size();
+        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, keep_all);
         const std::size_t blocks = (fan_.size() + block - 1) / block;
         block_end_.resize(blocks + 1);
         std::fill(block_end_.begin(), block_end_.end(), 0);
@@ -158,11 +155,14 @@ class slice_finder {
     }
 
     // Whether a box may reach into one of the slices.
-    static bool near_slices(const aabb& box, const slice_frame& frame, float max_offset) {
+    static bool near_slices(const aabb& box, const slice_frame& frame) {
         if (box.empty()) return false;
-        const float height = dot(frame.elevation, box.centre() - frame.origin);
-        const float half_thickness = dot(abs(frame.elevation), 0.5F * box.size());
-        return std::fabs(height) <= 1.001F * (half_thickness + max_offset) + 1e-5F * length(frame.origin) + 1e-9F;
+        for (std::uint32_t i = 0; i < frame.count; ++i) {
+            const float height = dot(frame.normal[i], box.centre() - frame.origin) - frame.height[i];
+            const float half_thickness = dot(abs(frame.normal[i]), 0.5F * box.size());
+            if (std::fabs(height) <= 1.001F * half_thickness + 1e-5F * length(frame.origin) + 1e-9F) return true;
+        }
+        return false;
     }
 
     // An upper bound of the number of lines that intersect a box.

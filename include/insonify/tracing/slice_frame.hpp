@@ -4,38 +4,39 @@
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/geometry/pose.hpp>
+#include <insonify/tracing/elevation_plane.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Parallel slices in world or object coordinates: `across` and `along` span them, `elevation` is their normal.
+/// Slices in world or object coordinates. Each is the plane of `across` and `along`, displaced in elevation by an offset and a
+/// tilt; positions in it are those in the plane before.
 ///
-/// The level of a point is the number of slices below it. A point on a slice counts as below it, as if every slice were
+/// The level of a point has a bit for each slice below it. A point on a slice counts as below it, as if every slice were
 /// shifted upwards by an infinitesimal step.
 struct slice_frame {
     static constexpr std::uint32_t max_slices = 8;
 
     vec3 origin{0, 0, 0};
     vec3 across{1, 0, 0};
-    vec3 elevation{0, 1, 0};
     vec3 along{0, 0, 1};
     std::uint32_t count = 0;
-    float height[max_slices] = {};         ///< of the slices above the origin, ascending, metres
-    std::uint32_t number[max_slices] = {}; ///< the caller's index of each slice
+    vec3 normal[max_slices] = {};  ///< elevation less the slope of the slice times the depth axis: not of length 1
+    float height[max_slices] = {}; ///< along its normal, of the points of a slice above the origin, metres
 
     slice_frame() = default;
 
-    /// @param offsets  heights of the slices in the caller's order, at most `max_slices`
-    slice_frame(const pose& at, view<const float> offsets)
-        : origin{at.translation}, across{at.rotation[0]}, elevation{at.rotation[1]}, along{at.rotation[2]},
-          count{static_cast<std::uint32_t>(offsets.size())} {
-        for (std::uint32_t i = 0; i < count; ++i) { // insertion sort
-            std::uint32_t place = i;
-            for (; place > 0 && offsets[i] < height[place - 1]; --place) {
-                height[place] = height[place - 1];
-                number[place] = number[place - 1];
-            }
-            height[place] = offsets[i];
-            number[place] = i;
+    /// @param probe_at  whose coordinates the planes are in
+    /// @param planes    at most `max_slices`
+    /// @param fan       coordinates of positions in the slice plane, to those of the probe
+    slice_frame(const pose& probe_at, view<const elevation_plane> planes, const pose& fan = {})
+        : count{static_cast<std::uint32_t>(planes.size())} {
+        const pose at = probe_at * fan;
+        origin = at.translation;
+        across = at.rotation[0];
+        along = at.rotation[2];
+        for (std::uint32_t i = 0; i < count; ++i) {
+            normal[i] = at.rotation[1] - planes[i].slope * probe_at.rotation[2];
+            height[i] = planes[i].height(fan.translation.z);
         }
     }
 
@@ -44,32 +45,37 @@ struct slice_frame {
         slice_frame l = *this;
         l.origin = at.local_point(origin);
         l.across = at.local_direction(across);
-        l.elevation = at.local_direction(elevation);
         l.along = at.local_direction(along);
+        for (vec3& n : l.normal) n = at.local_direction(n);
         return l;
     }
 
-    /// Bit-equal for every copy of a point, scalar or in SIMD.
-    float height_of(vec3 p) const { return height_of(p.x, p.y, p.z); }
+    /// Component along an axis of a point relative to the origin; bit-equal for every copy of a point, scalar or in SIMD.
     template <class Float>
-    INSONIFY_INLINE Float height_of(const Float& x, const Float& y, const Float& z) const {
-        return component(elevation, x, y, z);
+    INSONIFY_INLINE static Float component(vec3 axis, const Float& x, const Float& y, const Float& z) {
+        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
+    }
+
+    /// Height of a point along the normal of a slice.
+    float height_of(std::uint32_t slice, vec3 p) const { return height_of(slice, p.x, p.y, p.z); }
+    template <class Float>
+    INSONIFY_INLINE Float height_of(std::uint32_t slice, const Float& x, const Float& y, const Float& z) const {
+        return component_of(normal[slice], x, y, z);
     }
     template <class Float>
     INSONIFY_INLINE Float across_of(const Float& x, const Float& y, const Float& z) const {
-        return component(across, x, y, z);
+        return component_of(across, x, y, z);
     }
     template <class Float>
     INSONIFY_INLINE Float along_of(const Float& x, const Float& y, const Float& z) const {
-        return component(along, x, y, z);
+        return component_of(along, x, y, z);
     }
     vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
 
   private:
     template <class Float>
-    INSONIFY_INLINE Float component(vec3 axis, const Float& px, const Float& py, const Float& pz) const {
-        const Float x = px - Float(origin.x), y = py - Float(origin.y), z = pz - Float(origin.z);
-        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
+    INSONIFY_INLINE Float component_of(vec3 axis, const Float& x, const Float& y, const Float& z) const {
+        return component(axis, x - Float(origin.x), y - Float(origin.y), z - Float(origin.z));
     }
 };
 

@@ -67,10 +67,11 @@ INSONIFY_INLINE std::uint32_t overlaps(const slice_region& region, const Lanes (
         return Lanes(std::fabs(n.x)) * half[0] + Lanes(std::fabs(n.y)) * half[1] + Lanes(std::fabs(n.z)) * half[2] +
                margin;
     };
-    const Lanes height = distance(region.frame.elevation), thickness = half_extent(region.frame.elevation);
     std::uint32_t overlapping = 0;
-    for (std::uint32_t i = 0; i < region.frame.count; ++i)
-        overlapping |= bits_of(abs(height - Lanes(region.frame.height[i])) <= thickness);
+    for (std::uint32_t i = 0; i < region.frame.count; ++i) {
+        const vec3 normal = region.frame.normal[i];
+        overlapping |= bits_of(abs(distance(normal) - Lanes(region.frame.height[i])) <= half_extent(normal));
+    }
     for (std::uint32_t i = 0; i < region.side_count && overlapping != 0; ++i) {
         const region_side& s = region.sides[i];
         overlapping &= bits_of(distance(s.outwards) - half_extent(s.outwards) <= Lanes(s.limit));

@@ -105,7 +105,7 @@ class straight_frame {
     void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
                  view<detail::scratch_memory> scratch, straight_lines how) {
         using search = enum straight_lines::search;
-        const view<const float> offsets{frame.plane_offset, frame.planes};
+        const view<const elevation_plane> planes{frame.plane, frame.planes};
         const bool fan = slices_.assign(frame.probe);
         shaded_ = detail::states_arrivals<Model> && how.directions > 1 && fan &&
                   shading_.assign(frame.probe, slices_.fan(), beam_of(frame.probe, frame.depth));
@@ -113,10 +113,10 @@ class straight_frame {
         sliced_ = false;
         if (how.search != search::rays && fan) {
             scene_ = body.view_for_slices(policy);
-            sliced_ = slices_.choose(scene_, frame.at, offsets, how.search == search::slices, directions);
+            sliced_ = slices_.choose(scene_, frame.at, planes, how.search == search::slices, directions);
         }
         if (sliced_)
-            slices_.cut(policy, scene_, frame.at, offsets, frame.max_depth, shaded_);
+            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, shaded_);
         else
             scene_ = body.view_for_rays(policy);
         const std::size_t blocks = (frame.probe.lines + detail::lines_per_block - 1) / detail::lines_per_block;

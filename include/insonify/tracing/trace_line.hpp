@@ -27,7 +27,7 @@ INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& 
             .planes = frame.planes,
             .max_depth = frame.max_depth,
             .spacing = frame.spacing,
-            .kernels = frame.kernels.of_line(number, frame.plane_height[plane])};
+            .kernels = frame.kernels.of_line(number, plane)};
 }
 
 /// All the work of one line, from crossings to samples: every plane is traced, weighted and added.

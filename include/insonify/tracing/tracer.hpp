@@ -52,8 +52,8 @@ struct line_task {
     float spacing = 0;        ///< metres from sample to sample
     line_kernels kernels{};   ///< of the stages that follow
 
-    /// The line as a ray in the world.
-    INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.along}; }
+    /// The line as a ray in the world; distances along it are metres along the line, also where its plane is tilted.
+    INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.path()}; }
 
     /// Where models emit their echoes so that later stages leave their levels as they are.
     INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {

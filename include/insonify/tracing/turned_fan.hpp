@@ -72,10 +72,13 @@ struct line_turn {
 struct turned_line {
     line_frame straight{}; ///< the line before
     line_turn turn{};
+    float tilt = 0; ///< see `line_frame`
 
     vec3 direction() const {
         return turn.cosine * straight.along + turn.sine * cross(straight.elevation, straight.along);
     }
+    /// The line itself.
+    line_frame frame() const { return {straight.origin, direction(), straight.elevation, tilt}; }
     /// Direction of the straight line through the point at this depth.
     vec3 straight_at(float depth) const {
         if (turn.radius == 0) return straight.along;
@@ -88,13 +91,9 @@ struct turned_line {
 /// meet, at its own angle.
 inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
                                       std::uint32_t face) {
-    constexpr float steep = 0.5F; // 60 degrees
-    line_frame there = line.straight;
-    there.along = line.straight_at(depth);
-    const surface_incidence met = incidence_on(one, face, there);
-    if (met.cosine > steep) return met;
-    there.along = line.direction();
-    return incidence_on(one, face, there);
+    const surface_incidence met =
+        incidence_on(one, face, {line.straight.origin, line.straight_at(depth), line.straight.elevation});
+    return met.cosine > steep_cosine ? met : incidence_at(line.frame(), depth, one, face);
 }
 
 /// The lines of a fan, all turned alike.

@@ -96,11 +96,13 @@ class turned_lines {
     }
 
     /// Finds what arrives along the line of one point in one plane.
-    /// @param slices  whose crossings were found; null where everything is found by rays
-    template <class Model>
+    /// @param tilt_of  tilt_of(direction): that of a line in the task's plane, see `line_frame::tilt`
+    /// @param slices   whose crossings were found; null where everything is found by rays
+    template <class Model, class TiltOf>
     void find_sound(const line_task& task, const shading_points& points, std::uint32_t point, const Model& model,
-                    float spacing, const slice_finder* slices) {
-        const turned_line turned{task.line.frame, fans_[task.plane].turn()};
+                    float spacing, const TiltOf& tilt_of, const slice_finder* slices) {
+        const line_turn& turn = fans_[task.plane].turn();
+        const turned_line turned{task.line.frame, turn, tilt_of(turned_line{task.line.frame, turn}.direction())};
         sound_profile profile;
         scratch_.fit([&](line_scratch& room) {
             return find_line(task, turned, points, point, slices, room.found) &&
@@ -131,7 +133,7 @@ class turned_lines {
             for (std::size_t i = slot == 0 ? 0 : ends_[slot - 1]; i < ends_[slot]; ++i)
                 if (crossings_[i].distance >= 0) add(crossings_[i]);
         if (slices == nullptr || slices->leaves_rays()) {
-            const ray line{turned.straight.origin, turned.direction(), 0, turned.turn.length_to(task.max_depth)};
+            const ray line{turned.straight.origin, turned.frame().path(), 0, turned.turn.length_to(task.max_depth)};
             task.scene.boxes.for_each_hit(line, [&](const hit& at) {
                 if (slices != nullptr && slices->chosen()[at.primitive] != 0) return;
                 const object_view& one = task.scene.objects[at.primitive];
