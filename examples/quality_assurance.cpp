@@ -35,7 +35,7 @@ struct quality_table {
     }
 };
 
-/// Envelopes of slices 1 mm apart around y. Targets are the same in all slices, the speckle is independent.
+/// Envelopes of slices 1 mm apart around y. Targets are the same in all slices; each has speckle of its own.
 /// @param picture  file for the image of the first slice
 /// @param sound    how it travels
 template <transducer Probe>
@@ -44,7 +44,9 @@ std::vector<scan_lines> scan(const scene& body, const Probe& probe, float y, int
     std::vector<scan_lines> all;
     for (int i = 0; i < slices; ++i) {
         const pose at{.translation = {0, y + static_cast<float>(i - slices / 2) * 1_mm, 0}};
-        iq_lines iq = trace(exec::par_unseq, body, probe, at, physical<>{}, how, sound);
+        physical<> model;
+        model.scattering.seed = static_cast<std::uint32_t>(i + 1);
+        iq_lines iq = trace(exec::par_unseq, body, probe, at, model, how, sound);
         iq = convolve(exec::par_unseq, std::move(iq), nominal_pulse(probe), probe);
         all.push_back(envelope(exec::par_unseq, iq));
     }
@@ -232,7 +234,7 @@ int examine(const std::string& name, const Probe& probe, float scale, std::uint3
     const refined<Probe> lines{probe, rays_per_line(probe, usual.depth)}, finer_lines{probe, rays};
     const auto picture = [&](const char* part) { return "quality_" + name + "_" + part + ".png"; };
     quality_table table;
-    check_wires(table, scan(body, finer_lines, quality::wires_at, 4, finer, picture("wires")), finer_lines, scale);
+    check_wires(table, scan(body, finer_lines, quality::wires_at, 8, finer, picture("wires")), finer_lines, scale);
     // Each gel as if it were alone: the aperture would see the other gel as well, and the cysts.
     check_gel(table, scan(body, lines, quality::cysts_at, 8, usual, picture("cysts"), {.directions = 1}), lines, scale);
     check_targets(table, scan(body, lines, quality::targets_at, 8, usual, picture("targets")), lines, scale);
