@@ -584,6 +584,7 @@ struct traced_line {
     view<const pose> places{};  ///< object to world: of the background (identity), then of the objects
     line_frame frame{};         ///< in the world
     line_aperture aperture{};   ///< of the receiving array
+    std::uint32_t plane = 0;    ///< of the frame's elevation planes, the middle one first
     float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
     aperture_gains gains{}; ///< corrections for the width of the aperture
 };
@@ -941,13 +942,13 @@ namespace insonify::inline INSONIFY_ABI {
 ///     float max_depth(float depth, view<const medium> media) const;
 ///
 /// For complex echoes that `convolve` follows, a model may emit them to an `echo_line` instead of writing samples; the
-/// tracer then compensates their levels for the kernels. Such a model also gives the covariance of its random echoes on two
-/// lines, 1 at distance 0: for lines of one frame by their distance in metres and the angle between them in radians, and for
-/// lines one above the other by their distance and `line_aperture::height`, both in metres (optional; else the former):
+/// tracer then compensates their levels for the kernels. Such a model also gives the covariance of its random
+/// echoes on two lines, 1 at distance 0, by their distance in metres and the angle between them in radians; and it may state
+/// that those of the elevation planes of a frame are independent:
 ///
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 ///     float covariance(float distance, float angle) const;
-///     float elevation_covariance(float distance, float angle, float height) const;
+///     static constexpr bool independent_planes = true;
 ///
 /// For a model whose shadows are to have a penumbra, what arrives along a line; it then applies `traced_line::gains`, which
 /// the tracer computes from that. See `physical::arrivals`:
@@ -2097,6 +2098,8 @@ struct material_line {
     std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
     float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
     float height = 0;            ///< of the tissue that contributes to an echo, along `elevation`, metres; 0: unknown
+    std::uint32_t plane = 0;     ///< of the frame's elevation planes
+    float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
 
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
@@ -2105,13 +2108,9 @@ struct material_line {
 /// A line in coordinates of an object.
 /// @param place  pose of the object: object to world
 INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
-                                           float scatterer_density = 0, float height = 0) {
-    return {place.local_point(line.origin),
-            place.local_direction(line.path()),
-            place.local_direction(line.elevation),
-            object,
-            scatterer_density,
-            height};
+                                           float scatterer_density = 0) {
+    return {place.local_point(line.origin), place.local_direction(line.path()), place.local_direction(line.elevation),
+            object, scatterer_density};
 }
 
 /// Spacing of scatterers along a line, metres: an eighth of the wavelength c0 / f0, four per cycle of the echo.
@@ -2140,8 +2139,8 @@ struct any_emit {
 /// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
 ///
 /// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0, by
-/// their distance in metres and the angle between them in radians. A field may state as `elevation_covariance(distance,
-/// angle, height)` that of two lines one above the other, by their `material_line::height`; else it is `covariance(distance, angle)`.
+/// their distance in metres and the angle between them in radians. In elevation planes it is the same by their distance, unless
+/// the field is independent from plane to plane and has a member `independent_planes`.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
     field.scatter(line, x, x, x, detail::any_emit{});
@@ -2302,11 +2301,12 @@ struct cell_layout {
 /// @param spacing  length of a slot, metres
 INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, const material_line& line,
                                                 const rest_line& segment, double slab, float spacing) {
-    const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object);
+    const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object + line.plane * 0x85EBCA6BU);
     const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
     const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
     // The axes of the grid: along the line and along its elevation, whose sign does not matter.
-    const vec3 towards = lattice_direction(segment.along, random), view = normalize(towards);
+    const vec3 towards = lattice_direction(segment.along - line.tilt * line.elevation, random),
+               view = normalize(towards);
     const float side = dot(line.elevation * line.elevation, line.elevation); // mostly its largest coordinate's
     const vec3 upwards = lattice_direction(side < 0 ? -line.elevation : line.elevation, mix_bits(random + 1));
     const vec3 upright = upwards - dot(upwards, view) * view;
@@ -2359,6 +2359,9 @@ struct cell_field {
     Numbers numbers{}; ///< contents of the cells
     Material material{}; ///< position of tissue at rest
 
+    /// Each elevation plane of a frame has scatterers of its own.
+    static constexpr bool independent_planes = true;
+
     /// @throws usage_error  if a setting is out of range
     void check() const {
         if (!is_finite(cell) || !(cell > 0))
@@ -2383,11 +2386,6 @@ struct cell_field {
     INSONIFY_FN float value_covariance(float distance, float angle) const {
         return linear_covariance(distance / cell) * detail::same_view_probability(angle);
     }
-    /// The same of the scatterers of two lines one above the other, by their distance and `material_line::height`, metres.
-    INSONIFY_FN float elevation_covariance(float distance, float angle, float height) const {
-        return linear_covariance(distance / (height > 0 ? height : cell)) * detail::same_view_probability(angle);
-    }
-
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
@@ -3028,7 +3026,10 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     };
     const pose place = line.places.empty() ? pose{} : line.places[here.place];
     const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
-    const material_line within = in_object(line.frame, place, here.object, m.scatterer_density, line.aperture.height);
+    material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
+    within.height = line.aperture.height;
+    within.plane = line.plane;
+    within.tilt = line.frame.tilt;
     model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
         const auto length = static_cast<float>(run.count) * run.step;
         const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
@@ -3334,13 +3335,8 @@ struct physical {
     INSONIFY_FN float covariance(float distance, float radians) const {
         return scattering.covariance(distance, radians);
     }
-    /// The same of two lines one above the other.
-    INSONIFY_FN float elevation_covariance(float distance, float radians, float height) const {
-        if constexpr (requires { scattering.elevation_covariance(distance, radians, height); })
-            return scattering.elevation_covariance(distance, radians, height);
-        else
-            return scattering.covariance(distance, radians);
-    }
+    /// Whether the speckle of each elevation plane is independent of the others'.
+    static constexpr bool independent_planes = requires { Scattering::independent_planes; };
     /// Covariance of the diffuse echoes of rough surfaces on two lines.
     INSONIFY_FN float surface_covariance(float distance, float radians) const {
         return surface_field().value_covariance(distance, radians);
@@ -9638,14 +9634,12 @@ class compensated_echoes {
     }
 
     /// The rms of speckle is kept. On a slope the echoes of neighbouring lines differ in phase: two lines d apart by
-    /// 4 pi f0 s d / c0; what they have in common counts by the cosine. The mean over distances is close to Gaussian across
-    /// the many lines of a kernel, and falls more slowly across a few planes.
+    /// 4 pi f0 s d / c0; what they have in common counts by the cosine.
     INSONIFY_FN void scatterers(scatterer_echoes run) const {
         const auto gain = [&](float depth) {
             const kernel_sample here = kernels_.at(depth);
             const vec2 angle_squared = square(phase_per_metre_) * run.slope * run.slope * here.speckle_spread;
-            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x, 4)) *
-                   std::sqrt(1 + 0.5F * clamp(angle_squared.y, 0, 8));
+            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x + angle_squared.y, 4));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
         run.first_level = min(run.first_level * gain(run.depth), max_level);
@@ -9956,7 +9950,7 @@ class elevation_planes {
         struct pair {
             float delta, psi;
         };
-        constexpr pair pairs[][3] = {{{0.95F, 116_deg}},
+        constexpr pair pairs[][3] = {{{0.92F, 109_deg}},
                                      {{1.2F, 97_deg}, {2.0F, 8_deg}},
                                      {{0.8F, 75.7_deg}, {1.355F, 6.7_deg}, {1.42F, 105.2_deg}}};
         for (std::uint32_t i = 1; i < count; ++i) {
@@ -9974,11 +9968,9 @@ class elevation_planes {
     /// The slice plane, then pairs.
     const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
-    /// Height of the tissue that contributes to an echo in one plane, metres; 0: as much as its width.
-    ///
-    /// A single plane stands for the beam: a quarter of the aperture, as the beam has in the middle of its range. It is the same
-    /// at all depths, or speckle would change as tissue moves to and fro. Several planes share it.
-    float scatterer_height() const { return count_ == 1 ? beam_.elevation_height / 4 : 0; }
+    /// Height of the tissue that contributes to an echo, metres: half the aperture's, as the beam has in the middle of its range.
+    /// It is the same at all depths, or speckle would change as tissue moves to and fro.
+    float scatterer_height() const { return beam_.elevation_height / 2; }
 
     /// Metres of elevation that each plane represents at a depth: its part of the effective thickness of the beam,
     /// the integral of exp(-y^2 / sigma^2) dy = sqrt(pi) sigma; 0 for a single plane.
@@ -10142,7 +10134,7 @@ class kernel_table {
                 return levels_of(across, weights.random, correlations{across, turned, planes, z, covariance});
             };
             const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
-                         uncorrelated = levels_with([](vec2, float, float) { return 0.0F; });
+                         uncorrelated = levels_with([](vec2, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {.lateral_sigma =
                                                                 probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
@@ -10190,13 +10182,11 @@ class kernel_table {
             for (std::uint32_t i = 0; i < planes; ++i)
                 for (std::uint32_t j = 0; j < planes; ++j) {
                     apart[i][j] = all[i].height(depth) - all[j].height(depth);
-                    of_planes[i][j] =
-                        i == j ? 1.0F
-                               : covariance(vec2{0, apart[i][j]}, all[i].slope - all[j].slope, all.scatterer_height());
+                    of_planes[i][j] = i == j ? 1.0F : covariance(vec2{0, apart[i][j]}, all[i].slope - all[j].slope);
                 }
             for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
                 const auto lines = static_cast<float>(lag);
-                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned, all.scatterer_height());
+                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned);
             }
         }
     };
@@ -10249,12 +10239,12 @@ kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float d
                 probe,
                 depth,
                 planes,
-                [&](vec2 apart, float turned, float height) {
-                    if constexpr (requires { model.elevation_covariance(apart.y, turned, height); })
-                        if (apart.y != 0) return model.elevation_covariance(apart.y, turned, height);
+                [&](vec2 apart, float turned) {
+                    if constexpr (requires { Model::independent_planes; })
+                        if (Model::independent_planes && apart.y != 0) return 0.0F;
                     return model.covariance(apart.x + apart.y, turned);
                 },
-                [&](vec2 apart, float turned, float) {
+                [&](vec2 apart, float turned) {
                     if constexpr (requires { model.surface_covariance(apart.x, turned); })
                         return model.surface_covariance(apart.x + apart.y, turned);
                     else
@@ -11433,6 +11423,7 @@ INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& 
                      .places = scene.places,
                      .frame = frame.line(number, plane),
                      .aperture = frame.aperture,
+                     .plane = plane,
                      .pulse_sigma = frame.pulse_sigma},
             .number = number,
             .plane = plane,

@@ -106,7 +106,7 @@ TEST_CASE("cell_field: the two parts of a divided slot add up to the slot") {
     CHECK(length(sum - whole.amplitude[upper.amplitude.size() - 1]) < 1e-4F);
 }
 
-TEST_CASE("cell_field: different directions, objects or seeds give uncorrelated scatterers") {
+TEST_CASE("cell_field: different directions, objects, planes or seeds give uncorrelated scatterers") {
     const material_line line{};
     const auto correlation = [&](const gaussian_field<>& other, const material_line& another) {
         return cell_field_test::correlation(cell_field_test::along(gaussian_field<>{}, line, 0, 200_mm),
@@ -115,6 +115,7 @@ TEST_CASE("cell_field: different directions, objects or seeds give uncorrelated 
     CHECK(correlation({}, line) > 0.95);
     CHECK(std::fabs(correlation({}, {.along = normalize(vec3{0.3F, 0, 1})})) < 0.05);
     CHECK(std::fabs(correlation({}, {.object = 3})) < 0.05);
+    CHECK(std::fabs(correlation({}, {.plane = 1})) < 0.05);
     CHECK(std::fabs(correlation({.seed = 2}, line)) < 0.05);
 }
 
@@ -138,7 +139,7 @@ TEST_CASE("cell_field: the correlation of a rotated line near the pivot is the s
     }
 }
 
-TEST_CASE("cell_field: the correlation of lines one above the other is the stated covariance") {
+TEST_CASE("cell_field: lines one above the other are correlated by linear interpolation over their height") {
     for (const float height : {0.0F, 0.5_mm, 1.1_mm})
         for (const float apart : {0.1_mm, 0.3_mm, 0.6_mm}) {
             double measured = 0;
@@ -151,7 +152,8 @@ TEST_CASE("cell_field: the correlation of lines one above the other is the state
                                                          cell_field_test::along(gaussian_field<>{}, above, 0, 20_mm)) /
                             300;
             }
-            const auto expected = static_cast<double>(gaussian_field<>{}.elevation_covariance(apart, 0, height));
+            const auto expected = static_cast<double>(
+                gaussian_field<>{.cell = height > 0 ? height : gaussian_field<>{}.cell}.value_covariance(apart, 0));
             CHECK(std::fabs(measured - expected) < 0.015);
         }
 }

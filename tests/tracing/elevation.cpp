@@ -231,3 +231,31 @@ TEST_CASE("a frame in tilted planes is the same by rays and by slices") {
     CHECK(differing(phased_array{.lines = 64}) < 1e-3);
     CHECK(differing(radial_array{.lines = 64, .radius = 2_mm}) < 1e-3);
 }
+
+TEST_CASE("speckle keeps the correlation of the beam as the probe slides out of the slice: exp(-d^2 / (4 sigma^2))") {
+    using namespace elevation_test;
+    const scene tissue = scene{scatterers}.build(exec::par);
+    for (const std::uint32_t planes : {1U, 5U})
+        for (const float slide : {0.3_mm, 0.6_mm, 1_mm}) {
+            double product = 0, power = 0;
+            for (std::uint32_t seed = 1; seed <= 8; ++seed) {
+                const auto slid = [&](float by) {
+                    return convolve(exec::par_unseq,
+                                    trace(exec::par_unseq, tissue, probe, {.translation = {0, by, 0}},
+                                          physical<>{.scattering = {.seed = seed}},
+                                          {.depth = image_depth, .samples = samples, .planes = planes}),
+                                    pulse{}, probe);
+                };
+                const iq_lines before = slid(0), after = slid(slide);
+                for (std::uint32_t line = 0; line < before.count; ++line)
+                    for (std::uint32_t k = 33 * samples / 60; k < 37 * samples / 60; ++k) {
+                        product += static_cast<double>(dot(before(line, k), after(line, k)));
+                        power += static_cast<double>(dot(before(line, k), before(line, k)));
+                    }
+            }
+            const double expected = std::exp(-std::pow(slide / sigma(35_mm), 2) / 4);
+            MESSAGE(planes, " planes, 35 mm deep, slid by ", (slide * 1e3F), " mm: correlation ", (product / power),
+                    ", expected ", expected);
+            CHECK(product / power == doctest::Approx(expected).epsilon(0.1));
+        }
+}

@@ -180,9 +180,9 @@ TEST_CASE("sparse scatterers show: the envelope's SNR is that of so many to a re
     } const rows[] = {{5, 1.70}, {10, 1.81}};
     for (const auto& row : rows) {
         // The -6 dB ellipse of this pulse and beam; one plane mixes two rows of cells, in the fourth moment as many
-        // scatterers as 1.273 rows: the inverse of the mean of ((1-f)^4 + f^4) / ((1-f)^2 + f^2)^2 over f. A row is a
-        // quarter of the aperture's height, 5 mm.
-        const double area = 3.14159265 / 4 * 0.567e-3 * 0.2109e-3, thickness = 1.273 * 5e-3 / 4;
+        // scatterers as 1.273 rows: the inverse of the mean of ((1-f)^4 + f^4) / ((1-f)^2 + f^2)^2 over f. A row is half
+        // the aperture's height, 5 mm.
+        const double area = 3.14159265 / 4 * 0.567e-3 * 0.2109e-3, thickness = 1.273 * 5e-3 / 2;
         double n = 0, m1 = 0, m2 = 0;
         for (std::uint32_t seed = 1; seed <= 8; ++seed) {
             const scene body = scene{speckle_test::silent}.build(exec::seq);

@@ -20,13 +20,13 @@ namespace insonify::inline INSONIFY_ABI {
 ///     float max_depth(float depth, view<const medium> media) const;
 ///
 /// For complex echoes that `convolve` follows, a model may emit them to an `echo_line` instead of writing samples; the
-/// tracer then compensates their levels for the kernels. Such a model also gives the covariance of its random echoes on two
-/// lines, 1 at distance 0: for lines of one frame by their distance in metres and the angle between them in radians, and for
-/// lines one above the other by their distance and `line_aperture::height`, both in metres (optional; else the former):
+/// tracer then compensates their levels for the kernels. Such a model also gives the covariance of its random
+/// echoes on two lines, 1 at distance 0, by their distance in metres and the angle between them in radians; and it may state
+/// that those of the elevation planes of a frame are independent:
 ///
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 ///     float covariance(float distance, float angle) const;
-///     float elevation_covariance(float distance, float angle, float height) const;
+///     static constexpr bool independent_planes = true;
 ///
 /// For a model whose shadows are to have a penumbra, what arrives along a line; it then applies `traced_line::gains`, which
 /// the tracer computes from that. See `physical::arrivals`:

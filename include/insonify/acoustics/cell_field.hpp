@@ -25,6 +25,9 @@ struct cell_field {
     Numbers numbers{}; ///< contents of the cells
     Material material{}; ///< position of tissue at rest
 
+    /// Each elevation plane of a frame has scatterers of its own.
+    static constexpr bool independent_planes = true;
+
     /// @throws usage_error  if a setting is out of range
     void check() const {
         if (!is_finite(cell) || !(cell > 0))
@@ -49,11 +52,6 @@ struct cell_field {
     INSONIFY_FN float value_covariance(float distance, float angle) const {
         return linear_covariance(distance / cell) * detail::same_view_probability(angle);
     }
-    /// The same of the scatterers of two lines one above the other, by their distance and `material_line::height`, metres.
-    INSONIFY_FN float elevation_covariance(float distance, float angle, float height) const {
-        return linear_covariance(distance / (height > 0 ? height : cell)) * detail::same_view_probability(angle);
-    }
-
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {

@@ -85,11 +85,12 @@ struct cell_layout {
 /// @param spacing  length of a slot, metres
 INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, const material_line& line,
                                                 const rest_line& segment, double slab, float spacing) {
-    const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object);
+    const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object + line.plane * 0x85EBCA6BU);
     const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
     const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
     // The axes of the grid: along the line and along its elevation, whose sign does not matter.
-    const vec3 towards = lattice_direction(segment.along, random), view = normalize(towards);
+    const vec3 towards = lattice_direction(segment.along - line.tilt * line.elevation, random),
+               view = normalize(towards);
     const float side = dot(line.elevation * line.elevation, line.elevation); // mostly its largest coordinate's
     const vec3 upwards = lattice_direction(side < 0 ? -line.elevation : line.elevation, mix_bits(random + 1));
     const vec3 upright = upwards - dot(upwards, view) * view;

@@ -33,7 +33,10 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     };
     const pose place = line.places.empty() ? pose{} : line.places[here.place];
     const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
-    const material_line within = in_object(line.frame, place, here.object, m.scatterer_density, line.aperture.height);
+    material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
+    within.height = line.aperture.height;
+    within.plane = line.plane;
+    within.tilt = line.frame.tilt;
     model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
         const auto length = static_cast<float>(run.count) * run.step;
         const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);

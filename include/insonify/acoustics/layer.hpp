@@ -125,6 +125,7 @@ struct traced_line {
     view<const pose> places{};  ///< object to world: of the background (identity), then of the objects
     line_frame frame{};         ///< in the world
     line_aperture aperture{};   ///< of the receiving array
+    std::uint32_t plane = 0;    ///< of the frame's elevation planes, the middle one first
     float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
     aperture_gains gains{}; ///< corrections for the width of the aperture
 };

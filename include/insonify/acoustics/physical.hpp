@@ -102,13 +102,8 @@ struct physical {
     INSONIFY_FN float covariance(float distance, float radians) const {
         return scattering.covariance(distance, radians);
     }
-    /// The same of two lines one above the other.
-    INSONIFY_FN float elevation_covariance(float distance, float radians, float height) const {
-        if constexpr (requires { scattering.elevation_covariance(distance, radians, height); })
-            return scattering.elevation_covariance(distance, radians, height);
-        else
-            return scattering.covariance(distance, radians);
-    }
+    /// Whether the speckle of each elevation plane is independent of the others'.
+    static constexpr bool independent_planes = requires { Scattering::independent_planes; };
     /// Covariance of the diffuse echoes of rough surfaces on two lines.
     INSONIFY_FN float surface_covariance(float distance, float radians) const {
         return surface_field().value_covariance(distance, radians);

@@ -16,6 +16,8 @@ struct material_line {
     std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
     float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
     float height = 0;            ///< of the tissue that contributes to an echo, along `elevation`, metres; 0: unknown
+    std::uint32_t plane = 0;     ///< of the frame's elevation planes
+    float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
 
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
@@ -24,13 +26,9 @@ struct material_line {
 /// A line in coordinates of an object.
 /// @param place  pose of the object: object to world
 INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
-                                           float scatterer_density = 0, float height = 0) {
-    return {place.local_point(line.origin),
-            place.local_direction(line.path()),
-            place.local_direction(line.elevation),
-            object,
-            scatterer_density,
-            height};
+                                           float scatterer_density = 0) {
+    return {place.local_point(line.origin), place.local_direction(line.path()), place.local_direction(line.elevation),
+            object, scatterer_density};
 }
 
 /// Spacing of scatterers along a line, metres: an eighth of the wavelength c0 / f0, four per cycle of the echo.
@@ -59,8 +57,8 @@ struct any_emit {
 /// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
 ///
 /// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0, by
-/// their distance in metres and the angle between them in radians. A field may state as `elevation_covariance(distance,
-/// angle, height)` that of two lines one above the other, by their `material_line::height`; else it is `covariance(distance, angle)`.
+/// their distance in metres and the angle between them in radians. In elevation planes it is the same by their distance, unless
+/// the field is independent from plane to plane and has a member `independent_planes`.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
     field.scatter(line, x, x, x, detail::any_emit{});

@@ -47,7 +47,7 @@ class elevation_planes {
         struct pair {
             float delta, psi;
         };
-        constexpr pair pairs[][3] = {{{0.95F, 116_deg}},
+        constexpr pair pairs[][3] = {{{0.92F, 109_deg}},
                                      {{1.2F, 97_deg}, {2.0F, 8_deg}},
                                      {{0.8F, 75.7_deg}, {1.355F, 6.7_deg}, {1.42F, 105.2_deg}}};
         for (std::uint32_t i = 1; i < count; ++i) {
@@ -65,11 +65,9 @@ class elevation_planes {
     /// The slice plane, then pairs.
     const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
-    /// Height of the tissue that contributes to an echo in one plane, metres; 0: as much as its width.
-    ///
-    /// A single plane stands for the beam: a quarter of the aperture, as the beam has in the middle of its range. It is the same
-    /// at all depths, or speckle would change as tissue moves to and fro. Several planes share it.
-    float scatterer_height() const { return count_ == 1 ? beam_.elevation_height / 4 : 0; }
+    /// Height of the tissue that contributes to an echo, metres: half the aperture's, as the beam has in the middle of its range.
+    /// It is the same at all depths, or speckle would change as tissue moves to and fro.
+    float scatterer_height() const { return beam_.elevation_height / 2; }
 
     /// Metres of elevation that each plane represents at a depth: its part of the effective thickness of the beam,
     /// the integral of exp(-y^2 / sigma^2) dy = sqrt(pi) sigma; 0 for a single plane.

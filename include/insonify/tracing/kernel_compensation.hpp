@@ -71,14 +71,12 @@ class compensated_echoes {
     }
 
     /// The rms of speckle is kept. On a slope the echoes of neighbouring lines differ in phase: two lines d apart by
-    /// 4 pi f0 s d / c0; what they have in common counts by the cosine. The mean over distances is close to Gaussian across
-    /// the many lines of a kernel, and falls more slowly across a few planes.
+    /// 4 pi f0 s d / c0; what they have in common counts by the cosine.
     INSONIFY_FN void scatterers(scatterer_echoes run) const {
         const auto gain = [&](float depth) {
             const kernel_sample here = kernels_.at(depth);
             const vec2 angle_squared = square(phase_per_metre_) * run.slope * run.slope * here.speckle_spread;
-            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x, 4)) *
-                   std::sqrt(1 + 0.5F * clamp(angle_squared.y, 0, 8));
+            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x + angle_squared.y, 4));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
         run.first_level = min(run.first_level * gain(run.depth), max_level);

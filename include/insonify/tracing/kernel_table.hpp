@@ -80,7 +80,7 @@ class kernel_table {
                 return levels_of(across, weights.random, correlations{across, turned, planes, z, covariance});
             };
             const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
-                         uncorrelated = levels_with([](vec2, float, float) { return 0.0F; });
+                         uncorrelated = levels_with([](vec2, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {.lateral_sigma =
                                                                 probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
@@ -128,13 +128,11 @@ class kernel_table {
             for (std::uint32_t i = 0; i < planes; ++i)
                 for (std::uint32_t j = 0; j < planes; ++j) {
                     apart[i][j] = all[i].height(depth) - all[j].height(depth);
-                    of_planes[i][j] =
-                        i == j ? 1.0F
-                               : covariance(vec2{0, apart[i][j]}, all[i].slope - all[j].slope, all.scatterer_height());
+                    of_planes[i][j] = i == j ? 1.0F : covariance(vec2{0, apart[i][j]}, all[i].slope - all[j].slope);
                 }
             for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
                 const auto lines = static_cast<float>(lag);
-                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned, all.scatterer_height());
+                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned);
             }
         }
     };
@@ -187,12 +185,12 @@ kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float d
                 probe,
                 depth,
                 planes,
-                [&](vec2 apart, float turned, float height) {
-                    if constexpr (requires { model.elevation_covariance(apart.y, turned, height); })
-                        if (apart.y != 0) return model.elevation_covariance(apart.y, turned, height);
+                [&](vec2 apart, float turned) {
+                    if constexpr (requires { Model::independent_planes; })
+                        if (Model::independent_planes && apart.y != 0) return 0.0F;
                     return model.covariance(apart.x + apart.y, turned);
                 },
-                [&](vec2 apart, float turned, float) {
+                [&](vec2 apart, float turned) {
                     if constexpr (requires { model.surface_covariance(apart.x, turned); })
                         return model.surface_covariance(apart.x + apart.y, turned);
                     else

@@ -21,6 +21,7 @@ INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& 
                      .places = scene.places,
                      .frame = frame.line(number, plane),
                      .aperture = frame.aperture,
+                     .plane = plane,
                      .pulse_sigma = frame.pulse_sigma},
             .number = number,
             .plane = plane,
