@@ -489,7 +489,7 @@ struct line_frame {
     vec3 elevation{0, 1, 0}; ///< normal of the slice plane
     float tilt = 0;          ///< metres out of the slice plane per metre along the line, in a tilted elevation plane
 
-    /// Metres travelled per metre of the line. A tilt changes where a line passes, not how sound propagates: distances,
+    /// Displacement per metre of the line, longer than 1 where it tilts. A tilt changes where a line passes, not how sound propagates: distances,
     /// times and angles of incidence are those along `along`.
     INSONIFY_FN vec3 path() const { return along + tilt * elevation; }
     /// The point at a distance, metres along the line.
@@ -944,10 +944,11 @@ namespace insonify::inline INSONIFY_ABI {
 /// For complex echoes that `convolve` follows, a model may emit them to an `echo_line` instead of writing samples; the
 /// tracer then compensates their levels for the kernels. Such a model also gives the covariance of its random
 /// echoes on two lines, 1 at distance 0, by their distance in metres and the angle between them in radians; and it may state
-/// that those of the elevation planes of a frame are independent:
+/// that of rough surfaces, if it differs, and that the speckle of the elevation planes of a frame is independent:
 ///
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 ///     float covariance(float distance, float angle) const;
+///     float surface_covariance(float distance, float angle) const;
 ///     static constexpr bool independent_planes = true;
 ///
 /// For a model whose shadows are to have a penumbra, what arrives along a line; it then applies `traced_line::gains`, which
@@ -2188,12 +2189,13 @@ INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - 
 /// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
 /// @param towards  not 0
 /// @param bits     32 random bits
-/// @return         whole numbers from -view_steps to view_steps
+/// @return         whole numbers from -view_steps to view_steps; for the opposite direction, the opposite
 INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
     const vec3 size = abs(towards);
     const float scale = view_steps / max(max(size.x, size.y), size.z);
     const auto rounded = [&](float coordinate, std::uint32_t random) { // the largest is a whole number already
-        return std::floor(coordinate * scale + (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F);
+        const float fraction = (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F;
+        return std::copysign(std::floor(std::fabs(coordinate) * scale + fraction), coordinate);
     };
     return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
 }
@@ -2307,8 +2309,9 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     // The axes of the grid: along the line and along its elevation, whose sign does not matter.
     const vec3 towards = lattice_direction(segment.along - line.tilt * line.elevation, random),
                view = normalize(towards);
-    const float side = dot(line.elevation * line.elevation, line.elevation); // mostly its largest coordinate's
-    const vec3 upwards = lattice_direction(side < 0 ? -line.elevation : line.elevation, mix_bits(random + 1));
+    const vec3 chosen = lattice_direction(line.elevation, mix_bits(random + 1));
+    const bool down = chosen.x != 0 ? chosen.x < 0 : chosen.y != 0 ? chosen.y < 0 : chosen.z < 0;
+    const vec3 upwards = down ? -chosen : chosen;
     const vec3 upright = upwards - dot(upwards, view) * view;
     const vec3 up = dot(upright, upright) > 1 ? normalize(upright) : orthonormal_basis{view}.second;
     const vec3 right = cross(up, view);
@@ -2353,10 +2356,10 @@ namespace insonify::inline INSONIFY_ABI {
 template <class Numbers, class Material>
 struct cell_field {
     std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
-    float cell =
-        0.23e-3F;      ///< size of a cell across the line, metres: at least the spacing of the lines and at most twice
-                       ///< the standard deviation of the beam, or speckle does not slide as it should
-    Numbers numbers{}; ///< contents of the cells
+    /// Size of a cell across the line, metres: no less than the spacing of the lines, and no more than twice the standard
+    /// deviation of the beam, or speckle slides too fast or too slowly.
+    float cell = 0.22e-3F;
+    Numbers numbers{};   ///< contents of the cells
     Material material{}; ///< position of tissue at rest
 
     /// Each elevation plane of a frame has scatterers of its own.
@@ -9441,9 +9444,8 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
 /// Surfaces with less than this cosine of the angle of incidence are steep: 60 degrees.
 inline constexpr float steep_cosine = 0.5F;
 
-/// How a line meets a face at a distance: a tilted one as if it had no tilt, but steep surfaces, some of which it would not
-/// meet without, at its own angle. Lines that are turned about
-/// their origins (tracing/turned_fan.hpp) have an overload of their own.
+/// How a line meets a face at a distance. The tilt of a line does not count, except on steep surfaces, which are met because
+/// of it. Lines that are turned about their origins (tracing/turned_fan.hpp) have an overload of their own.
 INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float /* distance */, const object_view& one,
                                                   std::uint32_t face) {
     const surface_incidence met = incidence_on(one, face, line);
@@ -9603,11 +9605,15 @@ struct line_kernels {
     /// The kernels at a displayed depth, metres; without effect where there are none.
     INSONIFY_FN kernel_sample at(float depth) const {
         if (samples.empty()) return {};
-        const std::size_t part = index(depth);
-        kernel_sample here = samples[part];
-        here.speckle_gain *= random_weights[part];
-        here.surface_gain *= random_weights[part];
-        here.uncorrelated_gain *= random_weights[part];
+        kernel_sample here = samples[index(depth)];
+        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(random_weights.size() - 1));
+        const auto above = static_cast<std::size_t>(place);
+        const float a = random_weights[above],
+                    b = random_weights[above + 1 < random_weights.size() ? above + 1 : above];
+        const float random = a + (place - static_cast<float>(above)) * (b - a); // as `elevation_planes::at`
+        here.speckle_gain *= random;
+        here.surface_gain *= random;
+        here.uncorrelated_gain *= random;
         return here;
     }
 };
@@ -10182,7 +10188,9 @@ class kernel_table {
             for (std::uint32_t i = 0; i < planes; ++i)
                 for (std::uint32_t j = 0; j < planes; ++j) {
                     apart[i][j] = all[i].height(depth) - all[j].height(depth);
-                    of_planes[i][j] = i == j ? 1.0F : covariance(vec2{0, apart[i][j]}, all[i].slope - all[j].slope);
+                    of_planes[i][j] =
+                        i == j ? 1.0F
+                               : covariance(vec2{0, std::fabs(apart[i][j])}, std::fabs(all[i].slope - all[j].slope));
                 }
             for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
                 const auto lines = static_cast<float>(lag);
@@ -14681,7 +14689,12 @@ class path_walk {
     // A path meets a surface: its transmitted and its reflected part go on.
     INSONIFY_FN void split(const path_branch& now, const layer_walk<>& walk, const layer& above, const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
-        const vec3 smooth = walk.met().normal, along = now.frame.along;
+        const vec3 smooth = walk.met().normal;
+        // Wave fronts are not tilted, but a surface along the slice is met by the tilt alone, and turns it.
+        line_frame frame = now.frame;
+        const bool by_tilt = walk.met().cosine <= steep_cosine || std::fabs(dot(smooth, frame.elevation)) > 0.5F;
+        if (frame.tilt != 0 && by_tilt) frame = {frame.origin, normalize(frame.path()), frame.elevation};
+        const vec3 along = frame.along;
         const bool random = settings_.paths_per_line > 0;
         vec3 facet = smooth;
         if (random && rms_height(before, after) > 0) {
@@ -14708,8 +14721,9 @@ class path_walk {
 
         const vec3 point = now.frame.at(below.begin);
         path_branch on = now, off = now;
-        on.frame = turned(now.frame, point, onwards);
-        off.frame = turned(now.frame, point, reflected);
+        const bool straight_on = length(onwards - along) < 1e-6F;
+        on.frame = straight_on ? turned(now.frame, point, now.frame.along) : turned(frame, point, onwards);
+        off.frame = turned(frame, point, reflected);
         on.path.passed *= met.transmitted;
         off.path.passed *= back;
         off.inverted = now.inverted != (met.reflected < 0);

@@ -178,6 +178,12 @@ TEST_CASE("cell_field: the roll of the line decorrelates scatterers gradually, a
     CHECK(more < little);
     CHECK(more > 0.4);
     CHECK(half_a_turn > 0.99);
+    const auto at_45_degrees = [](float more) {
+        const float turn = 45_deg + more;
+        return cell_field_test::along(gaussian_field<>{},
+                                      {.elevation = {-std::sin(turn), std::cos(turn), 0}, .height = 0.8_mm}, 0, 200_mm);
+    };
+    CHECK(cell_field_test::correlation(at_45_degrees(-1e-4F), at_45_degrees(1e-4F)) > 0.9);
     CHECK(std::fabs(rolled(40_deg)) < 0.05);
 }
 

@@ -234,3 +234,20 @@ TEST_CASE("paths are bit-equal on any number of threads, and refuse settings out
     CHECK_THROWS_AS(trace_paths(exec::par, body, linear_array{}, pose{}, physical<>{}, scan, {.face_reflection = 2}),
                     usage_error);
 }
+
+TEST_CASE("a wall along the slice, which only tilted elevation planes meet, reflects all and lets no path through") {
+    medium fast = tissue::water; // beyond the critical angle
+    fast.sound_speed *= 1.1F;
+    scene body{tissue::water};
+    body.add(make_box({-30_mm, 0.4_mm, 22_mm}, {30_mm, 40_mm, 90_mm}), fast);
+    body.add(make_box({-30_mm, 1_mm, 45_mm}, {30_mm, 39_mm, 46_mm}), tissue::bone); // within it
+    body.build(exec::seq);
+    const iq_lines lines = trace_paths(exec::seq, body, linear_array{.lines = 16, .width = 10_mm}, pose{},
+                                       physical{}.with_scattering(no_scatterers{}), {.depth = 60_mm, .planes = 3});
+    float most = 0;
+    for (std::uint32_t k = 0; k < lines.samples; ++k) {
+        const float depth = (static_cast<float>(k) + 0.5F) * lines.depth / static_cast<float>(lines.samples);
+        if (depth > 35_mm && depth < 50_mm) most = std::max(most, length(lines(8, k)));
+    }
+    CHECK(most < 1e-6F); // 0.04 for a path that is reflected and transmitted at once
+}

@@ -22,10 +22,11 @@ namespace insonify::inline INSONIFY_ABI {
 /// For complex echoes that `convolve` follows, a model may emit them to an `echo_line` instead of writing samples; the
 /// tracer then compensates their levels for the kernels. Such a model also gives the covariance of its random
 /// echoes on two lines, 1 at distance 0, by their distance in metres and the angle between them in radians; and it may state
-/// that those of the elevation planes of a frame are independent:
+/// that of rough surfaces, if it differs, and that the speckle of the elevation planes of a frame is independent:
 ///
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 ///     float covariance(float distance, float angle) const;
+///     float surface_covariance(float distance, float angle) const;
 ///     static constexpr bool independent_planes = true;
 ///
 /// For a model whose shadows are to have a penumbra, what arrives along a line; it then applies `traced_line::gains`, which

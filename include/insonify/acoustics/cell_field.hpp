@@ -19,10 +19,10 @@ namespace insonify::inline INSONIFY_ABI {
 template <class Numbers, class Material>
 struct cell_field {
     std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
-    float cell =
-        0.23e-3F;      ///< size of a cell across the line, metres: at least the spacing of the lines and at most twice
-                       ///< the standard deviation of the beam, or speckle does not slide as it should
-    Numbers numbers{}; ///< contents of the cells
+    /// Size of a cell across the line, metres: no less than the spacing of the lines, and no more than twice the standard
+    /// deviation of the beam, or speckle slides too fast or too slowly.
+    float cell = 0.22e-3F;
+    Numbers numbers{};   ///< contents of the cells
     Material material{}; ///< position of tissue at rest
 
     /// Each elevation plane of a frame has scatterers of its own.

@@ -91,8 +91,9 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     // The axes of the grid: along the line and along its elevation, whose sign does not matter.
     const vec3 towards = lattice_direction(segment.along - line.tilt * line.elevation, random),
                view = normalize(towards);
-    const float side = dot(line.elevation * line.elevation, line.elevation); // mostly its largest coordinate's
-    const vec3 upwards = lattice_direction(side < 0 ? -line.elevation : line.elevation, mix_bits(random + 1));
+    const vec3 chosen = lattice_direction(line.elevation, mix_bits(random + 1));
+    const bool down = chosen.x != 0 ? chosen.x < 0 : chosen.y != 0 ? chosen.y < 0 : chosen.z < 0;
+    const vec3 upwards = down ? -chosen : chosen;
     const vec3 upright = upwards - dot(upwards, view) * view;
     const vec3 up = dot(upright, upright) > 1 ? normalize(upright) : orthonormal_basis{view}.second;
     const vec3 right = cross(up, view);

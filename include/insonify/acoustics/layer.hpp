@@ -30,7 +30,7 @@ struct line_frame {
     vec3 elevation{0, 1, 0}; ///< normal of the slice plane
     float tilt = 0;          ///< metres out of the slice plane per metre along the line, in a tilted elevation plane
 
-    /// Metres travelled per metre of the line. A tilt changes where a line passes, not how sound propagates: distances,
+    /// Displacement per metre of the line, longer than 1 where it tilts. A tilt changes where a line passes, not how sound propagates: distances,
     /// times and angles of incidence are those along `along`.
     INSONIFY_FN vec3 path() const { return along + tilt * elevation; }
     /// The point at a distance, metres along the line.

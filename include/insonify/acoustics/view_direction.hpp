@@ -19,12 +19,13 @@ INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - 
 /// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
 /// @param towards  not 0
 /// @param bits     32 random bits
-/// @return         whole numbers from -view_steps to view_steps
+/// @return         whole numbers from -view_steps to view_steps; for the opposite direction, the opposite
 INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
     const vec3 size = abs(towards);
     const float scale = view_steps / max(max(size.x, size.y), size.z);
     const auto rounded = [&](float coordinate, std::uint32_t random) { // the largest is a whole number already
-        return std::floor(coordinate * scale + (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F);
+        const float fraction = (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F;
+        return std::copysign(std::floor(std::fabs(coordinate) * scale + fraction), coordinate);
     };
     return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
 }

@@ -31,9 +31,8 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
 /// Surfaces with less than this cosine of the angle of incidence are steep: 60 degrees.
 inline constexpr float steep_cosine = 0.5F;
 
-/// How a line meets a face at a distance: a tilted one as if it had no tilt, but steep surfaces, some of which it would not
-/// meet without, at its own angle. Lines that are turned about
-/// their origins (tracing/turned_fan.hpp) have an overload of their own.
+/// How a line meets a face at a distance. The tilt of a line does not count, except on steep surfaces, which are met because
+/// of it. Lines that are turned about their origins (tracing/turned_fan.hpp) have an overload of their own.
 INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float /* distance */, const object_view& one,
                                                   std::uint32_t face) {
     const surface_incidence met = incidence_on(one, face, line);

@@ -40,11 +40,15 @@ struct line_kernels {
     /// The kernels at a displayed depth, metres; without effect where there are none.
     INSONIFY_FN kernel_sample at(float depth) const {
         if (samples.empty()) return {};
-        const std::size_t part = index(depth);
-        kernel_sample here = samples[part];
-        here.speckle_gain *= random_weights[part];
-        here.surface_gain *= random_weights[part];
-        here.uncorrelated_gain *= random_weights[part];
+        kernel_sample here = samples[index(depth)];
+        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(random_weights.size() - 1));
+        const auto above = static_cast<std::size_t>(place);
+        const float a = random_weights[above],
+                    b = random_weights[above + 1 < random_weights.size() ? above + 1 : above];
+        const float random = a + (place - static_cast<float>(above)) * (b - a); // as `elevation_planes::at`
+        here.speckle_gain *= random;
+        here.surface_gain *= random;
+        here.uncorrelated_gain *= random;
         return here;
     }
 };

@@ -128,7 +128,9 @@ class kernel_table {
             for (std::uint32_t i = 0; i < planes; ++i)
                 for (std::uint32_t j = 0; j < planes; ++j) {
                     apart[i][j] = all[i].height(depth) - all[j].height(depth);
-                    of_planes[i][j] = i == j ? 1.0F : covariance(vec2{0, apart[i][j]}, all[i].slope - all[j].slope);
+                    of_planes[i][j] =
+                        i == j ? 1.0F
+                               : covariance(vec2{0, std::fabs(apart[i][j])}, std::fabs(all[i].slope - all[j].slope));
                 }
             for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
                 const auto lines = static_cast<float>(lag);

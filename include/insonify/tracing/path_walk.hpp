@@ -102,7 +102,12 @@ class path_walk {
     // A path meets a surface: its transmitted and its reflected part go on.
     INSONIFY_FN void split(const path_branch& now, const layer_walk<>& walk, const layer& above, const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
-        const vec3 smooth = walk.met().normal, along = now.frame.along;
+        const vec3 smooth = walk.met().normal;
+        // Wave fronts are not tilted, but a surface along the slice is met by the tilt alone, and turns it.
+        line_frame frame = now.frame;
+        const bool by_tilt = walk.met().cosine <= steep_cosine || std::fabs(dot(smooth, frame.elevation)) > 0.5F;
+        if (frame.tilt != 0 && by_tilt) frame = {frame.origin, normalize(frame.path()), frame.elevation};
+        const vec3 along = frame.along;
         const bool random = settings_.paths_per_line > 0;
         vec3 facet = smooth;
         if (random && rms_height(before, after) > 0) {
@@ -129,8 +134,9 @@ class path_walk {
 
         const vec3 point = now.frame.at(below.begin);
         path_branch on = now, off = now;
-        on.frame = turned(now.frame, point, onwards);
-        off.frame = turned(now.frame, point, reflected);
+        const bool straight_on = length(onwards - along) < 1e-6F;
+        on.frame = straight_on ? turned(now.frame, point, now.frame.along) : turned(frame, point, onwards);
+        off.frame = turned(frame, point, reflected);
         on.path.passed *= met.transmitted;
         off.path.passed *= back;
         off.inverted = now.inverted != (met.reflected < 0);
