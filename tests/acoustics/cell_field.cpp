@@ -178,8 +178,8 @@ TEST_CASE("cell_field: the roll of the line decorrelates scatterers gradually, a
     CHECK(more < little);
     CHECK(more > 0.4);
     CHECK(half_a_turn > 0.99);
-    const auto at_45_degrees = [](float more) {
-        const float turn = 45_deg + more;
+    const auto at_45_degrees = [](float beyond) {
+        const float turn = 45_deg + beyond;
         return cell_field_test::along(gaussian_field<>{},
                                       {.elevation = {-std::sin(turn), std::cos(turn), 0}, .height = 0.8_mm}, 0, 200_mm);
     };
