@@ -10021,13 +10021,15 @@ class elevation_planes {
     // strips are soft, by about a quarter of sigma where planes are close: those that cross share a strip, so that weights
     // are continuous.
     weights integrate(float depth) const {
-        constexpr float range = 4, step = 0.25F, softness = 0.25F; // standard deviations
+        constexpr float step = 0.25F, softness = 0.25F; // standard deviations
+        constexpr int steps = 16;
         const float sigma = beam_.elevation_sigma(depth);
         float height[max_elevation_planes];
         for (std::uint32_t i = 0; i < count_; ++i) height[i] = planes_[i].height(depth) / sigma;
         weights found;
         float coherent = 0, power = 0;
-        for (float y = 0.5F * step; y < range; y += step) { // below the slice is the mirror image
+        for (int k = 0; k < steps; ++k) { // below the slice is the mirror image
+            const float y = (static_cast<float>(k) + 0.5F) * step;
             float share[max_elevation_planes], nearest = FLT_MAX, shares = 0;
             for (std::uint32_t i = 0; i < count_; ++i) {
                 share[i] = (y - height[i]) * (y - height[i]);
@@ -11975,7 +11977,8 @@ class aperture_shading {
                         const line_task task = task_of(frame, scene, number, plane);
                         if (!tracer.find(task, room.found)) return false;
                         keep_objects(number, plane, room.found);
-                        return profiles_[plane * lines_ + line].find(task, task.line.frame, model, room, spacing_);
+                        return profiles_[std::size_t{plane} * lines_ + line].find(task, task.line.frame, model, room,
+                                                                                  spacing_);
                     });
         });
         if (sliced) sort_segments(slices.segments());

@@ -84,7 +84,8 @@ class aperture_shading {
                         const line_task task = task_of(frame, scene, number, plane);
                         if (!tracer.find(task, room.found)) return false;
                         keep_objects(number, plane, room.found);
-                        return profiles_[plane * lines_ + line].find(task, task.line.frame, model, room, spacing_);
+                        return profiles_[std::size_t{plane} * lines_ + line].find(task, task.line.frame, model, room,
+                                                                                  spacing_);
                     });
         });
         if (sliced) sort_segments(slices.segments());
