@@ -9,7 +9,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// One corner of each of N triangles, in the coordinates of a slice frame.
 template <int N>
 struct slice_corner {
-    lanes<N> height, across, along;
+    lanes<N> height{}, across{}, along{};
 };
 
 /// Lanes of `a` where the mask is set, of `b` elsewhere.
