@@ -328,9 +328,11 @@ TEST_CASE("speckle is as wide as the beam, and slides with it: across the lines 
         MESSAGE((row.frequency / 1e6F), " MHz, lines ", (row.spacing * 1e3F), " mm apart: width ", wider,
                 " of the beam's; slid by half a width and one: ", (slid[0] / power), " (0.707), ", (slid[1] / power),
                 " (0.250)");
-        CHECK(wider == doctest::Approx(1).epsilon(0.1));
-        CHECK(slid[0] / power == doctest::Approx(0.7071).epsilon(0.1));
-        CHECK(slid[1] / power == doctest::Approx(0.25).epsilon(row.frequency > 10_MHz ? 0.25 : 0.1));
+        // At 12 MHz a cell is 2.2 standard deviations of the beam, more than its page allows.
+        const bool coarse = row.frequency > 10_MHz;
+        CHECK(std::fabs(wider - 1) < (coarse ? 0.12 : 0.03));
+        CHECK(std::fabs(slid[0] / power / 0.7071 - 1) < 0.1);
+        CHECK(std::fabs(slid[1] / power / 0.25 - 1) < (coarse ? 0.3 : 0.1));
     }
 }
 
