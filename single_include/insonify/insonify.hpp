@@ -2200,11 +2200,6 @@ INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
     return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
 }
 
-/// The same, of length 1.
-INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t bits) {
-    return normalize(lattice_direction(towards, bits));
-}
-
 /// A number for each lattice direction.
 INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
     const auto digit = [](float coordinate) {
@@ -9941,7 +9936,8 @@ bool lines_follow_depth(const Probe& probe) {
 /// which are linear in z, so it is plane. With psi near 0 it samples the diffraction and hardly tilts; near 90 degrees it
 /// follows the shadow and crosses its twin at the focus. Depth is measured along z: on a curved array, along its middle line.
 /// Source: delta and psi from a numerical search for the smallest error in the echoes of half spaces that begin at any
-/// height, at depths of 5 to 60 mm, for linear, convex and phased arrays; `tests/tracing/elevation.cpp` has what they achieve.
+/// height, at depths of 5 to 60 mm, for linear, convex and phased arrays; the outer pair of 5 planes was then moved from 1.9
+/// to 2 for the default array at 35 mm. `tests/tracing/elevation.cpp` has what they achieve.
 class elevation_planes {
   public:
     /// @param count  1, 3, 5 or 7: the middle one, and pairs

@@ -91,12 +91,12 @@ TEST_CASE("the edge of a shadow widens with the distance behind an absorbing hal
             row.push_back(static_cast<double>(arrived(i, 10 + behind - 1).y));
         const double found = 1e3 * rise(row, 38e-3 / 768);
         MESSAGE("F/2, ", behind, " mm behind the edge: ", found, " mm, expected ", expected);
-        CHECK(found == doctest::Approx(expected).epsilon(0.1));
+        CHECK(std::fabs(found / expected - 1) < 0.05);
     }
     // Where the edge is, half of the aperture is free: 1/4 for surfaces, 2^-1.5 for speckle.
     for (const std::uint32_t k : {14U, 19U, 29U}) {
-        CHECK(decibels(static_cast<double>(arrived(384, k).x)) == doctest::Approx(-12.04).epsilon(0.05));
-        CHECK(decibels(static_cast<double>(arrived(384, k).y)) == doctest::Approx(-9.03).epsilon(0.05));
+        CHECK(std::fabs(decibels(static_cast<double>(arrived(384, k).x)) + 12.04) < 0.5);
+        CHECK(std::fabs(decibels(static_cast<double>(arrived(384, k).y)) + 9.03) < 0.5);
     }
 }
 

@@ -30,11 +30,6 @@ INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
     return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
 }
 
-/// The same, of length 1.
-INSONIFY_FN inline vec3 view_direction(vec3 towards, std::uint32_t bits) {
-    return normalize(lattice_direction(towards, bits));
-}
-
 /// A number for each lattice direction.
 INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
     const auto digit = [](float coordinate) {
