@@ -2,6 +2,7 @@
 #define INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 
 #include <insonify/acoustics/cell_layout.hpp>
+#include <insonify/acoustics/structure_gains.hpp>
 #include <insonify/core/error.hpp>
 #include <type_traits>
 
@@ -122,13 +123,14 @@ struct cell_field {
                            end);
             const detail::rest_line rest{segment.origin + (from - begin) * segment.along, segment.along};
             if (to > from)
-                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), from, to, emit);
+                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), line, rest, from, to, emit);
             from = to;
         }
     }
 
     template <class Emit>
-    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, float begin, float end, Emit&& emit) const {
+    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, const material_line& line,
+                                  const detail::rest_line& rest, float begin, float end, Emit&& emit) const {
         const double from = cells.slot, to = from + static_cast<double>(end - begin) * cells.slots_per_metre;
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
         const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
@@ -144,6 +146,13 @@ struct cell_field {
                                                             numbers);
                 store(value.real, real + i);
                 store(value.imaginary, imaginary + i);
+            }
+            if (line.structure != nullptr) {
+                const vec3 propagation = normalize(rest.along - line.tilt * line.elevation);
+                detail::structure_gains{*line.structure, rest.origin, rest.along, propagation, line.fnumber,
+                                        mix_bits(seed + line.object)}
+                    .apply(static_cast<float>(offset / cells.slots_per_metre),
+                           static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
             }
             // A slot cut by a border is weighted by the fraction inside.
             const auto weight = [&](std::uint32_t i, double fraction) {

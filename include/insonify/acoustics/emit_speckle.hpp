@@ -4,6 +4,7 @@
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/scattering.hpp>
+#include <insonify/acoustics/structure_rms.hpp>
 #include <insonify/core/decibels.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -22,7 +23,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
     // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
     const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
-    const float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
+    float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
     const float background_loss = model.attenuation(line.media[0], line.frequency);
     // Amplitude there and back at displayed depth `shown`, no less than the floor.
     const auto arriving = [&](float lost_db, float shown, float gain) {
@@ -37,6 +38,11 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     within.height = line.aperture.height;
     within.plane = line.plane;
     within.tilt = line.frame.tilt;
+    if (!m.structure.empty() && here.place < line.structures.size()) {
+        within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
+        within.structure = &line.structures[here.place];
+        level /= structure_rms(m.structure, within.fnumber);
+    }
     model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
         const auto length = static_cast<float>(run.count) * run.step;
         const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);

@@ -2,6 +2,7 @@
 #define INSONIFY_ACOUSTICS_LAYER_HPP
 
 #include <insonify/acoustics/medium.hpp>
+#include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <cstdint>
@@ -123,6 +124,7 @@ struct traced_line {
     view<const medium> media{}; ///< of the scene, the background first
     float frequency = 0;        ///< of the carrier, hertz
     view<const pose> places{};  ///< object to world: of the background (identity), then of the objects
+    view<const placed_structure> structures{}; ///< of the medium of each place; empty: none has any
     line_frame frame{};         ///< in the world
     line_aperture aperture{};   ///< of the receiving array
     std::uint32_t plane = 0;    ///< of the frame's elevation planes, the middle one first

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_ACOUSTICS_MEDIUM_HPP
 #define INSONIFY_ACOUSTICS_MEDIUM_HPP
 
+#include <insonify/acoustics/structure.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/core/units.hpp>
 
@@ -32,6 +33,7 @@ struct medium {
     float backscatter = 0;       ///< echo amplitude of its speckle relative to liver; 0: anechoic
     float roughness = 0;         ///< rms height of its surface, metres; 0: specular
     float scatterer_density = 0; ///< scatterers per m^3, for `poisson_scatterers`; 0: that field's default
+    insonify::structure structure{};   ///< above the scale of speckle; none by default
 
     /// Characteristic acoustic impedance, rayl = kg/(m^2 s): density times sound speed.
     INSONIFY_FN constexpr float impedance() const { return density * sound_speed; }
@@ -50,7 +52,7 @@ INSONIFY_FN inline bool is_valid(const medium& m) {
            is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) &&
            is_finite(m.scatterer_density) && in_range(m.density) && in_range(m.sound_speed) &&
            in_range(m.impedance()) && m.attenuation >= 0 && m.attenuation_power >= 0 && m.backscatter >= 0 &&
-           m.roughness >= 0 && m.scatterer_density >= 0;
+           m.roughness >= 0 && m.scatterer_density >= 0 && is_valid(m.structure);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -2,6 +2,7 @@
 #define INSONIFY_ACOUSTICS_SCATTERING_HPP
 
 #include <insonify/acoustics/layer.hpp>
+#include <insonify/acoustics/placed_structure.hpp>
 #include <concepts>
 
 /// Scatterer fields: position and amplitude of the scatterers along a line. Scatterers are fixed in the coordinates of
@@ -18,6 +19,8 @@ struct material_line {
     float height = 0;            ///< of the tissue that contributes to an echo, along `elevation`, metres; 0: unknown
     std::uint32_t plane = 0;     ///< of the frame's elevation planes
     float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
+    float fnumber = 2;           ///< of the receiving aperture
+    const placed_structure* structure = nullptr; ///< of the medium; null: none
 
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }

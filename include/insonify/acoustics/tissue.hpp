@@ -2,6 +2,7 @@
 #define INSONIFY_ACOUSTICS_TISSUE_HPP
 
 #include <insonify/acoustics/medium.hpp>
+#include <insonify/acoustics/tissue_structure.hpp>
 #include <insonify/core/decibels.hpp>
 #include <optional>
 #include <string_view>
@@ -21,10 +22,11 @@ namespace insonify::inline INSONIFY_ABI {
 /// to a factor of 2, sound speed by less than one percent.
 ///
 /// Roughness is by convention: 30 um for bone, 20 um for soft solids, 2 um for polished metal, 0 for liquids and gases.
+/// Structure: see tissue_structure.hpp. Phantoms, liquids, walls and what scatters little have none.
 namespace tissue {
 
 // clang-format off
-// density, sound speed, attenuation at 1 MHz, exponent of frequency, backscatter, roughness
+// density, sound speed, attenuation at 1 MHz, exponent of frequency, backscatter, roughness, density of scatterers, structure
 
 /// Degassed, at 20 degrees Celsius. Sources: IT'IS, raysim, Sensors, Diagnostics, k-Wave (attenuation).
 inline constexpr medium water{998, 1482, 0.00217_dB_per_cm, 2, 0, 0};
@@ -37,42 +39,42 @@ inline constexpr medium blood{1055, 1575, 0.15_dB_per_cm, 1.2F, amplitude_of_dec
 
 /// Subcutaneous. Sources: IT'IS (0.38 to 0.61 dB/cm), Fernandes, raysim (0.63), Sensors (0.8), Diagnostics,
 /// Mech. Mater.
-inline constexpr medium fat{930, 1455, 0.6_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um};
+inline constexpr medium fat{930, 1455, 0.6_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um, 0, fat_structure};
 
 /// Dermis. Sources: IT'IS, Fernandes, Sensors, Diagnostics, Buerger, Mech. Mater.
 /// Published attenuation: 0.35 (Diagnostics), 1.0 (Buerger) and 1.84 dB/cm (IT'IS); an intermediate value is adopted.
-inline constexpr medium skin{1110, 1625, 1.2_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};
+inline constexpr medium skin{1110, 1625, 1.2_dB_per_cm, 1, amplitude_of_decibels(3), 20_um, 0, skin_structure};
 
 /// Skeletal, with the beam across its fibres. Sources: IT'IS, Fernandes, raysim, Sensors, Diagnostics, Mech. Mater.
 /// Anisotropic: 0.96 dB/cm across the fibres, 1.40 along them (Diagnostics); 1562 and 1599 m/s (Fernandes).
-inline constexpr medium muscle{1075, 1580, 1.0_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um};
+inline constexpr medium muscle{1075, 1580, 1.0_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um, 0, muscle_structure};
 
 /// Tendon and ligament. Sources: IT'IS (1.26 f^1.17), Fernandes, Mech. Mater., Culjat (4.7 dB/cm).
-inline constexpr medium tendon{1130, 1750, 1.8_dB_per_cm, 1.1F, amplitude_of_decibels(6), 20_um};
+inline constexpr medium tendon{1130, 1750, 1.8_dB_per_cm, 1.1F, amplitude_of_decibels(6), 20_um, 0, tendon_structure};
 
 /// Connective tissue. Sources: Diagnostics (attenuation), Culjat (density and speed); IT'IS has 1027 kg/m^3, 1545 m/s.
 inline constexpr medium fascia{1120, 1613, 1.57_dB_per_cm, 1, amplitude_of_decibels(6), 20_um};
 
 /// Peripheral. Source: IT'IS.
-inline constexpr medium nerve{1075, 1630, 1.1_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};
+inline constexpr medium nerve{1075, 1630, 1.1_dB_per_cm, 1, amplitude_of_decibels(3), 20_um, 0, nerve_structure};
 
 /// The reference for backscatter: 5e-4 /cm/sr at 3 MHz (Lu).
 /// Sources: IT'IS, Fernandes, raysim, Buerger, Diagnostics, Mech. Mater., Lu (1.66 dB/cm at 3 MHz, in vivo).
-inline constexpr medium liver{1060, 1570, 0.52_dB_per_cm, 1.05F, amplitude_of_decibels(0), 20_um};
+inline constexpr medium liver{1060, 1570, 0.52_dB_per_cm, 1.05F, amplitude_of_decibels(0), 20_um, 0, parenchyma_structure};
 
 /// Cortex. Sources: IT'IS, Fernandes, Buerger, Diagnostics, Mech. Mater.
 /// IT'IS has 0.244 dB/cm for the kidney but 1.04 for its cortex; the 1.0 of Buerger and Diagnostics is adopted.
-inline constexpr medium kidney{1060, 1560, 1.0_dB_per_cm, 1, amplitude_of_decibels(-4), 20_um};
+inline constexpr medium kidney{1060, 1560, 1.0_dB_per_cm, 1, amplitude_of_decibels(-4), 20_um, 0, kidney_structure};
 
 /// Sources: IT'IS, Diagnostics, Mech. Mater., Szabo. Excised spleen scatters least of five organs (Fei), but clinically
 /// it is as bright as liver or brighter, which is adopted.
-inline constexpr medium spleen{1060, 1567, 0.4_dB_per_cm, 1.3F, amplitude_of_decibels(0), 20_um};
+inline constexpr medium spleen{1060, 1567, 0.4_dB_per_cm, 1.3F, amplitude_of_decibels(0), 20_um, 0, parenchyma_structure};
 
 /// Sources: IT'IS, Fernandes, Mech. Mater., BabelBrain (0.60 dB/cm), Szabo.
-inline constexpr medium brain{1040, 1550, 0.58_dB_per_cm, 1.3F, amplitude_of_decibels(-6), 20_um};
+inline constexpr medium brain{1040, 1550, 0.58_dB_per_cm, 1.3F, amplitude_of_decibels(-6), 20_um, 0, parenchyma_structure};
 
 /// Myocardium. Sources: IT'IS, Fernandes, Diagnostics, Mech. Mater.
-inline constexpr medium heart{1065, 1570, 0.45_dB_per_cm, 1.1F, amplitude_of_decibels(-4), 20_um};
+inline constexpr medium heart{1065, 1570, 0.45_dB_per_cm, 1.1F, amplitude_of_decibels(-4), 20_um, 0, heart_structure};
 
 /// Sources: IT'IS, Buerger (whose impedance, 1.99 MRayl, is the highest), Mech. Mater.
 inline constexpr medium vessel_wall{1100, 1570, 0.7_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};

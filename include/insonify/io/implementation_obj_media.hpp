@@ -110,15 +110,20 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     const loader::material_t* entry = libraries.find(wanted.name);
     const std::string source =
         entry == nullptr ? path : libraries.paths[static_cast<std::size_t>(entry - libraries.materials.data())];
-    const auto value = [&](const char* key) -> std::optional<float> {
+    const auto text = [&](const char* key) -> std::optional<std::string> {
         if (entry == nullptr) return {};
         const auto found = entry->unknown_parameter.find(key);
         if (found == entry->unknown_parameter.end()) return {};
-        std::istringstream text{found->second};
-        text.imbue(std::locale::classic());
+        return found->second;
+    };
+    const auto value = [&](const char* key) -> std::optional<float> {
+        const std::optional<std::string> written = text(key);
+        if (!written) return {};
+        std::istringstream stream{*written};
+        stream.imbue(std::locale::classic());
         float number = 0;
-        if (!(text >> number) || !(text >> std::ws).eof() || !is_finite(number))
-            throw io_error{source + ": newmtl " + name + ": " + key + " is '" + printable(found->second) +
+        if (!(stream >> number) || !(stream >> std::ws).eof() || !is_finite(number))
+            throw io_error{source + ": newmtl " + name + ": " + key + " is '" + printable(*written) +
                            "', which is not a number; give the number without a unit"};
         return number;
     };
@@ -138,6 +143,14 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     if (const auto decibels = value("backscatter_db")) m.backscatter = amplitude_of_decibels(*decibels);
     if (const auto micrometres = value("roughness_um")) m.roughness = 1e-6F * *micrometres;
     if (const auto per_cubic_mm = value("scatterers_per_mm3")) m.scatterer_density = 1e9F * *per_cubic_mm;
+    if (known) m.structure = known->structure;
+    if (const auto like = text("structure")) {
+        const std::optional<medium> other = tissue::find(*like);
+        if (!other && *like != "none")
+            throw io_error{source + ": newmtl " + name + ": structure is '" + printable(*like) +
+                           "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none"};
+        m.structure = other ? other->structure : structure{};
+    }
     if (!is_valid(m))
         throw io_error{source + ": newmtl " + name +
                        ": density and sound_speed must be above 0, the other values not negative, and all in range"};

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SCENE_FLAT_SCENE_HPP
 #define INSONIFY_SCENE_FLAT_SCENE_HPP
 
+#include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/scene/object_state.hpp>
 #include <insonify/scene/scene_view.hpp>
@@ -29,13 +30,16 @@ class flat_scene {
     /// Whether the trees of all objects were up to date.
     bool all_current() const { return all_current_; }
 
-    /// @param by_rank  index of the object of each rank
+    /// @param by_rank     index of the object of each rank
+    /// @param background  structure of its medium
     template <class Policy>
     void assign(const Policy& policy, const std::vector<object>& objects, const std::vector<object_state>& states,
-                const std::vector<std::uint32_t>& by_rank, view<const medium> media) {
+                const std::vector<std::uint32_t>& by_rank, view<const medium> media,
+                const placed_structure& background) {
         objects_.clear();
         boxes_.clear();
         places_.assign(1, pose{});
+        structures_.assign(1, background);
         all_current_ = true;
         for (const std::uint32_t i : by_rank) {
             const object& one = objects[i];
@@ -52,6 +56,7 @@ class flat_scene {
             all_current_ = all_current_ && state.tree_is_current;
             boxes_.push_back({state.box});
             places_.push_back(one.at);
+            structures_.push_back(state.structure);
         }
         const view<const object_box> boxes{boxes_};
         if (tree_size_ == boxes_.size() && tree_size_ > 0)
@@ -67,13 +72,15 @@ class flat_scene {
         return {.objects = objects_,
                 .boxes = tree_.view_of(view<const object_box>{boxes_}),
                 .media = media_,
-                .places = places_};
+                .places = places_,
+                .structures = structures_};
     }
 
   private:
     std::vector<object_view> objects_{};
     std::vector<object_box> boxes_{};
     std::vector<pose> places_{};
+    std::vector<placed_structure> structures_{};
     bvh_storage<view<const object_box>, simd_width, build_morton> tree_{};
     std::size_t tree_size_ = 0;
     view<const medium> media_{};

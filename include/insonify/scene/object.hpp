@@ -17,6 +17,7 @@ struct object_settings {
     int priority = 0;   ///< where objects overlap, the medium of the highest priority applies
     pose at{};          ///< object to world
     std::string name{}; ///< for reports, files and error messages; need not be unique
+    vec3 fibres{0, 0, 0}; ///< their direction in coordinates of the object, of any length; 0: the axis of its mesh
 };
 
 /// A closed surface and the medium inside it, as the scene stores it.
@@ -27,6 +28,7 @@ struct object {
     medium inside{};    ///< what fills it
     pose at{};          ///< object to world
     int priority = 0;   ///< the highest applies where objects overlap
+    vec3 fibres{0, 0, 0}; ///< see `object_settings`
 };
 
 } // namespace insonify::inline INSONIFY_ABI

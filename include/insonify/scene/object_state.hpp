@@ -1,11 +1,13 @@
 #ifndef INSONIFY_SCENE_OBJECT_STATE_HPP
 #define INSONIFY_SCENE_OBJECT_STATE_HPP
 
+#include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/geometry/face_groups.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/point_bounds.hpp>
+#include <insonify/scene/structure_axes.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -32,6 +34,7 @@ struct object_state {
     std::uint32_t updates_at_rest = 0; ///< since the vertices last moved
     bool moved = false;                ///< the positions were handed out for writing since the last update
     bool tree_is_current = false;      ///< the tree fits the positions
+    placed_structure structure{};      ///< of the medium, in the axes of the object as built
 
     /// Builds the tree. @throws std::bad_alloc
     template <class Policy>
@@ -41,6 +44,15 @@ struct object_state {
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
+        place_structure(of);
+    }
+
+    /// Takes over the structure of the medium.
+    void place_structure(const object& of) {
+        if (of.inside.structure.empty())
+            structure = {};
+        else
+            structure = {of.inside.structure, structure_axes(mesh_view{of.surface}, local_box, of.fibres)};
     }
 
     /// Follows vertices that have moved without touching the tree.

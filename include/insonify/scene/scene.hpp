@@ -73,6 +73,15 @@ class scene {
         expire();
     }
 
+    /// Sets the direction of the fibres of the background, in the world; by default they run along the longest side of
+    /// `box()` as built. @throws usage_error  for a direction that is 0 or not finite
+    void set_background_fibres(vec3 direction) {
+        if (!is_finite(direction) || direction == vec3{0, 0, 0})
+            throw usage_error{"set_background_fibres: the direction must be finite and not 0, such as {1, 0, 0}"};
+        background_fibres_ = direction;
+        place_background();
+    }
+
     /// Sets what fills an object. Takes effect at once; indices into `media()` may change.
     /// @throws usage_error  for an unknown id or a medium out of range
     void set_medium(object_id id, const medium& inside) {
@@ -85,6 +94,7 @@ class scene {
             objects_[index].inside = before;
             throw;
         }
+        if (built_) states_[index].place_structure(objects_[index]);
         expire();
     }
 
@@ -176,7 +186,7 @@ class scene {
             const std::lock_guard lock{mutex_};
             if (!for_rays_.current()) {
                 for (std::size_t i = 0; i < objects_.size(); ++i) states_[i].update_tree(any, objects_[i]);
-                for_rays_.assign(any, objects_, states_, by_rank_, media_);
+                for_rays_.assign(any, objects_, states_, by_rank_, media_, background_structure_);
             }
         }
         return for_rays_.view_of();
@@ -218,15 +228,20 @@ class scene {
         states_ = std::move(states);
         by_rank_ = std::move(by_rank);
         media_ = std::move(media);
-        expire();
+        place_background();
         built_ = true;
+    }
+
+    void place_background() {
+        background_structure_ = {background_.structure, detail::aligned(detail::axes_of(box()), background_fibres_)};
+        expire();
     }
 
     scene_view flattened(const threads& policy) const {
         require_built();
         if (!for_slices_.current()) {
             const std::lock_guard lock{mutex_};
-            if (!for_slices_.current()) for_slices_.assign(policy, objects_, states_, by_rank_, media_);
+            if (!for_slices_.current()) for_slices_.assign(policy, objects_, states_, by_rank_, media_, background_structure_);
         }
         return for_slices_.view_of();
     }
@@ -247,6 +262,8 @@ class scene {
     }
 
     medium background_;
+    vec3 background_fibres_{0, 0, 0};
+    placed_structure background_structure_{};
     std::vector<object> objects_{};
     mutable std::vector<detail::object_state> states_{}; // of each object; trees follow when rays need them
     std::vector<medium> media_{};
@@ -263,6 +280,8 @@ inline object_id scene::add(mesh surface, const medium& inside, object_settings 
     check(inside, named + "its medium");
     if (!is_rigid(settings.at))
         throw geometry_error{named + "its pose is not a rigid transform; scale the mesh instead"};
+    if (!is_finite(settings.fibres))
+        throw geometry_error{named + "the direction of its fibres is not finite; give three numbers, or leave it out"};
     detail::check_faces(surface, named);
     for (std::size_t i = 0; i < surface.positions.size(); ++i)
         if (!is_finite(surface.positions[i]))
@@ -275,7 +294,8 @@ inline object_id scene::add(mesh surface, const medium& inside, object_settings 
                         .surface = std::move(surface),
                         .inside = inside,
                         .at = settings.at,
-                        .priority = settings.priority});
+                        .priority = settings.priority,
+                        .fibres = settings.fibres});
     ++next_id_;
     built_ = false;
     return id;

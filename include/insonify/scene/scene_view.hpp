@@ -2,6 +2,7 @@
 #define INSONIFY_SCENE_SCENE_VIEW_HPP
 
 #include <insonify/acoustics/medium.hpp>
+#include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/bvh/traverse.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/face_groups.hpp>
@@ -55,6 +56,7 @@ struct scene_view {
     bvh_view<view<const object_box>> boxes{}; ///< the objects' world boxes, by rank
     view<const medium> media{};               ///< the background first
     view<const pose> places{};                ///< object to world: of the background (identity), then by rank
+    view<const placed_structure> structures{}; ///< of the medium of each place
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -19,6 +19,7 @@ INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& 
             .line = {.media = scene.media,
                      .frequency = frame.probe.frequency,
                      .places = scene.places,
+                     .structures = scene.structures,
                      .frame = frame.line(number, plane),
                      .aperture = frame.aperture,
                      .plane = plane,

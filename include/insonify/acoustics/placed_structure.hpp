@@ -1,0 +1,58 @@
+#ifndef INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
+#define INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
+
+#include <insonify/acoustics/structure.hpp>
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A structure in the axes of one object, prepared for lines of any probe. Trivially copyable.
+struct placed_structure {
+    /// One lattice of sheets.
+    struct lattice {
+        mat3 axes{1};         ///< columns: along the fibres and across them, in coordinates of the object
+        vec3 cell{1, 1, 1};   ///< metres
+        std::uint32_t key = 0; ///< of its random numbers
+    };
+    /// A layer of sheets.
+    struct sheets {
+        lattice lattices[structure::max_lattices] = {};
+        std::uint32_t count = 0;  ///< of lattices; 0: no sheets
+        structure::sheet_layer of{};
+    };
+
+    structure of{};
+    mat3 axes{1};      ///< columns x, y and z of `structure`, in coordinates of the object
+    sheets layers[2] = {}; ///< `structure::sheets` and `structure::septa`
+
+    placed_structure() = default;
+
+    /// @param axes  orthonormal columns: along the fibres, across, and where the object is flattest
+    INSONIFY_FN placed_structure(const structure& s, const mat3& directions) : of{s}, axes{directions} {
+        place(s.sheets, 0x51ED270BU, layers[0]);
+        place(s.septa, 0xA3C59AC3U, layers[1]);
+    }
+
+  private:
+    // Lattices turn by 2.4 rad, the golden angle, from one to the next, but not out of the range of the normals. They tilt to
+    // either side by turns.
+    INSONIFY_FN void place(const structure::sheet_layer& layer, std::uint32_t key, sheets& to) const {
+        to.of = layer;
+        to.count = layer.fill > 0 ? layer.lattices : 0;
+        float scale = 1;
+        for (std::uint32_t k = 0; k < to.count; ++k, scale *= 0.8F) {
+            const float turn = 2.4F * static_cast<float>(k) * layer.turn / (pi / 2);
+            const float steep = 0.3F + 0.7F * static_cast<float>(k * 5 % 6) / 5;
+            const float tilt = (k % 2 == 0 ? steep : -steep) * layer.tilt;
+            const float c = std::cos(turn), s = std::sin(turn);
+            const vec3 across = c * axes[1] - s * axes[2], upright = s * axes[1] + c * axes[2];
+            const float ct = std::cos(tilt), st = std::sin(tilt);
+            to.lattices[k] = {.axes = mat3{ct * axes[0] + st * upright, across, ct * upright - st * axes[0]},
+                              .cell = scale * layer.cell,
+                              .key = key + k * 0x632BE5ABU};
+        }
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,204 @@
+#ifndef INSONIFY_ACOUSTICS_STRUCTURE_GAINS_HPP
+#define INSONIFY_ACOUSTICS_STRUCTURE_GAINS_HPP
+
+#include <insonify/acoustics/placed_structure.hpp>
+#include <insonify/acoustics/structure_noise.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/execution/simd_math.hpp>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+inline constexpr float bits_per_decibel = 0.16609640F; // log2(10) / 20
+/// Largest value of the random numbers that sheets take their levels from: a sum of two uniform ones, of variance 1.
+inline constexpr float max_level_number = 2.4494897F;
+
+/// Sine of the angle at which the echo of a sheet has fallen to half its amplitude: the lobe of the aperture (see
+/// `specular_return`, whose half width is 0.53 of the edge's angle), widened by the waviness of the sheet.
+INSONIFY_FN inline float sheet_lobe(const structure::sheet_layer& layer, float fnumber) {
+    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * layer.waviness;
+    return std::sin(min(std::sqrt(aperture * aperture + facets * facets), pi / 2));
+}
+
+/// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not normalised:
+/// `structure_rms` is their rms value.
+class structure_gains {
+  public:
+    /// @param origin, along  of the segment: metres, and metres of material per metre of the line
+    /// @param propagation    of sound, length 1
+    /// @param fnumber        of the receiving aperture
+    /// @param key            of the object
+    INSONIFY_FN structure_gains(const placed_structure& tissue, vec3 origin, vec3 along, vec3 propagation, float fnumber,
+                                std::uint32_t key)
+        : tissue_{tissue}, origin_{origin}, along_{along}, propagation_{propagation}, key_{key},
+          lobe_{sheet_lobe(tissue.of.sheets, fnumber), sheet_lobe(tissue.of.septa, fnumber)} {}
+
+    /// Multiplies `count` complex amplitudes, at equal steps from a distance on; metres from the origin of the segment.
+    INSONIFY_FN void apply(float first, float step, std::uint32_t count, float* real, float* imaginary) const {
+        const std::uint32_t stride = static_cast<std::uint32_t>(clamp(point_spacing / step, 1, 8));
+        const float spacing = step * static_cast<float>(stride);
+        for (std::uint32_t done = 0; done < count;) {
+            float gain[points];
+            const std::uint32_t end = min_of(count - done, (max_points - 1) * stride);
+            compute(first + static_cast<float>(done) * step, spacing, (end - 1) / stride + 2, gain);
+            for (std::uint32_t i = 0; i < end; ++i) {
+                const std::uint32_t k = i / stride;
+                const float part = static_cast<float>(i - k * stride) / static_cast<float>(stride);
+                const float here = gain[k] + part * (gain[k + 1] - gain[k]);
+                real[done + i] *= here;
+                imaginary[done + i] *= here;
+            }
+            done += end;
+        }
+    }
+
+  private:
+    static constexpr float point_spacing = 0.12e-3F; // of the gains; linear in between
+    static constexpr std::uint32_t max_points = 64;  // at a time
+    static constexpr std::uint32_t points = max_points + 2 * simd_width; // room for them
+    using floats = lanes<simd_width>;
+    using bits = bit_lanes<simd_width>;
+
+    INSONIFY_FN static std::uint32_t min_of(std::uint32_t a, std::uint32_t b) { return b < a ? b : a; }
+
+    // Coordinates along an axis of the object, linear in the distance.
+    struct coordinate {
+        float first = 0, step = 0;
+        INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const {
+            return multiply_add(distance, floats(step), floats(first));
+        }
+    };
+    INSONIFY_FN coordinate along_axis(vec3 axis, float unit) const {
+        return {dot(axis, origin_) / unit, dot(axis, along_) / unit};
+    }
+
+    // The gains at the first `needed` points.
+    INSONIFY_FN void compute(float first, float spacing, std::uint32_t needed, float* gain) const {
+        float slow[3][points]; // mottling, grain and wave, from values at every fourth point
+        find_slow(first, spacing, needed, slow);
+        for (std::uint32_t i = 0; i < needed; i += simd_width) {
+            const floats distance = distances(first, spacing, i), aside = load<simd_width>(slow[2] + i);
+            floats sum = load<simd_width>(slow[1] + i);
+            if (tissue_.of.bundles.spacing > 0) sum = sum * bundles(distance, aside);
+            for (int layer = 0; layer < 2; ++layer)
+                for (std::uint32_t k = 0; k < tissue_.layers[layer].count; ++k)
+                    sum = sum + sheet(tissue_.layers[layer], tissue_.layers[layer].lattices[k], lobe_[layer], distance, aside);
+            store(sum * load<simd_width>(slow[0] + i), gain + i);
+        }
+    }
+    INSONIFY_FN INSONIFY_INLINE static floats distances(float first, float spacing, std::uint32_t i) {
+        return floats(first) + floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) * floats(spacing);
+    }
+
+    INSONIFY_FN void find_slow(float first, float spacing, std::uint32_t needed, float (&slow)[3][points]) const {
+        constexpr std::uint32_t stride = 4;
+        float coarse[3][points / stride + simd_width];
+        const std::uint32_t last = (needed + simd_width) / stride;
+        const structure& of = tissue_.of;
+        for (std::uint32_t i = 0; i <= last; i += simd_width) {
+            const floats distance = distances(first, stride * spacing, i);
+            store(varied(of.mottling, 1, distance), coarse[0] + i);
+            store(varied(of.grain, 2, distance), coarse[1] + i);
+            const vec3 waves = of.wave_length * vec3{1, 0.6F, 0.6F};
+            store(of.wave > 0 ? noise(waves, 3, distance) * floats(of.wave) : floats(0.0F), coarse[2] + i);
+        }
+        for (int of_kind = 0; of_kind < 3; ++of_kind)
+            for (std::uint32_t i = 0; i < last; ++i)
+                for (std::uint32_t k = 0; k < stride; ++k)
+                    slow[of_kind][i * stride + k] = coarse[of_kind][i] + static_cast<float>(k) / stride *
+                                                                             (coarse[of_kind][i + 1] - coarse[of_kind][i]);
+    }
+    INSONIFY_FN floats noise(vec3 size, std::uint32_t number, const floats& distance) const {
+        const mat3& axes = tissue_.axes;
+        return value_noise<simd_width>(mix_bits(key_ + number), along_axis(axes[0], size.x).at(distance),
+                                       along_axis(axes[1], size.y).at(distance),
+                                       along_axis(axes[2], size.z).at(distance));
+    }
+    INSONIFY_FN floats varied(const structure::variation& of, std::uint32_t number, const floats& distance) const {
+        if (of.deviation_db == 0) return floats(1.0F);
+        return power_of_two<simd_width>(noise(of.size, number, distance) * floats(bits_per_decibel * of.deviation_db));
+    }
+
+    // Fraction 0 to 1 of some of the bits.
+    INSONIFY_FN INSONIFY_INLINE static floats fraction(const bits& random, std::uint32_t shift, std::uint32_t count) {
+        return floats_of<simd_width>((random >> static_cast<int>(shift)) & ((1U << count) - 1)) *
+               floats(1 / static_cast<float>((1U << count) - 1));
+    }
+
+    // Amplitude of the sheet, if there is one, in the cell of each point.
+    INSONIFY_FN INSONIFY_INLINE floats sheet(const placed_structure::sheets& all, const placed_structure::lattice& own,
+                                             float lobe, const floats& distance, const floats& aside) const {
+        const structure::sheet_layer& of = all.of;
+        const floats one(1.0F), half(0.5F), zero(0.0F);
+        const auto cells = [&](int k) {
+            const coordinate c = along_axis(own.axes[k], own.cell[k]);
+            return c.at(distance) + aside * floats(dot(own.axes[k], tissue_.axes[2]) / own.cell[k]);
+        };
+        const floats y = cells(1), z = cells(2);
+        const bits row = floor_bits<simd_width>(y), layer = floor_bits<simd_width>(z);
+        const bits column = mix_lanes<simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (own.key ^ key_));
+        const floats x = cells(0) + fraction(column, 0, 16);
+        const bits place = floor_bits<simd_width>(x);
+        const bits a = mix_lanes<simd_width>(column + place * 0x9E3779B9U), b = mix_lanes<simd_width>(a + 0x51ED270BU);
+
+        // Size, angle and place of the sheet, which stays in its cell.
+        const floats half_length = floats(0.375F) * multiply_add(fraction(a, 8, 8), floats(0.55F), floats(0.45F));
+        const floats half_width = floats(0.4F * own.cell.y) * multiply_add(fraction(a, 16, 8), floats(0.4F), floats(0.6F));
+        const floats angle = (fraction(b, 14, 8) - half) * floats(2 * of.turn), squared = angle * angle;
+        const floats sine = angle * polynomial<simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
+        const floats cosine = polynomial<simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
+        const auto centre = [&](const floats& extent, const floats& random) {
+            const floats e = min(extent, half);
+            return multiply_add(one - (e + e), random, e);
+        };
+        const floats from_x = x - floats_of<simd_width>(place) - centre(half_length, fraction(a, 24, 8));
+        const floats from_y = (y - floats_of<simd_width>(row) -
+                               centre(half_width * cosine * floats(1 / own.cell.y), fraction(b, 0, 7))) *
+                              floats(own.cell.y);
+        const floats from_z = (z - floats_of<simd_width>(layer) -
+                               centre(half_width * abs(sine) * floats(1 / own.cell.z), fraction(b, 7, 7))) *
+                              floats(own.cell.z);
+
+        // Its profile, outline and level.
+        const floats across = from_y * sine + from_z * cosine, within = (from_y * cosine - from_z * sine) / half_width,
+                     lengthwise = from_x / half_length;
+        const floats outline = max(one - lengthwise * lengthwise, zero) * max(one - within * within, zero);
+        const floats number = (fraction(b, 22, 5) + fraction(b, 27, 5) - one) * floats(max_level_number);
+        const floats level = multiply_add(number, floats(bits_per_decibel * of.spread_db), floats(bits_per_decibel * of.level_db));
+        const floats profile = across * across * floats(-0.72134752F / (of.thickness * of.thickness));
+        const float across_y = dot(own.axes[1], propagation_), across_z = dot(own.axes[2], propagation_);
+        const floats facing = sine * floats(across_y) + cosine * floats(across_z);
+        const floats turned = (facing * facing - one) * floats(1 / (lobe * lobe));
+        const float diffuse = std::exp2(bits_per_decibel * of.diffuse_db);
+        const floats echo = multiply_add(power_of_two<simd_width>(turned), floats(1 - diffuse), floats(diffuse));
+        const floats amplitude = power_of_two<simd_width>(level + profile) * sqrt(outline) * echo;
+        return select(fraction(a, 0, 8) < floats(of.fill), amplitude, zero);
+    }
+
+    // 1 between the bundles, their level inside.
+    INSONIFY_FN INSONIFY_INLINE floats bundles(const floats& distance, const floats& aside) const {
+        const structure::bundle_layer& of = tissue_.of.bundles;
+        const floats y = along_axis(tissue_.axes[1], of.spacing).at(distance) + aside * floats(0.7F / of.spacing),
+                     z = along_axis(tissue_.axes[2], of.spacing).at(distance) + aside * floats(1 / of.spacing);
+        const bits row = floor_bits<simd_width>(y), layer = floor_bits<simd_width>(z);
+        const bits random = mix_lanes<simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (key_ ^ 0x2545F491U));
+        const float largest = 0.5F * of.diameter / of.spacing;
+        const floats radius = floats(largest) * multiply_add(fraction(random, 0, 8), floats(0.4F), floats(0.6F));
+        const auto from_centre = [&](const floats& place, const bits& cell, std::uint32_t shift) {
+            return place - floats_of<simd_width>(cell) -
+                   multiply_add(floats(1.0F) - (radius + radius), fraction(random, shift, 8), radius);
+        };
+        const floats dy = from_centre(y, row, 8), dz = from_centre(z, layer, 16);
+        const floats outside = (sqrt(dy * dy + dz * dz) - radius) * floats(1 / bundle_edge);
+        const floats inside = min(max(floats(0.5F) - outside, floats(0.0F)), floats(1.0F));
+        return multiply_add(inside, floats(std::exp2(bits_per_decibel * of.level_db) - 1), floats(1.0F));
+    }
+    static constexpr float bundle_edge = 0.15F; // of the spacing
+
+    const placed_structure& tissue_;
+    vec3 origin_, along_, propagation_;
+    std::uint32_t key_;
+    float lobe_[2];
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
