@@ -1,8 +1,8 @@
 #include <insonify/acoustics/cell_field.hpp>
 #include <insonify/acoustics/structure_rms.hpp>
 #include <insonify/acoustics/tissue.hpp>
-#include <doctest/doctest.h>
 #include <cmath>
+#include <doctest/doctest.h>
 #include <string>
 #include <vector>
 
@@ -17,7 +17,8 @@ constexpr float fnumber = 3;
 std::vector<float> gains_along(const placed_structure& tissue, vec3 origin, vec3 along, std::uint32_t count = 400,
                                std::uint32_t key = 7) {
     std::vector<float> real(count, 1.0F), imaginary(count, 1.0F);
-    detail::structure_gains{tissue, origin, along, along, fnumber, key}.apply(0, 0.1_mm, count, real.data(), imaginary.data());
+    detail::structure_gains{tissue, origin, along, along, fnumber, key}.apply(0, 0.1_mm, count, real.data(),
+                                                                              imaginary.data());
     return real;
 }
 
@@ -69,7 +70,10 @@ TEST_CASE("structure: gains are smooth along a line, and equal on two lines thro
     const placed_structure tissue{tissue::muscle.structure, mat3{1}};
     const std::vector<float> forth = structure_test::gains_along(tissue, {3_mm, 5_mm, 0}, {0, 0, 1}, 401);
     const std::vector<float> back = structure_test::gains_along(tissue, {3_mm, 5_mm, 40_mm}, {0, 0, -1}, 401);
-    for (std::size_t i = 0; i < 401; ++i) CHECK(forth[i] == doctest::Approx(back[400 - i]).epsilon(0.02));
+    for (std::size_t i = 0; i < 401; ++i) { // slow variation is interpolated between other points
+        CHECK(std::fabs(forth[i] - back[400 - i]) < 0.05F * forth[i]);
+        if (i > 0) CHECK(std::fabs(forth[i] - forth[i - 1]) < 0.6F * max(forth[i], forth[i - 1]));
+    }
 }
 
 TEST_CASE("structure: along the fibres brightness persists for millimetres, across them it does not") {
@@ -101,9 +105,8 @@ TEST_CASE("structure: a medium without one has the very same speckle") {
     const gaussian_field<> field{};
     material_line line{.origin = {0.3_mm, 0.2_mm, 0}};
     std::vector<float> plain, structured;
-    field.scatter(line, 0, 20_mm, 25_um, [&](const scatterer_run& run) {
-        plain.insert(plain.end(), run.real, run.real + run.count);
-    });
+    field.scatter(line, 0, 20_mm, 25_um,
+                  [&](const scatterer_run& run) { plain.insert(plain.end(), run.real, run.real + run.count); });
     const placed_structure muscle{tissue::muscle.structure, mat3{1}};
     line.structure = &muscle;
     field.scatter(line, 0, 20_mm, 25_um, [&](const scatterer_run& run) {
@@ -123,7 +126,10 @@ TEST_CASE("structure: values out of range make a medium invalid") {
     for (const auto& spoil : std::vector<void (*)(structure&)>{
              [](structure& s) { s.sheets.fill = 1.5F; }, [](structure& s) { s.sheets.lattices = 7; },
              [](structure& s) { s.sheets.cell.x = 0; }, [](structure& s) { s.mottling.deviation_db = NAN; },
-             [](structure& s) { s.wave_length = 0; }, [](structure& s) { s.bundles = {1_mm, 2_mm, -6}; }}) {
+             [](structure& s) { s.wave_length = 0; },
+             [](structure& s) {
+                 s.bundles = {1_mm, 2_mm, -6};
+             }}) {
         medium m = tissue::muscle;
         spoil(m.structure);
         CHECK_FALSE(is_valid(m));

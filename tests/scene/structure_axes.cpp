@@ -1,10 +1,10 @@
+#include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/scene/structure_axes.hpp>
-#include <insonify/acoustics/tissue.hpp>
-#include <doctest/doctest.h>
 #include <cmath>
+#include <doctest/doctest.h>
 
 using namespace insonify;
 

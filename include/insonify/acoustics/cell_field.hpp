@@ -123,7 +123,8 @@ struct cell_field {
                            end);
             const detail::rest_line rest{segment.origin + (from - begin) * segment.along, segment.along};
             if (to > from)
-                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), line, rest, from, to, emit);
+                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), line, rest, from, to,
+                             emit);
             from = to;
         }
     }
@@ -149,8 +150,8 @@ struct cell_field {
             }
             if (line.structure != nullptr) {
                 const vec3 propagation = normalize(rest.along - line.tilt * line.elevation);
-                detail::structure_gains{*line.structure, rest.origin, rest.along, propagation, line.fnumber,
-                                        mix_bits(seed + line.object)}
+                detail::structure_gains{*line.structure, rest.origin,  rest.along,
+                                        propagation,     line.fnumber, mix_bits(seed + line.object)}
                     .apply(static_cast<float>(offset / cells.slots_per_metre),
                            static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
             }

@@ -120,14 +120,14 @@ struct layer_gains {
 
 /// One traced line, the input of an acoustic model: its layers, frame, pulse and aperture.
 struct traced_line {
-    view<const layer> layers{}; ///< from the probe face on, without gaps
-    view<const medium> media{}; ///< of the scene, the background first
-    float frequency = 0;        ///< of the carrier, hertz
-    view<const pose> places{};  ///< object to world: of the background (identity), then of the objects
+    view<const layer> layers{};                ///< from the probe face on, without gaps
+    view<const medium> media{};                ///< of the scene, the background first
+    float frequency = 0;                       ///< of the carrier, hertz
+    view<const pose> places{};                 ///< object to world: of the background (identity), then of the objects
     view<const placed_structure> structures{}; ///< of the medium of each place; empty: none has any
-    line_frame frame{};         ///< in the world
-    line_aperture aperture{};   ///< of the receiving array
-    std::uint32_t plane = 0;    ///< of the frame's elevation planes, the middle one first
+    line_frame frame{};                        ///< in the world
+    line_aperture aperture{};                  ///< of the receiving array
+    std::uint32_t plane = 0;                   ///< of the frame's elevation planes, the middle one first
     float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
     aperture_gains gains{}; ///< corrections for the width of the aperture
 };

@@ -26,14 +26,14 @@ INSONIFY_FN inline std::uint32_t samples_for(float depth, float sigma) {
 
 /// Acoustic properties of an object. By default a medium is lossless, anechoic and specular.
 struct medium {
-    float density = 998;         ///< kg/m^3; the defaults are those of water at 20 degrees Celsius
-    float sound_speed = 1482;    ///< m/s
-    float attenuation = 0;       ///< dB/m at 1 MHz, one way
-    float attenuation_power = 1; ///< exponent b of the frequency: attenuation grows as f^b
-    float backscatter = 0;       ///< echo amplitude of its speckle relative to liver; 0: anechoic
-    float roughness = 0;         ///< rms height of its surface, metres; 0: specular
-    float scatterer_density = 0; ///< scatterers per m^3, for `poisson_scatterers`; 0: that field's default
-    insonify::structure structure{};   ///< above the scale of speckle; none by default
+    float density = 998;             ///< kg/m^3; the defaults are those of water at 20 degrees Celsius
+    float sound_speed = 1482;        ///< m/s
+    float attenuation = 0;           ///< dB/m at 1 MHz, one way
+    float attenuation_power = 1;     ///< exponent b of the frequency: attenuation grows as f^b
+    float backscatter = 0;           ///< echo amplitude of its speckle relative to liver; 0: anechoic
+    float roughness = 0;             ///< rms height of its surface, metres; 0: specular
+    float scatterer_density = 0;     ///< scatterers per m^3, for `poisson_scatterers`; 0: that field's default
+    insonify::structure structure{}; ///< above the scale of speckle; none by default
 
     /// Characteristic acoustic impedance, rayl = kg/(m^2 s): density times sound speed.
     INSONIFY_FN constexpr float impedance() const { return density * sound_speed; }

@@ -10,19 +10,19 @@ namespace insonify::inline INSONIFY_ABI {
 struct placed_structure {
     /// One lattice of sheets.
     struct lattice {
-        mat3 axes{1};         ///< columns: along the fibres and across them, in coordinates of the object
-        vec3 cell{1, 1, 1};   ///< metres
+        mat3 axes{1};          ///< columns: along the fibres and across them, in coordinates of the object
+        vec3 cell{1, 1, 1};    ///< metres
         std::uint32_t key = 0; ///< of its random numbers
     };
     /// A layer of sheets.
     struct sheets {
         lattice lattices[structure::max_lattices] = {};
-        std::uint32_t count = 0;  ///< of lattices; 0: no sheets
+        std::uint32_t count = 0; ///< of lattices; 0: no sheets
         structure::sheet_layer of{};
     };
 
     structure of{};
-    mat3 axes{1};      ///< columns x, y and z of `structure`, in coordinates of the object
+    mat3 axes{1};          ///< columns x, y and z of `structure`, in coordinates of the object
     sheets layers[2] = {}; ///< `structure::sheets` and `structure::septa`
 
     placed_structure() = default;

@@ -21,7 +21,7 @@ struct structure {
 
     /// Slow random variation of the level.
     struct variation {
-        float deviation_db = 0;          ///< standard deviation of the level, dB; 0: none
+        float deviation_db = 0;         ///< standard deviation of the level, dB; 0: none
         vec3 size{8e-3F, 4e-3F, 4e-3F}; ///< distance between independent values
 
         friend bool operator==(const variation&, const variation&) = default;
@@ -31,16 +31,17 @@ struct structure {
     /// There is at most one in each cell of a lattice. Further lattices have cells of 0.8 times the size, and are turned
     /// about the fibres. The echo of a sheet depends on its angle to the beam as that of an interface does.
     struct sheet_layer {
-        float fill = 0;             ///< fraction of the cells that contain a sheet; 0: none
-        std::uint32_t lattices = 1; ///< 1 to `max_lattices`
+        float fill = 0;                      ///< fraction of the cells that contain a sheet; 0: none
+        std::uint32_t lattices = 1;          ///< 1 to `max_lattices`
         vec3 cell{14e-3F, 2.4e-3F, 2.4e-3F}; ///< of the first lattice; sheets are up to 0.75 as long and 0.8 as wide
-        float thickness = 0.13e-3F; ///< standard deviation of a sheet's profile, metres
-        float level_db = 18;        ///< amplitude in the middle of a sheet that faces the beam, relative to the speckle around it
-        float spread_db = 8;        ///< standard deviation of that level from sheet to sheet
-        float turn = pi / 2;        ///< normals are turned about the fibres by at most this, from z; radians
-        float tilt = 0.04F;         ///< lattices are tilted against the fibres by up to this, radians
-        float waviness = 0.1F;      ///< standard deviation of the angle of the sheet's facets, radians
-        float diffuse_db = -12;     ///< amplitude that remains at any angle, relative to that at normal incidence
+        float thickness = 0.13e-3F;          ///< standard deviation of a sheet's profile, metres
+        float level_db =
+            18; ///< amplitude in the middle of a sheet that faces the beam, relative to the speckle around it
+        float spread_db = 8;    ///< standard deviation of that level from sheet to sheet
+        float turn = pi / 2;    ///< normals are turned about the fibres by at most this, from z; radians
+        float tilt = 0.04F;     ///< lattices are tilted against the fibres by up to this, radians
+        float waviness = 0.1F;  ///< standard deviation of the angle of the sheet's facets, radians
+        float diffuse_db = -12; ///< amplitude that remains at any angle, relative to that at normal incidence
 
         friend bool operator==(const sheet_layer&, const sheet_layer&) = default;
     };
@@ -54,13 +55,13 @@ struct structure {
         friend bool operator==(const bundle_layer&, const bundle_layer&) = default;
     };
 
-    variation mottling{};   ///< of everything
-    variation grain{};      ///< of the speckle between the sheets
-    float wave = 0;         ///< deviation of sheets and bundles from straight, standard deviation in metres
+    variation mottling{};      ///< of everything
+    variation grain{};         ///< of the speckle between the sheets
+    float wave = 0;            ///< deviation of sheets and bundles from straight, standard deviation in metres
     float wave_length = 9e-3F; ///< of these waves along the fibres, metres
-    sheet_layer sheets{};   ///< short sheets
-    sheet_layer septa{};    ///< long ones
-    bundle_layer bundles{}; ///< along the fibres
+    sheet_layer sheets{};      ///< short sheets
+    sheet_layer septa{};       ///< long ones
+    bundle_layer bundles{};    ///< along the fibres
 
     /// Whether there is any structure.
     INSONIFY_FN constexpr bool empty() const {
@@ -77,7 +78,9 @@ INSONIFY_FN inline bool is_valid(const structure& s) {
     const auto size_fits = [&](vec3 size) {
         return within(size.x, 1e-6F, 10) && within(size.y, 1e-6F, 10) && within(size.z, 1e-6F, 10);
     };
-    const auto varies = [&](const structure::variation& v) { return within(v.deviation_db, 0, 40) && size_fits(v.size); };
+    const auto varies = [&](const structure::variation& v) {
+        return within(v.deviation_db, 0, 40) && size_fits(v.size);
+    };
     const auto has_sheets = [&](const structure::sheet_layer& l) {
         return within(l.fill, 0, 1) && l.lattices >= 1 && l.lattices <= structure::max_lattices && size_fits(l.cell) &&
                within(l.thickness, 1e-6F, 1) && within(l.level_db, -100, 100) && within(l.spread_db, 0, 40) &&

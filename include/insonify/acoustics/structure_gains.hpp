@@ -27,8 +27,8 @@ class structure_gains {
     /// @param propagation    of sound, length 1
     /// @param fnumber        of the receiving aperture
     /// @param key            of the object
-    INSONIFY_FN structure_gains(const placed_structure& tissue, vec3 origin, vec3 along, vec3 propagation, float fnumber,
-                                std::uint32_t key)
+    INSONIFY_FN structure_gains(const placed_structure& tissue, vec3 origin, vec3 along, vec3 propagation,
+                                float fnumber, std::uint32_t key)
         : tissue_{tissue}, origin_{origin}, along_{along}, propagation_{propagation}, key_{key},
           lobe_{sheet_lobe(tissue.of.sheets, fnumber), sheet_lobe(tissue.of.septa, fnumber)} {}
 
@@ -52,8 +52,8 @@ class structure_gains {
     }
 
   private:
-    static constexpr float point_spacing = 0.12e-3F; // of the gains; linear in between
-    static constexpr std::uint32_t max_points = 64;  // at a time
+    static constexpr float point_spacing = 0.12e-3F;                     // of the gains; linear in between
+    static constexpr std::uint32_t max_points = 64;                      // at a time
     static constexpr std::uint32_t points = max_points + 2 * simd_width; // room for them
     using floats = lanes<simd_width>;
     using bits = bit_lanes<simd_width>;
@@ -81,7 +81,8 @@ class structure_gains {
             if (tissue_.of.bundles.spacing > 0) sum = sum * bundles(distance, aside);
             for (int layer = 0; layer < 2; ++layer)
                 for (std::uint32_t k = 0; k < tissue_.layers[layer].count; ++k)
-                    sum = sum + sheet(tissue_.layers[layer], tissue_.layers[layer].lattices[k], lobe_[layer], distance, aside);
+                    sum = sum + sheet(tissue_.layers[layer], tissue_.layers[layer].lattices[k], lobe_[layer], distance,
+                                      aside);
             store(sum * load<simd_width>(slow[0] + i), gain + i);
         }
     }
@@ -104,8 +105,9 @@ class structure_gains {
         for (int of_kind = 0; of_kind < 3; ++of_kind)
             for (std::uint32_t i = 0; i < last; ++i)
                 for (std::uint32_t k = 0; k < stride; ++k)
-                    slow[of_kind][i * stride + k] = coarse[of_kind][i] + static_cast<float>(k) / stride *
-                                                                             (coarse[of_kind][i + 1] - coarse[of_kind][i]);
+                    slow[of_kind][i * stride + k] =
+                        coarse[of_kind][i] +
+                        static_cast<float>(k) / stride * (coarse[of_kind][i + 1] - coarse[of_kind][i]);
     }
     INSONIFY_FN floats noise(vec3 size, std::uint32_t number, const floats& distance) const {
         const mat3& axes = tissue_.axes;
@@ -142,18 +144,20 @@ class structure_gains {
 
         // Size, angle and place of the sheet, which stays in its cell.
         const floats half_length = floats(0.375F) * multiply_add(fraction(a, 8, 8), floats(0.55F), floats(0.45F));
-        const floats half_width = floats(0.4F * own.cell.y) * multiply_add(fraction(a, 16, 8), floats(0.4F), floats(0.6F));
+        const floats half_width =
+            floats(0.4F * own.cell.y) * multiply_add(fraction(a, 16, 8), floats(0.4F), floats(0.6F));
         const floats angle = (fraction(b, 14, 8) - half) * floats(2 * of.turn), squared = angle * angle;
         const floats sine = angle * polynomial<simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
-        const floats cosine = polynomial<simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
+        const floats cosine =
+            polynomial<simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
         const auto centre = [&](const floats& extent, const floats& random) {
             const floats e = min(extent, half);
             return multiply_add(one - (e + e), random, e);
         };
         const floats from_x = x - floats_of<simd_width>(place) - centre(half_length, fraction(a, 24, 8));
-        const floats from_y = (y - floats_of<simd_width>(row) -
-                               centre(half_width * cosine * floats(1 / own.cell.y), fraction(b, 0, 7))) *
-                              floats(own.cell.y);
+        const floats from_y =
+            (y - floats_of<simd_width>(row) - centre(half_width * cosine * floats(1 / own.cell.y), fraction(b, 0, 7))) *
+            floats(own.cell.y);
         const floats from_z = (z - floats_of<simd_width>(layer) -
                                centre(half_width * abs(sine) * floats(1 / own.cell.z), fraction(b, 7, 7))) *
                               floats(own.cell.z);
@@ -163,7 +167,8 @@ class structure_gains {
                      lengthwise = from_x / half_length;
         const floats outline = max(one - lengthwise * lengthwise, zero) * max(one - within * within, zero);
         const floats number = (fraction(b, 22, 5) + fraction(b, 27, 5) - one) * floats(max_level_number);
-        const floats level = multiply_add(number, floats(bits_per_decibel * of.spread_db), floats(bits_per_decibel * of.level_db));
+        const floats level =
+            multiply_add(number, floats(bits_per_decibel * of.spread_db), floats(bits_per_decibel * of.level_db));
         const floats profile = across * across * floats(-0.72134752F / (of.thickness * of.thickness));
         const float across_y = dot(own.axes[1], propagation_), across_z = dot(own.axes[2], propagation_);
         const floats facing = sine * floats(across_y) + cosine * floats(across_z);

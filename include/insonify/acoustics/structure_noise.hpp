@@ -24,7 +24,9 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
         const bits random = mix_lanes<N>(first + offset), pairs = (random & bytes) + ((random >> 8) & bytes);
         return floats_of<N>((pairs & 0xFFFFU) + (pairs >> 16)); // the sum of four bytes
     };
-    const auto between = [](const floats& a, const floats& b, const floats& part) { return multiply_add(part, b - a, a); };
+    const auto between = [](const floats& a, const floats& b, const floats& part) {
+        return multiply_add(part, b - a, a);
+    };
     const auto side = [&](std::uint32_t offset) {
         return between(between(corner(offset), corner(offset + next_x), right),
                        between(corner(offset + next_y), corner(offset + next_y + next_x), right), down);

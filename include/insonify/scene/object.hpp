@@ -14,20 +14,20 @@ enum class object_id : std::uint32_t {};
 
 /// Optional arguments of `scene::add`.
 struct object_settings {
-    int priority = 0;   ///< where objects overlap, the medium of the highest priority applies
-    pose at{};          ///< object to world
-    std::string name{}; ///< for reports, files and error messages; need not be unique
+    int priority = 0;     ///< where objects overlap, the medium of the highest priority applies
+    pose at{};            ///< object to world
+    std::string name{};   ///< for reports, files and error messages; need not be unique
     vec3 fibres{0, 0, 0}; ///< their direction in coordinates of the object, of any length; 0: the axis of its mesh
 };
 
 /// A closed surface and the medium inside it, as the scene stores it.
 struct object {
-    object_id id{};     ///< in its scene
-    std::string name{}; ///< may be empty
-    mesh surface;       ///< in object coordinates, metres
-    medium inside{};    ///< what fills it
-    pose at{};          ///< object to world
-    int priority = 0;   ///< the highest applies where objects overlap
+    object_id id{};       ///< in its scene
+    std::string name{};   ///< may be empty
+    mesh surface;         ///< in object coordinates, metres
+    medium inside{};      ///< what fills it
+    pose at{};            ///< object to world
+    int priority = 0;     ///< the highest applies where objects overlap
     vec3 fibres{0, 0, 0}; ///< see `object_settings`
 };
 

@@ -196,6 +196,9 @@ class scene {
     using threads = detail::any_policy<false>; // one instantiation for all policies
 
     static void check(const medium& m, const std::string& what) {
+        if (!is_valid(m.structure))
+            throw usage_error{what + " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
+                                     "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
         if (!is_valid(m))
             throw usage_error{what +
                               " needs a density and a sound speed above 0, and every value finite and not below 0"};
@@ -241,7 +244,8 @@ class scene {
         require_built();
         if (!for_slices_.current()) {
             const std::lock_guard lock{mutex_};
-            if (!for_slices_.current()) for_slices_.assign(policy, objects_, states_, by_rank_, media_, background_structure_);
+            if (!for_slices_.current())
+                for_slices_.assign(policy, objects_, states_, by_rank_, media_, background_structure_);
         }
         return for_slices_.view_of();
     }
