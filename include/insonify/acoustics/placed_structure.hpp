@@ -2,6 +2,7 @@
 #define INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
 
 #include <insonify/acoustics/structure.hpp>
+#include <insonify/core/decibels.hpp>
 #include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -12,12 +13,15 @@ struct placed_structure {
     struct lattice {
         mat3 axes{1};          ///< columns: along the fibres and across them, in coordinates of the object
         vec3 cell{1, 1, 1};    ///< metres
+        mat3 cells{1};         ///< the axes divided by the cell: from metres to cells
+        vec3 aside{0, 0, 0};   ///< cells per metre along z of the structure
         std::uint32_t key = 0; ///< of its random numbers
     };
     /// A layer of sheets.
     struct sheets {
         lattice lattices[structure::max_lattices] = {};
         std::uint32_t count = 0; ///< of lattices; 0: no sheets
+        float diffuse = 0;       ///< amplitude of `diffuse_db`
         structure::sheet_layer of{};
     };
 
@@ -39,6 +43,7 @@ struct placed_structure {
     INSONIFY_FN void place(const structure::sheet_layer& layer, std::uint32_t key, sheets& to) const {
         to.of = layer;
         to.count = layer.fill > 0 ? layer.lattices : 0;
+        to.diffuse = amplitude_of_decibels(layer.diffuse_db);
         float scale = 1;
         for (std::uint32_t k = 0; k < to.count; ++k, scale *= 0.8F) {
             const float turn = 2.4F * static_cast<float>(k) * layer.turn / (pi / 2);
@@ -47,9 +52,14 @@ struct placed_structure {
             const float c = std::cos(turn), s = std::sin(turn);
             const vec3 across = c * axes[1] - s * axes[2], upright = s * axes[1] + c * axes[2];
             const float ct = std::cos(tilt), st = std::sin(tilt);
-            to.lattices[k] = {.axes = mat3{ct * axes[0] + st * upright, across, ct * upright - st * axes[0]},
-                              .cell = scale * layer.cell,
-                              .key = key + k * 0x632BE5ABU};
+            lattice& own = to.lattices[k];
+            own.axes = mat3{ct * axes[0] + st * upright, across, ct * upright - st * axes[0]};
+            own.cell = scale * layer.cell;
+            own.key = key + k * 0x632BE5ABU;
+            for (int i = 0; i < 3; ++i) {
+                own.cells[i] = own.axes[i] / own.cell[i];
+                own.aside[i] = dot(own.cells[i], axes[2]);
+            }
         }
     }
 };

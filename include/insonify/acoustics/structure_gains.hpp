@@ -52,7 +52,7 @@ class structure_gains {
     }
 
   private:
-    static constexpr float point_spacing = 0.12e-3F;                     // of the gains; linear in between
+    static constexpr float point_spacing = 0.14e-3F;                     // of the gains; linear in between
     static constexpr std::uint32_t max_points = 64;                      // at a time
     static constexpr std::uint32_t points = max_points + 2 * simd_width; // room for them
     using floats = lanes<simd_width>;
@@ -77,14 +77,18 @@ class structure_gains {
         find_slow(first, spacing, needed, slow);
         for (std::uint32_t i = 0; i < needed; i += simd_width) {
             const floats distance = distances(first, spacing, i), aside = load<simd_width>(slow[2] + i);
-            floats sum = load<simd_width>(slow[1] + i);
-            if (tissue_.of.bundles.spacing > 0) sum = sum * bundles(distance, aside);
-            for (int layer = 0; layer < 2; ++layer)
-                for (std::uint32_t k = 0; k < tissue_.layers[layer].count; ++k)
-                    sum = sum + sheet(tissue_.layers[layer], tissue_.layers[layer].lattices[k], lobe_[layer], distance,
-                                      aside);
-            store(sum * load<simd_width>(slow[0] + i), gain + i);
+            floats between = load<simd_width>(slow[1] + i);
+            if (tissue_.of.bundles.spacing > 0) between = between * bundles(distance, aside);
+            store(between, gain + i);
         }
+        for (int layer = 0; layer < 2; ++layer)
+            for (std::uint32_t k = 0; k < tissue_.layers[layer].count; ++k) {
+                const sheet_line sheets{tissue_.layers[layer], tissue_.layers[layer].lattices[k], *this, lobe_[layer]};
+                for (std::uint32_t i = 0; i < needed; i += simd_width)
+                    sheets.add(distances(first, spacing, i), load<simd_width>(slow[2] + i), gain + i);
+            }
+        for (std::uint32_t i = 0; i < needed; i += simd_width)
+            store(load<simd_width>(gain + i) * load<simd_width>(slow[0] + i), gain + i);
     }
     INSONIFY_FN INSONIFY_INLINE static floats distances(float first, float spacing, std::uint32_t i) {
         return floats(first) + floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) * floats(spacing);
@@ -126,58 +130,75 @@ class structure_gains {
                floats(1 / static_cast<float>((1U << count) - 1));
     }
 
-    // Amplitude of the sheet, if there is one, in the cell of each point.
-    INSONIFY_FN INSONIFY_INLINE floats sheet(const placed_structure::sheets& all, const placed_structure::lattice& own,
-                                             float lobe, const floats& distance, const floats& aside) const {
-        const structure::sheet_layer& of = all.of;
-        const floats one(1.0F), half(0.5F), zero(0.0F);
-        const auto cells = [&](int k) {
-            const coordinate c = along_axis(own.axes[k], own.cell[k]);
-            return c.at(distance) + aside * floats(dot(own.axes[k], tissue_.axes[2]) / own.cell[k]);
-        };
-        const floats y = cells(1), z = cells(2);
-        const bits row = floor_bits<simd_width>(y), layer = floor_bits<simd_width>(z);
-        const bits column = mix_lanes<simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (own.key ^ key_));
-        const floats x = cells(0) + fraction(column, 0, 16);
-        const bits place = floor_bits<simd_width>(x);
-        const bits a = mix_lanes<simd_width>(column + place * 0x9E3779B9U), b = mix_lanes<simd_width>(a + 0x51ED270BU);
+    // The line in one lattice of sheets.
+    struct sheet_line {
+        const structure::sheet_layer& of;
+        vec3 cell, aside;
+        coordinate place[3];
+        std::uint32_t key;
+        float facing_y, facing_z; // components of the direction of propagation
+        float per_lobe, diffuse;
 
-        // Size, angle and place of the sheet, which stays in its cell.
-        const floats half_length = floats(0.375F) * multiply_add(fraction(a, 8, 8), floats(0.55F), floats(0.45F));
-        const floats half_width =
-            floats(0.4F * own.cell.y) * multiply_add(fraction(a, 16, 8), floats(0.4F), floats(0.6F));
-        const floats angle = (fraction(b, 14, 8) - half) * floats(2 * of.turn), squared = angle * angle;
-        const floats sine = angle * polynomial<simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
-        const floats cosine =
-            polynomial<simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
-        const auto centre = [&](const floats& extent, const floats& random) {
-            const floats e = min(extent, half);
-            return multiply_add(one - (e + e), random, e);
-        };
-        const floats from_x = x - floats_of<simd_width>(place) - centre(half_length, fraction(a, 24, 8));
-        const floats from_y =
-            (y - floats_of<simd_width>(row) - centre(half_width * cosine * floats(1 / own.cell.y), fraction(b, 0, 7))) *
-            floats(own.cell.y);
-        const floats from_z = (z - floats_of<simd_width>(layer) -
-                               centre(half_width * abs(sine) * floats(1 / own.cell.z), fraction(b, 7, 7))) *
-                              floats(own.cell.z);
+        INSONIFY_FN sheet_line(const placed_structure::sheets& all, const placed_structure::lattice& own,
+                               const structure_gains& line, float lobe)
+            : of{all.of}, cell{own.cell}, aside{own.aside}, key{own.key ^ line.key_}, facing_y{dot(own.axes[1],
+                                                                                                   line.propagation_)},
+              facing_z{dot(own.axes[2], line.propagation_)}, per_lobe{1 / (lobe * lobe)}, diffuse{all.diffuse} {
+            for (int i = 0; i < 3; ++i) place[i] = {dot(own.cells[i], line.origin_), dot(own.cells[i], line.along_)};
+        }
 
-        // Its profile, outline and level.
-        const floats across = from_y * sine + from_z * cosine, within = (from_y * cosine - from_z * sine) / half_width,
-                     lengthwise = from_x / half_length;
-        const floats outline = max(one - lengthwise * lengthwise, zero) * max(one - within * within, zero);
-        const floats number = (fraction(b, 22, 5) + fraction(b, 27, 5) - one) * floats(max_level_number);
-        const floats level =
-            multiply_add(number, floats(bits_per_decibel * of.spread_db), floats(bits_per_decibel * of.level_db));
-        const floats profile = across * across * floats(-0.72134752F / (of.thickness * of.thickness));
-        const float across_y = dot(own.axes[1], propagation_), across_z = dot(own.axes[2], propagation_);
-        const floats facing = sine * floats(across_y) + cosine * floats(across_z);
-        const floats turned = (facing * facing - one) * floats(1 / (lobe * lobe));
-        const float diffuse = std::exp2(bits_per_decibel * of.diffuse_db);
-        const floats echo = multiply_add(power_of_two<simd_width>(turned), floats(1 - diffuse), floats(diffuse));
-        const floats amplitude = power_of_two<simd_width>(level + profile) * sqrt(outline) * echo;
-        return select(fraction(a, 0, 8) < floats(of.fill), amplitude, zero);
-    }
+        // Adds the amplitude of the sheet, if there is one, in the cell of each point.
+        INSONIFY_FN INSONIFY_INLINE void add(const floats& distance, const floats& wave, float* gain) const {
+            const floats one(1.0F), half(0.5F), zero(0.0F);
+            const auto cells = [&](int k) { return multiply_add(wave, floats(aside[k]), place[k].at(distance)); };
+            const floats y = cells(1), z = cells(2);
+            const bits row = floor_bits<simd_width>(y), layer = floor_bits<simd_width>(z);
+            const bits column = mix_lanes<simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + key);
+            const floats x = cells(0) + fraction(column, 0, 16);
+            const bits number = floor_bits<simd_width>(x);
+            const bits a = mix_lanes<simd_width>(column + number * 0x9E3779B9U);
+            const auto full = fraction(a, 0, 8) < floats(of.fill);
+            if (bits_of(full) == 0) return;
+
+            // Size, angle and place of the sheet, which stays in its cell.
+            const bits b = mix_lanes<simd_width>(a + 0x51ED270BU);
+            const floats half_length = floats(0.375F) * multiply_add(fraction(a, 8, 8), floats(0.55F), floats(0.45F));
+            const floats half_width =
+                floats(0.4F * cell.y) * multiply_add(fraction(a, 16, 8), floats(0.4F), floats(0.6F));
+            const floats angle = (fraction(b, 14, 8) - half) * floats(2 * of.turn), squared = angle * angle;
+            const floats sine =
+                angle * polynomial<simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
+            const floats cosine =
+                polynomial<simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
+            const auto from_centre = [&](const floats& at, const bits& whole, const floats& extent,
+                                         const floats& random) {
+                const floats e = min(extent, half);
+                return at - floats_of<simd_width>(whole) - multiply_add(one - (e + e), random, e);
+            };
+            const floats from_x = from_centre(x, number, half_length, fraction(a, 24, 8));
+            const floats from_y =
+                floats(cell.y) * from_centre(y, row, half_width * cosine * floats(1 / cell.y), fraction(b, 0, 7));
+            const floats from_z =
+                floats(cell.z) * from_centre(z, layer, half_width * abs(sine) * floats(1 / cell.z), fraction(b, 7, 7));
+
+            // Its outline and profile, which ends at four standard deviations: most points are outside.
+            const floats across = from_y * sine + from_z * cosine,
+                         within = (from_y * cosine - from_z * sine) / half_width, lengthwise = from_x / half_length;
+            const floats outline = max(one - lengthwise * lengthwise, zero) * max(one - within * within, zero);
+            const auto inside = full && zero < outline && abs(across) < floats(4 * of.thickness);
+            if (bits_of(inside) == 0) return;
+
+            const floats level_number = (fraction(b, 22, 5) + fraction(b, 27, 5) - one) * floats(max_level_number);
+            const floats level = multiply_add(level_number, floats(bits_per_decibel * of.spread_db),
+                                              floats(bits_per_decibel * of.level_db));
+            const floats profile = across * across * floats(-0.72134752F / (of.thickness * of.thickness));
+            const floats facing = sine * floats(facing_y) + cosine * floats(facing_z);
+            const floats turned = (facing * facing - one) * floats(per_lobe);
+            const floats echo = multiply_add(power_of_two<simd_width>(turned), floats(1 - diffuse), floats(diffuse));
+            const floats amplitude = power_of_two<simd_width>(level + profile) * sqrt(outline) * echo;
+            store(load<simd_width>(gain) + select(inside, amplitude, zero), gain);
+        }
+    };
 
     // 1 between the bundles, their level inside.
     INSONIFY_FN INSONIFY_INLINE floats bundles(const floats& distance, const floats& aside) const {
