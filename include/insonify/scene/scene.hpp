@@ -2,6 +2,7 @@
 #define INSONIFY_SCENE_SCENE_HPP
 
 #include <insonify/core/error.hpp>
+#include <insonify/core/text.hpp>
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/scene/flat_scene.hpp>
 #include <insonify/scene/object.hpp>
@@ -241,8 +242,9 @@ class scene {
         const auto found = std::lower_bound(objects_.begin(), objects_.end(), id,
                                             [](const object& one, object_id wanted) { return one.id < wanted; });
         if (found == objects_.end() || found->id != id)
-            throw usage_error{"scene: no object has the id " + std::to_string(static_cast<std::uint32_t>(id)) +
-                              "; use the id that `add` or `find` returned, of an object that was not removed"};
+            throw usage_error{
+                detail::joined({"scene: no object has the id ", std::to_string(static_cast<std::uint32_t>(id)),
+                                "; use the id that `add` or `find` returned, of an object that was not removed"})};
         return static_cast<std::size_t>(found - objects_.begin());
     }
 
@@ -266,8 +268,8 @@ inline object_id scene::add(mesh surface, const medium& inside, object_settings 
     detail::check_faces(surface, named);
     for (std::size_t i = 0; i < surface.positions.size(); ++i)
         if (!is_finite(surface.positions[i]))
-            throw geometry_error{named + "vertex " + std::to_string(i) +
-                                 " is not finite; repair the mesh (`validate` reports more)"};
+            throw geometry_error{detail::joined(
+                {named, "vertex ", std::to_string(i), " is not finite; repair the mesh (`validate` reports more)"})};
     const object_id id{next_id_};
     states_.resize(objects_.size() + 1);
     objects_.push_back({.id = id,

@@ -45,11 +45,7 @@ struct block_tracer {
             if (task.scene.objects[one.rank].box.contains(beam.origin)) found.inside.toggle(one.rank);
             if (one.distance <= task.max_depth) found.add(one);
         });
-        if (any_rays)
-            task.scene.boxes.for_each_hit({beam.origin, beam.direction, 0, task.max_depth}, [&](const hit& at) {
-                if (is_sliced[at.primitive] == 0)
-                    add_crossings(task.scene.objects[at.primitive], at.primitive, beam, task.max_depth, found);
-            });
+        if (any_rays) add_crossings(task.scene, beam, task.max_depth, is_sliced, found);
         found.sort();
         return found.complete();
     }
