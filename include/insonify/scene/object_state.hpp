@@ -43,7 +43,7 @@ struct object_state {
         box = placed_box(local_box, of.at);
     }
 
-    /// Follows vertices that have moved without touching the tree.
+    /// Recomputes what depends on vertices that have moved, except the tree.
     template <class Policy>
     void follow(const Policy& policy, const object& of) {
         if (groups.empty()) groups = face_groups{mesh_view{of.surface}};

@@ -51,7 +51,7 @@ class scene {
         built_ = false;
     }
 
-    /// The object's vertices in object coordinates, to be moved; call `update` afterwards, and ask again each frame.
+    /// The object's vertices in object coordinates, to be moved. Call it each frame, and `update` afterwards.
     ///
     /// The span is valid until `add`, `remove` or assignment. @throws usage_error  for an unknown id
     std::span<vec3> positions(object_id id) {
@@ -154,8 +154,8 @@ class scene {
     /// @throws usage_error  for an unknown id
     bool awaits_update(object_id id) const { return states_[index_of(id)].moved; }
 
-    /// The scene as flat arrays, for slices: the trees of objects that have moved may be out of date. Once they have been
-    /// sliced a few times since, they are worth being brought up to date.
+    /// The scene as flat arrays, for slices: the trees of objects that have moved may be out of date. After a few
+    /// calls without further motion they are brought up to date.
     /// @throws usage_error  where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     scene_view view_for_slices(const Policy& policy) const {

@@ -53,11 +53,11 @@ struct block_tracer {
 
 } // namespace detail
 
-/// Straight lines: every crossing of each line in order, then the model once along it.
+/// Straight lines: finds all crossings of each line in order, then applies the model once along it.
 ///
-/// All lines of a plane lie in one slice of the scene. An object is cut by the slices once and the segments are shared out
-/// over the lines, or a ray is traced for each line, whichever is faster for the object; both find the same crossings, but
-/// for lines within rounding error of a vertex or an edge.
+/// All lines of a plane lie in one slice of the scene. An object is cut by the slices once and the segments are distributed
+/// over the lines, or a ray is traced for each line, whichever is faster for the object. Both find the same crossings,
+/// except on lines within rounding error of a vertex or an edge.
 struct straight_lines {
     /// How crossings are found.
     enum class search {
