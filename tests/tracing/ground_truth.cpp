@@ -2,6 +2,7 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/ground_truth.hpp>
+#include <insonify/tracing/pixels.hpp>
 #include "ground_truth_scenes.hpp"
 #include "solids.hpp"
 #include <cmath>
