@@ -1,87 +1,20 @@
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/acoustics/physical.hpp>
+#include "emitted_echoes.hpp"
 #include <array>
 #include <doctest/doctest.h>
-#include <initializer_list>
-#include <vector>
 
 using namespace insonify;
-
-static_assert(acoustic_model<physical<>>);
 
 namespace physical_law_test {
 namespace {
 
-struct surface_echo {
-    float depth = 0, amplitude = 0;
-    vec2 slope{0, 0};
-};
-struct rough_echo {
-    float depth = 0, amplitude = 0;
-    vec2 slope{0, 0};
-    vec2 value{0, 0}, deeper{0, 0}; // of the random field, at the surface and 0.1 mm deeper
-};
-struct speckle_run {
-    scatterer_echoes echoes{}; // without the amplitudes, which are gone after the call
-    double power = 0;          // sum of their squares
-};
-
-/// Stands in place of an `echo_line` and records what a model emits.
-struct recorder {
-    float end = 0;
-    std::vector<surface_echo>* surfaces = nullptr;
-    std::vector<rough_echo>* rough = nullptr;
-    std::vector<speckle_run>* speckle = nullptr;
-
-    float depth() const { return end; }
-    void surface(float depth, float amplitude, vec2 slope) const { surfaces->push_back({depth, amplitude, slope}); }
-    template <class Value>
-    void rough_surface(float depth, float amplitude, vec2 slope, const Value& value) const {
-        rough->push_back({depth, amplitude, slope, value(0.0F), value(0.1e-3F)});
-    }
-    void scatterers(const scatterer_echoes& run) const {
-        double power = 0;
-        for (std::uint32_t i = 0; i < run.count; ++i)
-            power += static_cast<double>(run.real[i]) * run.real[i] +
-                     static_cast<double>(run.imaginary[i]) * run.imaginary[i];
-        speckle->push_back({run, power});
-    }
-};
-struct emitted {
-    std::vector<surface_echo> surfaces{};
-    std::vector<rough_echo> rough{};
-    std::vector<speckle_run> speckle{};
-};
-template <class Model>
-emitted emit(const Model& model, const traced_line& line, float depth) {
-    emitted found;
-    model.emit(line, recorder{depth, &found.surfaces, &found.rough, &found.speckle});
-    return found;
-}
-
 constexpr double pi_exact = 3.14159265358979;
-double wide(float value) { return static_cast<double>(value); }
-
-// Fat, muscle, fat, bone: the third layer is another object of the same medium as the background.
-constexpr std::array<medium, 3> media{
-    medium{.density = 930, .sound_speed = 1455, .attenuation = 60},
-    medium{.density = 1075, .sound_speed = 1580, .attenuation = 100, .attenuation_power = 1.1F},
-    medium{.density = 1910, .sound_speed = 3500, .attenuation = 500}};
-constexpr std::array<layer, 4> layers{layer{0, 10_mm, 0}, layer{10_mm, 14_mm, 1, 1}, layer{14_mm, 20_mm, 0, 2},
-                                      layer{20_mm, 60_mm, 2, 3}};
-
-double level(double decibels) { return std::pow(10.0, decibels / 20); }
-double reflection(const medium& a, const medium& b) {
-    const double z1 = wide(a.density) * a.sound_speed, z2 = wide(b.density) * b.sound_speed;
-    return (z2 - z1) / (z2 + z1);
-}
-// dB there and back
-double loss(const medium& m, double metres, double megahertz) {
-    return 2 * wide(m.attenuation) * std::pow(megahertz, wide(m.attenuation_power)) * metres;
-}
 
 } // namespace
 } // namespace physical_law_test
+
+static_assert(acoustic_model<physical<>>);
 
 TEST_CASE("physical: specular echoes have reflection, transmission and attenuation in closed form") {
     using namespace physical_law_test;
@@ -224,91 +157,4 @@ TEST_CASE("physical: layers that begin beyond the displayed depth are skipped; e
     CHECK(emit(physical<>{}, {layers, media, 5_MHz}, 15_mm).surfaces.size() == 3);
     const std::array<layer, 2> same{layer{0, 10_mm, 1}, layer{10_mm, 20_mm, 1, 1}};
     CHECK(emit(physical<>{}, {same, media, 5_MHz}, 20_mm).surfaces.empty());
-}
-
-TEST_CASE("physical: the samples are those that an echo_line writes of the emitted echoes") {
-    using namespace physical_law_test;
-    std::array<medium, 3> echoic = media;
-    for (medium& m : echoic) m.backscatter = 1, m.roughness = 10_um;
-    const traced_line line{layers, echoic, 5_MHz};
-    std::vector<vec2> written(1200, vec2{0, 0}), added(1200, vec2{0, 0});
-    physical<>{}(exec::seq, line, 25_um, written);
-    physical<>{}.emit(line, echo_line{added, 25_um, 5_MHz});
-    CHECK(written == added);
-    CHECK(length(written[423]) > 0);
-}
-
-TEST_CASE("physical: a shadow floor is a lower bound of speckle relative to the attenuation of the background") {
-    using namespace physical_law_test;
-    std::array<medium, 3> echoic = media;
-    echoic[2].backscatter = 1;
-    const emitted bare = emit(physical<>{}, {layers, echoic, 15_MHz}, 60_mm);
-    REQUIRE(!bare.speckle.empty());
-    const double shown = wide(bare.speckle.front().echoes.depth);
-    double raised = 0;
-    for (const float floor_db : {-60.0F, -20.0F, 0.0F}) {
-        const emitted found = emit(physical<>{.shadow_floor_db = floor_db}, {layers, echoic, 15_MHz}, 60_mm);
-        const double from = wide(bare.speckle.front().echoes.first_level),
-                     to = wide(found.speckle.front().echoes.first_level);
-        raised = to / from;
-        // The level without loss is that of a transparent stack.
-        std::array<medium, 3> clear = echoic;
-        for (medium& m : clear) m.attenuation = 0, m.density = 1000 * 1500 / m.sound_speed;
-        const double unshadowed =
-            wide(emit(physical<>{}, {layers, clear, 15_MHz}, 60_mm).speckle.front().echoes.first_level);
-        const double floor = unshadowed * level(wide(floor_db) - loss(media[0], shown, 15));
-        CHECK(to == doctest::Approx(std::fmax(from, floor)).epsilon(1e-3));
-        REQUIRE(found.surfaces.size() == bare.surfaces.size());
-        for (std::size_t i = 0; i < bare.surfaces.size(); ++i)
-            CHECK(found.surfaces[i].amplitude == bare.surfaces[i].amplitude);
-    }
-    CHECK(raised > 1.1); // the last is a floor
-}
-
-TEST_CASE("physical: a broadband pulse loses the decibels of `attenuated`") {
-    using namespace physical_law_test;
-    const std::array<layer, 2> two{layer{0, 30_mm, 0}, layer{30_mm, 60_mm, 2}};
-    const double narrow = loss(media[0], 30e-3, 5), beta = narrow / (8.685889638 * 5e6);
-    const double bandwidth = 0.6, sigma = bandwidth * 5e6 / 2.3548;
-    const double broad = 8.685889638 * (beta * 5e6 - beta * beta * sigma * sigma / 2);
-    const emitted found = emit(physical<>{.bandwidth = pulse_bandwidth::broad},
-                               {.layers = two,
-                                .media = media,
-                                .frequency = 5_MHz,
-                                .pulse_sigma = static_cast<float>(0.1874 * 1540 / (bandwidth * 5e6))},
-                               60_mm);
-    REQUIRE(found.surfaces.size() == 1);
-    CHECK(wide(found.surfaces[0].amplitude) ==
-          doctest::Approx(reflection(media[0], media[2]) * level(-broad)).epsilon(1e-3));
-}
-
-TEST_CASE("physical: at_interface is the response of the boundary, loss that of the attenuation law") {
-    using namespace physical_law_test;
-    struct half {
-        response operator()(const incidence& at) const { return {.reflected = at.cosine / 2, .transmitted = 0.25F}; }
-    };
-    struct constant_loss {
-        float operator()(const medium& m, float frequency) const { return m.attenuation + frequency; }
-    };
-    const incidence oblique{media[0], media[1], 0.8F, 5_MHz};
-    CHECK(physical<>{}.at_interface(oblique).reflected == fresnel{}.pressure_reflection(media[0], media[1], 0.8F));
-    CHECK(physical<>{}.at_interface(oblique).transmitted == fresnel{}.energy_transmission(media[0], media[1], 0.8F));
-    CHECK(physical<half>{}.at_interface(oblique).reflected == 0.4F);
-    CHECK(physical<half>{}.at_interface(oblique).transmitted == 0.25F);
-    CHECK(physical<half>{.angle = angle::normal}.at_interface(oblique).reflected == 0.5F);
-
-    CHECK(physical<>{}.loss({.attenuation = 50}, 5_MHz) == doctest::Approx(500));
-    CHECK(physical<>{}.loss({.attenuation = 0.2F, .attenuation_power = 2}, 3_MHz) == doctest::Approx(3.6));
-    CHECK(physical<>{}.with_attenuation(constant_loss{}).loss({.attenuation = 2}, 3) == 5);
-}
-
-TEST_CASE("physical: default samples and the depth to trace") {
-    using namespace physical_law_test;
-    // Two per standard deviation 0.1874 * 1540 / (0.644 * 7.5e6) = 59.75 um: 1339 samples in 40 mm, rounded up to 1344.
-    CHECK(physical<>{}.samples(40_mm, 7.5_MHz) == 1344);
-    CHECK(physical<>{}.max_depth(40_mm, media) == doctest::Approx(40e-3 * 3500 / 1540 + 1e-3));
-    CHECK(physical<>{.timing = timing::uniform}.max_depth(40_mm, media) == doctest::Approx(41_mm));
-    CHECK(physical<>{}.covariance(0.1_mm, 0.02F) == gaussian_field<>{}.covariance(0.1_mm, 0.02F));
-    CHECK(physical<fresnel, no_scatterers>{}.covariance(0, 0) == 0);
-    CHECK(physical<fresnel, no_scatterers>{}.surface_covariance(0, 0) == 1);
 }

@@ -5,52 +5,41 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
+#include "scan_lines.hpp"
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
-#include <initializer_list>
-#include <limits>
-#include <string>
 
 using namespace insonify;
 
 namespace scan_convert_test {
 namespace {
 
-/// A user's own probe: parallel lines, all steered by 20 degrees.
-struct steered_array {
-    std::uint32_t lines = 200;
-    float frequency = 5_MHz;
-    float width = 40_mm;
-    ray beam(float line) const {
-        return {.origin = {aperture_fraction(line, lines) * width, 0, 0}, .direction = {0.34202014F, 0, 0.93969262F}};
-    }
-    vec2 locate(vec2 point) const {
-        const float depth = point.y / 0.93969262F;
-        return {line_at_fraction((point.x - depth * 0.34202014F) / width, lines), depth};
-    }
-    void check() const {}
-};
-
 /// Position of sample k of line i, derived independently in double precision.
 struct centre {
     double x = 0;
     double z = 0;
 };
+
 double fraction(std::uint32_t i, std::uint32_t n) { return (static_cast<double>(i) + 0.5) / n - 0.5; }
+
 centre centre_of(const linear_array& p, std::uint32_t line, double depth) {
     return {fraction(line, p.lines) * static_cast<double>(p.width), depth};
 }
+
 centre fan_centre(double radius, double angle, double depth) {
     return {(radius + depth) * std::sin(angle), (radius + depth) * std::cos(angle) - radius};
 }
+
 centre centre_of(const convex_array& p, std::uint32_t line, double depth) {
     return fan_centre(static_cast<double>(p.radius), fraction(line, p.lines) * static_cast<double>(p.field_of_view),
                       depth);
 }
+
 centre centre_of(const phased_array& p, std::uint32_t line, double depth) {
     return fan_centre(0, fraction(line, p.lines) * static_cast<double>(p.field_of_view), depth);
 }
+
 centre centre_of(const steered_array& p, std::uint32_t line, double depth) {
     return {fraction(line, p.lines) * static_cast<double>(p.width) + depth * 0.34202014, depth * 0.93969262};
 }
@@ -110,12 +99,6 @@ double worst_of_grid(const Probe& probe, float depth, uvec2 size, double pitch, 
     CHECK(points >= 9);
     MESSAGE(points, " points, the worst off by ", worst, " pixels");
     return worst;
-}
-
-scan_lines filled(std::uint32_t count, std::uint32_t samples, float depth, float value) {
-    scan_lines lines{count, samples, depth};
-    std::fill(lines.values.begin(), lines.values.end(), value);
-    return lines;
 }
 
 } // namespace
@@ -236,92 +219,6 @@ TEST_CASE("scan_convert: the field of view of a full circle is an annulus") {
     CHECK(picture(5, 5) == 0);
 }
 
-TEST_CASE("scan_map: points and pixels convert into each other, pixel centres are at half-integers") {
-    const linear_array probe{.lines = 10, .width = 40_mm};
-    const scan_map map = make_scan_map(exec::seq, probe, {.depth = 40_mm, .samples = 10}, {.size = {400, 400}});
-    CHECK(map.point(0, 0).x == doctest::Approx(-0.01995));
-    CHECK(map.point(0, 0).y == doctest::Approx(0.00005));
-    CHECK(map.point({0, 400}).x == doctest::Approx(-0.02));
-    CHECK(map.point({0, 400}).y == doctest::Approx(0.04));
-    CHECK(map.pixel({0, 20_mm}).x == doctest::Approx(200));
-    CHECK(map.pixel({0, 20_mm}).y == doctest::Approx(200));
-    CHECK(map.pixel({10.05_mm, 0.25_mm}).x == doctest::Approx(300.5));
-    CHECK(map.pixel({10.05_mm, 0.25_mm}).y == doctest::Approx(2.5));
-}
-
-TEST_CASE("scan_convert: a map that is kept gives the same image as a temporary one, for any number of threads") {
-    const convex_array probe{.lines = 64};
-    scan_lines lines{64, 100, 90_mm};
-    for (std::size_t i = 0; i < lines.values.size(); ++i) lines.values[i] = static_cast<float>((i * 7919) % 997) / 997;
-    const scan_convert_settings settings{.size = {201, 173}, .background = 0.1F};
-    const image reference = scan_convert(exec::seq, lines, probe, settings);
-    const scan_map map = make_scan_map(exec::par.threads(3), probe, {.depth = 90_mm, .samples = 100}, settings);
-    for (const std::uint32_t threads : {1U, 2U, 3U, 8U}) {
-        CHECK(scan_convert(exec::par.threads(threads), lines, map) == reference);
-        CHECK(scan_convert(exec::par_unseq.threads(threads), lines, probe, settings) == reference);
-    }
-}
-
-namespace {
-
-// Counts its checks: one for each map.
-struct counted : linear_array {
-    static inline int checks = 0;
-    void check() const {
-        ++checks;
-        linear_array::check();
-    }
-    friend bool operator==(const counted&, const counted&) = default;
-};
-
-// Not equality comparable.
-struct incomparable : counted {
-    friend bool operator==(const incomparable&, const incomparable&) = delete;
-};
-
-} // namespace
-
-TEST_CASE(
-    "kept_scan_map: a map is made again where the probe, the lines or the settings have changed, and only there") {
-    kept_scan_map<counted> kept;
-    counted::checks = 0;
-    int made = 0;
-    const counted probe{{.lines = 20, .width = 40_mm}}, wider{{.lines = 20, .width = 50_mm}};
-    const acquisition scan{.depth = 40_mm, .samples = 10}, deeper{.depth = 50_mm, .samples = 10},
-        finer{.depth = 40_mm, .samples = 20};
-    const scan_convert_settings settings{.size = {40, 40}}, smaller{.size = {30, 40}},
-        brighter{.size = {40, 40}, .background = 1};
-    const auto check_next = [&](const counted& with, const acquisition& lines, const scan_convert_settings& asked) {
-        ++made;
-        for (int again = 0; again < 2; ++again) {
-            const scan_map& map = kept(exec::seq, with, lines, asked);
-            CHECK(counted::checks == made);
-            CHECK(map.depth == lines.depth);
-            CHECK(map.samples == lines.samples);
-            CHECK(map.size == asked.size);
-            CHECK(map.background == asked.background);
-        }
-    };
-    check_next(probe, scan, settings);
-    check_next(wider, scan, settings);
-    check_next(probe, scan, settings);
-    check_next(probe, deeper, settings);
-    check_next(probe, scan, settings);
-    check_next(probe, finer, settings);
-    check_next(probe, scan, settings);
-    check_next(probe, scan, smaller);
-    check_next(probe, scan, settings);
-    check_next(probe, scan, brighter);
-    check_next(probe, scan, settings);
-
-    kept_scan_map<incomparable> never;
-    counted::checks = 0;
-    for (int i = 1; i < 4; ++i) {
-        never(exec::seq, incomparable{probe}, scan, settings);
-        CHECK(counted::checks == i);
-    }
-}
-
 TEST_CASE("scan_convert: a single line and a single sample are legal") {
     const linear_array one{.lines = 1, .width = 10_mm};
     scan_lines column{1, 10, 10_mm};
@@ -331,72 +228,6 @@ TEST_CASE("scan_convert: a single line and a single sample are legal") {
         CHECK(picture(7, y) == doctest::Approx(static_cast<double>(y)).epsilon(1e-5));
     const image level = scan_convert(exec::seq, filled(1, 1, 10_mm, 0.5F), one, {.size = {10, 10}});
     CHECK(std::count(level.pixels.begin(), level.pixels.end(), 0.5F) == 100);
-}
-
-TEST_CASE("scan_convert: lines and settings out of range are refused") {
-    const linear_array probe{.lines = 20};
-    const auto refused = [&](const scan_lines& lines, const scan_convert_settings& settings) {
-        CHECK_THROWS_AS(scan_convert(exec::seq, lines, probe, settings), usage_error);
-    };
-    const scan_lines good = filled(20, 10, 40_mm, 1);
-    const float infinite = std::numeric_limits<float>::infinity();
-    const float not_a_number = std::numeric_limits<float>::quiet_NaN();
-    CHECK_NOTHROW(scan_convert(exec::seq, good, probe));
-
-    refused(scan_lines{}, {});
-    refused(filled(19, 10, 40_mm, 1), {}); // not the probe's lines
-    refused(filled(20, 0, 40_mm, 1), {});
-    for (const float depth : {0.0F, -40_mm, infinite, not_a_number}) refused(filled(20, 10, depth, 1), {});
-    scan_lines torn = good;
-    torn.values.pop_back();
-    refused(torn, {});
-
-    refused(good, {.size = {1000000, 1000000}});
-    refused(good, {.size = {~0U, 0}});
-    refused(good, {.size = {100000, 0}});
-    refused(good, {.background = not_a_number});
-    CHECK_THROWS_AS(scan_convert(exec::seq, good, linear_array{.lines = 20, .width = -1}), usage_error);
-    CHECK_THROWS_AS(make_scan_map(exec::seq, linear_array{.lines = ~0U}, acquisition{.depth = 40_mm, .samples = 2}),
-                    usage_error);
-
-    const scan_map map = make_scan_map(exec::seq, probe, {.depth = 40_mm, .samples = 10});
-    CHECK_NOTHROW(scan_convert(exec::seq, good, map));
-    CHECK_THROWS_AS(scan_convert(exec::seq, filled(20, 11, 40_mm, 1), map), usage_error);
-    CHECK_THROWS_AS(scan_convert(exec::seq, filled(20, 10, 41_mm, 1), map), usage_error);
-    scan_lines fewer = good, shorter = good; // as many values, but they say that there are fewer
-    fewer.count = 19;
-    shorter.samples = 9;
-    CHECK_THROWS_AS(scan_convert(exec::seq, fewer, map), usage_error);
-    CHECK_THROWS_AS(scan_convert(exec::seq, shorter, map), usage_error);
-}
-
-TEST_CASE("make_scan_map: a number of samples of 0 is chosen for the pulse of the probe") {
-    const auto samples = [](const auto& probe) { return make_scan_map(exec::seq, probe, {.depth = 40_mm}).samples; };
-    CHECK(samples(linear_array{}) == 1344);                  // two for each 0.0597 mm, in blocks of 64
-    CHECK(samples(linear_array{.frequency = 5_MHz}) == 896); // 0.0896 mm
-    CHECK(samples(linear_array{.bandwidth = 0.322F}) == 704);
-    CHECK(samples(steered_array{}) == 896); // no bandwidth stated: 2.5 cycles
-}
-
-TEST_CASE("scan_convert: an image with more than 16384 pixels a side is refused with its size and the likely cause") {
-    const auto sentence = [](const linear_array& probe, float depth, uvec2 size) -> std::string {
-        try {
-            make_scan_map(exec::seq, probe, {.depth = depth, .samples = 64}, {.size = size});
-        } catch (const usage_error& e) {
-            return e.what();
-        }
-        return "none";
-    };
-    const linear_array probe{.lines = 4};
-    CHECK(sentence(probe, 80, {0, 0}) == "scan_convert: depth is 80 m: did you mean 80_mm?");
-    CHECK(sentence(probe, 8, {0, 0}) ==
-          "scan_convert: size 512x107790 exceeds 16384 pixels a side; depth is 8 m: did you mean 8_mm?");
-    CHECK(
-        sentence({.lines = 4, .width = 1_mm}, 80_mm, {0, 0}) ==
-        "scan_convert: size 512x40960 exceeds 16384 pixels a side; the field of view is 0.001 m wide and 0.08 m high; "
-        "ask for fewer");
-    CHECK(sentence(probe, 80_mm, {16384, 1}) == "none");
-    CHECK(sentence(probe, 80_mm, {16385, 1}).find("size 16385x1 exceeds") != std::string::npos);
 }
 
 TEST_CASE("scan_convert: a full circle has no seam") {

@@ -21,8 +21,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// For complex echoes that `convolve` follows, a model may emit them to an `echo_line` instead of writing samples; the
 /// tracer then compensates their levels for the kernels. Such a model also gives the covariance of its random
-/// echoes on two lines, 1 at distance 0, by their distance in metres and the angle between them in radians; and it may state
-/// that of rough surfaces, if it differs, and that the speckle of the elevation planes of a frame is independent:
+/// echoes on two lines, 1 at distance 0, by their distance in metres and the angle between them in radians. It may also give
+/// that of rough surfaces, if it differs, and state that speckle is independent from elevation plane to plane:
 ///
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 ///     float covariance(float distance, float angle) const;

@@ -21,7 +21,7 @@ template <class Numbers, class Material>
 struct cell_field {
     std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
     /// Size of a cell across the line, metres: no less than the spacing of the lines, and no more than twice the standard
-    /// deviation of the beam, or speckle slides too fast or too slowly.
+    /// deviation of the beam; else speckle decorrelates too fast or too slowly between lines.
     float cell = 0.22e-3F;
     Numbers numbers{};   ///< contents of the cells
     Material material{}; ///< position of tissue at rest

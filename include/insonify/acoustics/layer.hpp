@@ -31,8 +31,8 @@ struct line_frame {
     vec3 elevation{0, 1, 0}; ///< normal of the slice plane
     float tilt = 0;          ///< metres out of the slice plane per metre along the line, in a tilted elevation plane
 
-    /// Displacement per metre of the line, longer than 1 where it tilts. A tilt changes where a line passes, not how sound propagates: distances,
-    /// times and angles of incidence are those along `along`.
+    /// Displacement per metre of the line, longer than 1 where it tilts. A tilt changes the points of a line, not the
+    /// propagation: distances, times and angles of incidence are those along `along`.
     INSONIFY_FN vec3 path() const { return along + tilt * elevation; }
     /// The point at a distance, metres along the line.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * path(); }
@@ -52,15 +52,15 @@ struct line_aperture {
     }
 };
 
-/// What the aperture adds to one point of a line, or takes from it: see `aperture_gains`.
+/// Corrections for the width of the aperture at one point of a line: see `aperture_gains`.
 struct aperture_gain {
     float surfaces = 1; ///< factor on the amplitude of the echoes of surfaces
     float speckle = 1;  ///< factor on the amplitude of speckle
     float deeper = 0;   ///< metres by which echoes are displayed deeper
 };
 
-/// Sound reaches a point of a line from the whole width of the aperture: behind an obstacle it also comes past it, sooner or
-/// later than through it, and beside an obstacle part of it is blocked.
+/// Sound reaches a point of a line from the whole width of the aperture. Behind an obstacle it also arrives past it, earlier
+/// or later than through it; beside an obstacle, part of it is blocked.
 ///
 /// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes below
 /// `least` are taken as `least`. Empty: the line alone counts.
@@ -76,8 +76,8 @@ struct aperture_gains {
     }
 };
 
-/// The `aperture_gains` within one layer. Those of other layers, and those so close to a surface that rounding decides on which
-/// side they are, have no part in it. At its first surface those of the layer above hold.
+/// The `aperture_gains` within one layer, without those so close to a surface that rounding decides on which side they are.
+/// At its first surface those of the layer above apply.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
 

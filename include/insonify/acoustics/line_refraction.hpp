@@ -4,12 +4,12 @@
 #include <insonify/acoustics/fresnel.hpp>
 #include <insonify/acoustics/layer.hpp>
 
-/// Refraction along a straight line. The line itself never bends, but the ray that refraction would make of it is carried
-/// along: angles of incidence and attenuation are those of that ray, exactly so for plane surfaces. Depths stay those of
-/// the straight line: behind 10 mm of fat at 40 degrees they are 0.03 mm too large.
+/// Refraction along a straight line. The line itself stays straight, but the refracted ray is followed beside it: angles of
+/// incidence and attenuation are those of the ray, exactly for plane surfaces. Depths are those of the straight line: behind
+/// 10 mm of fat at 40 degrees they are 0.03 mm too large.
 ///
-/// Where the ray comes back to the sound speed that it had before a layer, it takes the direction again that it had there,
-/// as it does behind a parallel layer. Behind a layer that is not parallel, such as a rib, the line is reached by other rays.
+/// Where the ray returns to the sound speed that it had before a layer, it also returns to its direction there, as behind a
+/// parallel layer. Behind a layer that is not parallel, such as a rib, other rays reach the line.
 namespace insonify::inline INSONIFY_ABI {
 
 /// How refraction changes a layer of a straight line.

@@ -1,10 +1,10 @@
 #ifndef INSONIFY_BVH_ASSEMBLE_HPP
 #define INSONIFY_BVH_ASSEMBLE_HPP
 
-#include <insonify/bvh/node.hpp>
+#include <insonify/bvh/tree_pieces.hpp>
 #include <insonify/execution/any_policy.hpp>
 #include <algorithm>
-#include <array>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -35,17 +35,17 @@ class tree_assembler {
         piece top;
         std::vector<subtree> postponed;
         if (all.size() <= small_)
-            postponed.push_back({all, 1, 0, 0});
+            postponed.push_back({all, 1, {}});
         else
             add_node(policy, top, all, 1, &postponed);
         std::vector<piece> pieces(postponed.size());
-        // The largest first, for load balance.
-        std::vector<std::size_t> order(postponed.size());
-        for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-        std::sort(order.begin(), order.end(), [&postponed](std::size_t a, std::size_t b) {
-            const std::size_t one = postponed[a].all.size(), other = postponed[b].all.size();
-            return one != other ? one > other : a < b;
-        });
+        std::vector<piece_place> places;
+        std::vector<std::size_t> sizes;
+        for (const subtree& one : postponed) {
+            places.push_back(one.place);
+            sizes.push_back(one.all.size());
+        }
+        const std::vector<std::size_t> order = largest_first(sizes);
         for_each_index(policy, postponed.size(), [&](std::size_t i) {
             const subtree& from = postponed[order[i]];
             piece& made = pieces[order[i]];
@@ -54,23 +54,17 @@ class tree_assembler {
             made.slots.reserve((leaves + leaves / 4) * Width);
             add_node(any_policy<false>{exec::seq}, made, from.all, from.level, nullptr);
         });
-        return joined(policy, top, pieces, postponed);
+        return join_pieces(policy, top, pieces, places);
     }
 
   private:
-    // Nodes and leaves with local indices.
-    struct piece {
-        std::vector<std::array<std::uint32_t, Width>> nodes{}; // child references
-        std::vector<std::uint32_t> slots{};
-        std::uint32_t levels = 0;
-    };
+    using piece = tree_piece<Width>;
 
-    // A postponed piece and its place in the top.
+    // A postponed piece.
     struct subtree {
         group all{};
         std::uint32_t level = 0;
-        std::uint32_t parent = 0;
-        std::uint32_t place = 0;
+        piece_place place{};
     };
 
     template <class Policy>
@@ -86,7 +80,7 @@ class tree_assembler {
             if (i < count && children[i].size() <= Width)
                 code = add_leaf(tree, children[i]);
             else if (i < count && postponed != nullptr && children[i].size() <= small_)
-                postponed->push_back({children[i], level + 1, node, i});
+                postponed->push_back({children[i], level + 1, {node, i}});
             else if (i < count)
                 code = add_node(policy, tree, children[i], level + 1, postponed);
             tree.nodes[node][i] = code;
@@ -126,40 +120,6 @@ class tree_assembler {
         tree.slots.resize(begin + Width, no_primitive);
         splitter_.list(held, tree.slots.data() + begin);
         return static_cast<std::uint32_t>(begin / Width) | leaf_bit;
-    }
-
-    // Concatenates the top and the pieces, and links node 0 of each piece to its parent.
-    template <class Policy>
-    static topology<Width> joined(const Policy& policy, piece& top, const std::vector<piece>& pieces,
-                                  const std::vector<subtree>& where) {
-        topology<Width> tree;
-        tree.levels = top.levels;
-        auto nodes = static_cast<std::uint32_t>(top.nodes.size());
-        auto leaves = static_cast<std::uint32_t>(top.slots.size() / Width);
-        tree.parts.resize(pieces.size());
-        for (std::size_t i = 0; i < pieces.size(); ++i) {
-            if (!top.nodes.empty()) top.nodes[where[i].parent][where[i].place] = nodes;
-            tree.parts[i] = {nodes, nodes + static_cast<std::uint32_t>(pieces[i].nodes.size()), leaves,
-                             leaves + static_cast<std::uint32_t>(pieces[i].slots.size() / Width)};
-            tree.levels = std::max(tree.levels, pieces[i].levels);
-            nodes = tree.parts[i].end;
-            leaves = tree.parts[i].leaf_end;
-        }
-        tree.nodes.resize(nodes);
-        tree.slots.resize(std::size_t{leaves} * Width);
-        const auto put = [&tree](const piece& from, std::uint32_t first_node, std::uint32_t first_leaf) {
-            std::copy(from.slots.begin(), from.slots.end(), tree.slots.data() + std::size_t{first_leaf} * Width);
-            for (std::size_t n = 0; n < from.nodes.size(); ++n)
-                for (std::size_t k = 0; k < Width; ++k) {
-                    std::uint32_t child = from.nodes[n][k];
-                    if (child != no_child) child += (child & leaf_bit) != 0 ? first_leaf : first_node;
-                    tree.nodes[first_node + n].child[k] = child;
-                }
-        };
-        put(top, 0, 0);
-        for_each_index(policy, pieces.size(),
-                       [&](std::size_t i) { put(pieces[i], tree.parts[i].begin, tree.parts[i].first_leaf); });
-        return tree;
     }
 
     Splitter& splitter_;

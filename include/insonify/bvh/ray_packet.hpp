@@ -194,7 +194,7 @@ struct ray_packet : packet_bounds<N> {
         const float length = std::sqrt(way[0] * way[0] + way[1] * way[1]);
         row[0] = length > 0 ? way[0] / length : 1;
         row[1] = length > 0 ? way[1] / length : 0;
-        // Where the rays meet the plane forward * z = z0, which lies behind all origins, and their slopes along forward * z.
+        // Where the rays cross the plane forward * z = z0, which lies behind all origins, and their slopes along forward * z.
         floats start[2][max_groups], slope[2][max_groups];
         for (int k = 0; k < 2; ++k)
             for (std::size_t g = 0; g < groups; ++g) {

@@ -9,7 +9,7 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Converts to T and to nothing else, a base of T least of all.
+/// Converts to T only, not to a base of T.
 template <class T>
 struct exactly {
     template <std::same_as<T> U>

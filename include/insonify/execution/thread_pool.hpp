@@ -2,6 +2,7 @@
 #define INSONIFY_EXECUTION_THREAD_POOL_HPP
 
 #include <insonify/core/error.hpp>
+#include <insonify/core/text.hpp>
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
@@ -49,19 +50,10 @@ class thread_pool {
     /// @throws usage_error  for more than `max_participants`
     template <class Body>
     void run(std::size_t count, std::uint32_t participants, const Body& body) {
-        if (participants > max_participants)
-            throw usage_error{"threads(" + std::to_string(participants) +
-                              "): at most 1024 threads; omit .threads(n) for one per processor"};
-        if (participants == 0) participants = std::max(1U, std::thread::hardware_concurrency());
-        const auto helpers = static_cast<std::uint32_t>(std::min<std::size_t>(participants, count)) - (count > 0);
-        job work{.count = count,
-                 .body = &body,
-                 .call = [](const void* what, std::size_t index) { (*static_cast<const Body*>(what))(index); },
-                 .seats = helpers};
-        if (helpers > 0) offer(work);
-        take_part(work);
-        if (helpers > 0) withdraw(work);
-        if (work.failure) std::rethrow_exception(work.failure);
+        job work{.count = count, .body = &body, .call = [](const void* what, std::size_t index) {
+                     (*static_cast<const Body*>(what))(index);
+                 }};
+        run(work, participants);
     }
 
   private:
@@ -78,6 +70,20 @@ class thread_pool {
     };
 
     thread_pool() = default;
+
+    void run(job& work, std::uint32_t participants) {
+        if (participants > max_participants)
+            throw usage_error{joined({"threads(", std::to_string(participants),
+                                      "): at most 1024 threads; omit .threads(n) for one per processor"})};
+        if (participants == 0) participants = std::max(1U, std::thread::hardware_concurrency());
+        const auto helpers =
+            static_cast<std::uint32_t>(std::min<std::size_t>(participants, work.count)) - (work.count > 0);
+        work.seats = helpers;
+        if (helpers > 0) offer(work);
+        take_part(work);
+        if (helpers > 0) withdraw(work);
+        if (work.failure) std::rethrow_exception(work.failure);
+    }
 
     void offer(job& work) {
         const std::uint32_t seats = work.seats; // a copy: helpers decrement it once it is listed

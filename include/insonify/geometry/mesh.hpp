@@ -2,6 +2,7 @@
 #define INSONIFY_GEOMETRY_MESH_HPP
 
 #include <insonify/core/error.hpp>
+#include <insonify/core/text.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/triangle.hpp>
 #include <algorithm>
@@ -59,8 +60,8 @@ inline void check_faces(const mesh_view& m, const std::string& named) {
         last = {std::max(last.x, face.x), std::max(last.y, face.y), std::max(last.z, face.z)};
     const std::uint32_t vertex = std::max(last.x, std::max(last.y, last.z));
     if (!m.faces.empty() && vertex >= m.positions.size())
-        throw geometry_error{named + "a face names vertex " + std::to_string(vertex) + ", but the mesh has " +
-                             std::to_string(m.positions.size()) + "; indices start at 0"};
+        throw geometry_error{joined({named, "a face names vertex ", std::to_string(vertex), ", but the mesh has ",
+                                     std::to_string(m.positions.size()), "; indices start at 0"})};
 }
 
 } // namespace detail

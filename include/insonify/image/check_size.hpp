@@ -3,8 +3,10 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
+#include <insonify/core/text.hpp>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -20,12 +22,12 @@ inline bool is_picture_size(uvec2 size) {
 /// @param caller  start of the sentence
 /// @param advice  end of the sentence for an image that is too large
 /// @throws usage_error  for an image without pixels, or with a side above `max_picture_side`
-inline void check_size(uvec2 size, const char* caller, const std::string& advice = "ask for fewer") {
+inline void check_size(uvec2 size, const char* caller, std::string_view advice = "ask for fewer") {
     if (is_picture_size(size)) return;
-    const std::string sentence =
-        std::string{caller} + ": size " + std::to_string(size.x) + 'x' + std::to_string(size.y);
-    if (size.x == 0 || size.y == 0) throw usage_error{sentence + " has no pixels; it must be at least 1x1"};
-    throw usage_error{sentence + " exceeds 16384 pixels a side; " + advice};
+    const std::string columns = std::to_string(size.x), rows = std::to_string(size.y);
+    if (size.x == 0 || size.y == 0)
+        throw usage_error{joined({caller, ": size ", columns, "x", rows, " has no pixels; it must be at least 1x1"})};
+    throw usage_error{joined({caller, ": size ", columns, "x", rows, " exceeds 16384 pixels a side; ", advice})};
 }
 
 } // namespace detail

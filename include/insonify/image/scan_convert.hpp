@@ -2,6 +2,7 @@
 #define INSONIFY_IMAGE_SCAN_CONVERT_HPP
 
 #include <insonify/core/memo.hpp>
+#include <insonify/core/text.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/image/check_size.hpp>
 #include <insonify/image/image.hpp>
@@ -71,10 +72,11 @@ namespace detail {
 inline void check_map_size(uvec2 size, float depth, vec2 extent) {
     if (is_picture_size(size)) return;
     const std::string metres = number_text(depth);
+    if (depth >= 1)
+        check_size(size, "scan_convert", joined({"depth is ", metres, " m: did you mean ", metres, "_mm?"}));
     check_size(size, "scan_convert",
-               depth >= 1 ? "depth is " + metres + " m: did you mean " + metres + "_mm?"
-                          : "the field of view is " + number_text(extent.x) + " m wide and " + number_text(extent.y) +
-                                " m high; ask for fewer");
+               joined({"the field of view is ", number_text(extent.x), " m wide and ", number_text(extent.y),
+                       " m high; ask for fewer"}));
 }
 
 } // namespace detail

@@ -60,7 +60,7 @@ class line_fan {
         }
     };
 
-    /// Takes the lines of a probe. False where they are not a fan: then no other member may be called.
+    /// Sets the lines, those of a probe. False where they are not a fan: then no other member may be called.
     ///
     /// A fan lies in the plane y = 0, is numbered from left to right, covers at most a full circle, and diverges.
     template <transducer Probe>

@@ -3,8 +3,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
-#include <algorithm>
-#include <cstdio>
+#include <insonify/core/text.hpp>
 #include <string>
 
 /// Range checks of settings. Where a value is plausible in another unit the error suggests that unit: "probe: width is
@@ -16,25 +15,12 @@ inline constexpr float max_aperture = 1;      ///< of the face of a probe, metre
 inline constexpr float min_frequency = 1e3F;  ///< hertz
 inline constexpr float max_frequency = 1e10F; ///< hertz
 
-namespace detail {
-
-/// A number with up to four significant digits and, in every locale, a decimal point.
-inline std::string number_text(float value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", static_cast<double>(value));
-    std::string number{text};
-    std::replace(number.begin(), number.end(), ',', '.');
-    return number;
-}
-
-} // namespace detail
-
 /// @param setting  name of the setting
 /// @throws usage_error  for a value outside 1e-9 to 1e12, whose square overflows or underflows, or NaN
 inline void check_positive(float value, const char* setting) {
     if (!is_finite(value) || !(value >= 1e-9F && value <= 1e12F))
-        throw usage_error{std::string{"probe: "} + setting + " is " + detail::number_text(value) +
-                          "; it must be a number from 1e-9 to 1e12"};
+        throw usage_error{detail::joined(
+            {"probe: ", setting, " is ", detail::number_text(value), "; it must be a number from 1e-9 to 1e12"})};
 }
 
 /// @param setting  name of the setting
@@ -43,11 +29,11 @@ inline void check_positive(float value, const char* setting) {
 /// @throws usage_error  for a length outside 1 nm to `max`, or NaN
 inline void check_length(float metres, const char* setting, float max = max_aperture, const char* owner = "probe") {
     if (is_finite(metres) && metres >= 1e-9F && metres <= max) return;
-    const std::string text = detail::number_text(metres),
-                      sentence = std::string{owner} + ": " + setting + " is " + text;
+    const std::string text = detail::number_text(metres);
     if (is_finite(metres) && metres > max && 1e-3F * metres <= max)
-        throw usage_error{sentence + " m: did you mean " + text + "_mm?"};
-    throw usage_error{sentence + " m; it must be from 1 nm to " + detail::number_text(max) + " m"};
+        throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " m: did you mean ", text, "_mm?"})};
+    throw usage_error{detail::joined(
+        {owner, ": ", setting, " is ", text, " m; it must be from 1 nm to ", detail::number_text(max), " m"})};
 }
 
 /// @throws usage_error  for a depth outside 1 nm to `max_scan_depth`, or NaN
@@ -56,10 +42,10 @@ inline void check_depth(float metres, const char* owner) { check_length(metres, 
 /// @throws usage_error  for a frequency outside `min_frequency` to `max_frequency`, or NaN
 inline void check_frequency(float hertz, const char* owner = "probe") {
     if (is_finite(hertz) && hertz >= min_frequency && hertz <= max_frequency) return;
-    const std::string text = detail::number_text(hertz), sentence = std::string{owner} + ": frequency is " + text;
+    const std::string text = detail::number_text(hertz);
     if (is_finite(hertz) && hertz < min_frequency && 1e6F * hertz >= min_frequency)
-        throw usage_error{sentence + " Hz: did you mean " + text + "_MHz?"};
-    throw usage_error{sentence + " Hz; it must be from 1 kHz to 10 GHz"};
+        throw usage_error{detail::joined({owner, ": frequency is ", text, " Hz: did you mean ", text, "_MHz?"})};
+    throw usage_error{detail::joined({owner, ": frequency is ", text, " Hz; it must be from 1 kHz to 10 GHz"})};
 }
 
 /// @param max  radians
@@ -67,11 +53,11 @@ inline void check_frequency(float hertz, const char* owner = "probe") {
 inline void check_angle(float radians, const char* setting, float max, const char* owner) {
     if (is_finite(radians) && radians >= 1e-9F && radians <= max) return;
     const float degrees = 180 / pi * max;
-    const std::string text = detail::number_text(radians),
-                      sentence = std::string{owner} + ": " + setting + " is " + text;
+    const std::string text = detail::number_text(radians);
     if (is_finite(radians) && radians > max && radians <= degrees)
-        throw usage_error{sentence + " rad: did you mean " + text + "_deg?"};
-    throw usage_error{sentence + " rad; it must be from 1e-9 rad to " + detail::number_text(degrees) + "_deg"};
+        throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " rad: did you mean ", text, "_deg?"})};
+    throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " rad; it must be from 1e-9 rad to ",
+                                      detail::number_text(degrees), "_deg"})};
 }
 
 } // namespace insonify::inline INSONIFY_ABI

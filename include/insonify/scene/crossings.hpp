@@ -77,6 +77,16 @@ INSONIFY_FN inline void add_crossings(const object_view& one, std::uint32_t rank
     });
 }
 
+/// Adds every crossing of a line with the objects that are not skipped, from its origin to `depth` metres, in any order.
+/// @param skipped  of each object, by rank; empty: none is
+INSONIFY_FN inline void add_crossings(const scene_view& scene, const ray& line, float depth,
+                                      view<const std::uint8_t> skipped, line_crossings& found) {
+    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth}, [&](const hit& at) {
+        const std::uint32_t rank = at.primitive;
+        if (skipped.empty() || skipped[rank] == 0) add_crossings(scene.objects[rank], rank, line, depth, found);
+    });
+}
+
 } // namespace detail
 
 /// Finds every crossing of a line from its origin to `depth` metres, nearest first, and the objects that contain its
@@ -84,9 +94,7 @@ INSONIFY_FN inline void add_crossings(const object_view& one, std::uint32_t rank
 /// @return false where they do not fit into `found`
 INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line, float depth, line_crossings& found) {
     found.clear();
-    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth}, [&](const hit& at) {
-        detail::add_crossings(scene.objects[at.primitive], at.primitive, line, depth, found);
-    });
+    detail::add_crossings(scene, line, depth, {}, found);
     found.sort();
     return found.complete();
 }

@@ -34,12 +34,12 @@ struct diagnosis {
     std::string sentence{};          ///< for each problem what is wrong and what to do about it
 };
 
-/// Finds out why a picture is empty, and says so in plain sentences; `explain` does so for a single mesh.
+/// Finds why a picture is empty, and explains it in plain sentences; `explain` does so for a single mesh.
 ///
 ///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
 ///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
 ///
-/// Never throws but for lack of memory. Cost: up to some seconds for a million faces.
+/// Throws only for lack of memory. Cost: up to some seconds for a million faces.
 /// @param at  probe to world
 template <transducer Probe>
 diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan);
@@ -60,7 +60,7 @@ inline std::string named(const std::string& name, std::uint32_t id) {
     return name.empty() ? "object " + std::to_string(id) : "object '" + name + "'";
 }
 
-/// What the lines of a probe would meet without a limit of depth.
+/// The surfaces that the lines of a probe would cross without a limit of depth.
 struct line_survey {
     float ahead = FLT_MAX;                  ///< metres to the first surface on any line
     float behind = FLT_MAX;                 ///< the same, backwards
@@ -105,7 +105,7 @@ float distance_beside(const scene_view& flat, const Probe& probe, const pose& at
     return nearest;
 }
 
-/// Whether the impedance is so far from tissue's that almost no sound passes from one to the other.
+/// Whether the impedance differs so much from that of tissue that an interface reflects almost all sound.
 inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || m.impedance() < 3e5F; }
 
 /// The sentence about a scene that is 30 times larger than the lines are deep, or 300 times smaller; empty for others. The

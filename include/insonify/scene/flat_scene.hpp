@@ -105,7 +105,7 @@ class use_count {
         return *this;
     }
     void reset() { count_.store(0, std::memory_order_relaxed); }
-    /// @return how many there have been, this one included
+    /// @return the count, including this one
     std::uint32_t add() { return count_.fetch_add(1, std::memory_order_relaxed) + 1; }
 
   private:

@@ -55,7 +55,7 @@ struct object_state {
             structure = {of.inside.structure, structure_axes(mesh_view{of.surface}, local_box, of.fibres)};
     }
 
-    /// Follows vertices that have moved without touching the tree.
+    /// Recomputes what depends on vertices that have moved, except the tree.
     template <class Policy>
     void follow(const Policy& policy, const object& of) {
         if (groups.empty()) groups = face_groups{mesh_view{of.surface}};

@@ -2,6 +2,7 @@
 #define INSONIFY_SCENE_SCENE_HPP
 
 #include <insonify/core/error.hpp>
+#include <insonify/core/text.hpp>
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/scene/flat_scene.hpp>
 #include <insonify/scene/object.hpp>
@@ -50,7 +51,7 @@ class scene {
         built_ = false;
     }
 
-    /// The object's vertices in object coordinates, to be moved; call `update` afterwards, and ask again each frame.
+    /// The object's vertices in object coordinates, to be moved. Call it each frame, and `update` afterwards.
     ///
     /// The span is valid until `add`, `remove` or assignment. @throws usage_error  for an unknown id
     std::span<vec3> positions(object_id id) {
@@ -163,8 +164,8 @@ class scene {
     /// @throws usage_error  for an unknown id
     bool awaits_update(object_id id) const { return states_[index_of(id)].moved; }
 
-    /// The scene as flat arrays, for slices: the trees of objects that have moved may be out of date. Once they have been
-    /// sliced a few times since, they are worth being brought up to date.
+    /// The scene as flat arrays, for slices: the trees of objects that have moved may be out of date. After a few
+    /// calls without further motion they are brought up to date.
     /// @throws usage_error  where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     scene_view view_for_slices(const Policy& policy) const {
@@ -260,8 +261,9 @@ class scene {
         const auto found = std::lower_bound(objects_.begin(), objects_.end(), id,
                                             [](const object& one, object_id wanted) { return one.id < wanted; });
         if (found == objects_.end() || found->id != id)
-            throw usage_error{"scene: no object has the id " + std::to_string(static_cast<std::uint32_t>(id)) +
-                              "; use the id that `add` or `find` returned, of an object that was not removed"};
+            throw usage_error{
+                detail::joined({"scene: no object has the id ", std::to_string(static_cast<std::uint32_t>(id)),
+                                "; use the id that `add` or `find` returned, of an object that was not removed"})};
         return static_cast<std::size_t>(found - objects_.begin());
     }
 
@@ -289,8 +291,8 @@ inline object_id scene::add(mesh surface, const medium& inside, object_settings 
     detail::check_faces(surface, named);
     for (std::size_t i = 0; i < surface.positions.size(); ++i)
         if (!is_finite(surface.positions[i]))
-            throw geometry_error{named + "vertex " + std::to_string(i) +
-                                 " is not finite; repair the mesh (`validate` reports more)"};
+            throw geometry_error{detail::joined(
+                {named, "vertex ", std::to_string(i), " is not finite; repair the mesh (`validate` reports more)"})};
     const object_id id{next_id_};
     states_.resize(objects_.size() + 1);
     objects_.push_back({.id = id,

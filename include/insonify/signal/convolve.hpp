@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SIGNAL_CONVOLVE_HPP
 #define INSONIFY_SIGNAL_CONVOLVE_HPP
 
+#include <insonify/core/text.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
@@ -104,17 +105,19 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
         throw usage_error{"convolve: the echoes must have as many lines as the probe, and a value for every sample"};
     check_depth(echoes.depth, "convolve");
     if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
-        throw usage_error{"convolve: decimation is " + std::to_string(settings.decimation) +
-                          "; it must be a divisor of the number of samples, " + std::to_string(echoes.samples)};
+        throw usage_error{
+            detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
+                            "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
     const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
     const pulse_envelope in_metres = sent.envelope(probe.frequency);
     const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
     const auto decimation = static_cast<float>(settings.decimation);
     if (!(envelope.sigma * 1.0001F >= decimation)) {
         const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
-        throw usage_error{"convolve: the samples are too coarse for the pulse; a line needs at least " +
-                          std::to_string(static_cast<std::uint32_t>(needed)) + " (twice as many are usual)" +
-                          (settings.decimation > 1 ? ", or a smaller `decimation`" : "")};
+        throw usage_error{
+            detail::joined({"convolve: the samples are too coarse for the pulse; a line needs at least ",
+                            std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)",
+                            settings.decimation > 1 ? ", or a smaller `decimation`" : ""})};
     }
 
     iq_lines lines = detail::convolve_along(policy, std::move(echoes), envelope, settings.decimation, own);

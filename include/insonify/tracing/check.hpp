@@ -2,6 +2,7 @@
 #define INSONIFY_TRACING_CHECK_HPP
 
 #include <insonify/acoustics/medium.hpp>
+#include <insonify/core/text.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/plausible.hpp>
 #include <insonify/probe/transducer.hpp>
@@ -29,13 +30,14 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
         throw geometry_error{"trace: the pose of the probe is not a rigid transform; make it with look_at"};
     check_depth(settings.depth, "trace");
     if (settings.depth * probe.frequency > max_wavelengths * display_speed)
-        throw usage_error{"trace: a depth of " + number_text(settings.depth) + " m at " + number_text(probe.frequency) +
-                          " Hz is more than 2^24 wavelengths; lower the depth or the frequency"};
+        throw usage_error{
+            joined({"trace: a depth of ", number_text(settings.depth), " m at ", number_text(probe.frequency),
+                    " Hz is more than 2^24 wavelengths; lower the depth or the frequency"})};
     const std::uint32_t samples =
         settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency);
     if (std::uint64_t{samples} * probe.lines > max_samples)
-        throw usage_error{"trace: " + std::to_string(probe.lines) + " lines of " + std::to_string(samples) +
-                          " samples are more than 2^28; ask for fewer"};
+        throw usage_error{joined({"trace: ", std::to_string(probe.lines), " lines of ", std::to_string(samples),
+                                  " samples are more than 2^28; ask for fewer"})};
     return samples;
 }
 

@@ -21,7 +21,7 @@ INSONIFY_INLINE slice_corner<N> select_corner(const lane_mask<N>& mask, const sl
 
 /// The points of the edges from `below` to `above` at a height.
 ///
-/// Edges are always interpolated upwards, so that faces that share one get the very same point of it.
+/// Edges are always interpolated upwards, so that faces that share an edge compute exactly the same point.
 template <int N>
 INSONIFY_INLINE slice_corner<N> cut_edges(const slice_corner<N>& below, const slice_corner<N>& above, float height) {
     const lanes<N> zero(0.0F), one(1.0F), rise = above.height - below.height;

@@ -9,7 +9,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Most elevation planes of a frame.
+/// Maximum number of elevation planes of a frame.
 inline constexpr std::uint32_t max_elevation_planes = 7;
 
 namespace detail {
@@ -29,11 +29,11 @@ bool lines_follow_depth(const Probe& probe) {
 ///
 ///     y = +- delta (sigma_f cos psi + g(z) sin psi)
 ///
-/// which are linear in z, so it is plane. With psi near 0 it samples the diffraction and hardly tilts; near 90 degrees it
-/// follows the shadow and crosses its twin at the focus. Depth is measured along z: on a curved array, along its middle line.
+/// which are linear in z: both are planes. With psi near 0 they sample the diffraction and hardly tilt; near 90 degrees they
+/// follow the shadow and cross at the focus. Depth is measured along z: on a curved array, along its middle line.
 /// Source: delta and psi from a numerical search for the smallest error in the echoes of half spaces that begin at any
 /// height, at depths of 5 to 60 mm, for linear, convex and phased arrays; the outer pair of 5 planes was then moved from 1.9
-/// to 2 for the default array at 35 mm. `tests/tracing/elevation.cpp` has what they achieve.
+/// to 2 for the default array at 35 mm. `tests/tracing/elevation.cpp` measures the errors.
 class elevation_planes {
   public:
     /// @param count  1, 3, 5 or 7: the middle one, and pairs
@@ -67,7 +67,7 @@ class elevation_planes {
     const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
     /// Height of the tissue that contributes to an echo, metres: half the aperture's, as the beam has in the middle of its range.
-    /// It is the same at all depths, or speckle would change as tissue moves to and fro.
+    /// It is the same at all depths, so that speckle stays the same as tissue moves in depth.
     float scatterer_height() const { return beam_.elevation_height / 2; }
 
     /// Metres of elevation that each plane represents at a depth: its part of the effective thickness of the beam,

@@ -12,7 +12,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A frame as the function of one line sees it: probe, pose, sampling, planes and kernels. Trivially copyable where the
+/// What the function of one line reads of a frame: probe, pose, sampling, planes and kernels. Trivially copyable where the
 /// probe is.
 template <transducer Probe>
 struct frame_view {
@@ -45,7 +45,7 @@ struct frame_view {
 
 namespace detail {
 
-/// Lines that one thread takes at a time.
+/// Number of lines in a block of work.
 inline constexpr int lines_per_block = 8;
 
 /// All that follows from probe, acquisition and model alone: kept between frames, recomputed where one of them changes.

@@ -10,7 +10,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Maps of what is true of every sample, all on one grid.
+/// Ground truth of every sample, as maps on one grid.
 struct ground_truth_lines {
     label_lines label{};    ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
     label_lines medium{};   ///< index into `scene::media()`
@@ -65,7 +65,7 @@ struct truth_model : label_axis {
                 if (k < out.size() && out[k].surface == background_label) {
                     // Ranks, in which the background comes last: place 0 wraps around.
                     out[k].surface = above.place - 1 < here.place - 1 ? above.object : here.object;
-                    // From the slopes, because near normal incidence a cosine has no digits left.
+                    // From the slopes, because a cosine loses its digits near normal incidence.
                     out[k].incidence = std::atan(length(here.slope));
                 }
             }
@@ -86,7 +86,7 @@ struct truth_model : label_axis {
 
 } // namespace detail
 
-/// All that a learning pipeline may want to know of a frame, from one trace.
+/// Ground truth of a frame from one trace, for training data and tests.
 ///
 ///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///

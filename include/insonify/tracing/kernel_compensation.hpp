@@ -6,9 +6,9 @@
 #include <insonify/core/view.hpp>
 #include <cstddef>
 
-/// The acoustic model knows physics alone: it emits the echo that the probe receives. `convolve` then averages neighbouring
-/// lines, and the planes of the slice are averaged too, which weakens echoes that differ from line to line. Here echoes are
-/// raised beforehand by as much, so that their levels come out as the model meant. Planes are averaged with the weights of
+/// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
+/// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
+/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the weights of
 /// coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the ratio.
 namespace insonify::inline INSONIFY_ABI {
 
@@ -89,7 +89,7 @@ class compensated_echoes {
     }
 
     /// A sloping rough surface covers a range of depths within the width of the line and the height of its plane: it is
-    /// divided into independent parts over that range, of the same total power, or a steep surface would be a staircase.
+    /// divided into independent parts over that range, of the same total power. A steep surface would else look like stairs.
     ///
     /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
     /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 scatterer spacings is the correlation length of the field and k
@@ -113,7 +113,7 @@ class compensated_echoes {
     }
 
   private:
-    // No echo is raised by more than the inverse: the echo of a small or curved surface is weakened less.
+    // Limits the gain: the echo of a small or curved surface is weakened less than that of a plane.
     static constexpr float min_transfer = 0.15F;
 
     // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the

@@ -44,8 +44,8 @@ namespace detail {
 
 /// The kernels of `convolve` and of the planes, for every line of a probe, with the gains that keep the levels.
 ///
-/// Averaging lowers the rms of random echoes, by how much depends on the lines and planes that there are. The gain g makes
-/// up for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
+/// Averaging lowers the rms of random echoes, by an amount that depends on the lines and planes. The gain g compensates
+/// for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
 /// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:

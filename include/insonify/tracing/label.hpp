@@ -9,7 +9,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How deep to look, how finely, and along which depths.
+/// Depth and sampling of labels, and the meaning of depth.
 struct label_settings {
     /// What the depth of a sample means.
     enum class grid {
@@ -45,7 +45,7 @@ struct label_axis {
         return grid == label_settings::grid::displayed ? depth * (fastest / display_speed) : depth;
     }
 
-    /// Lays the layers of a line on the grid: visit(i, stretch) for layer i, from the face on.
+    /// Maps the layers of a line to the grid: calls visit(i, stretch) for layer i, starting at the face.
     ///
     /// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
     template <class Visit>

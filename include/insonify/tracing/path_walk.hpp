@@ -82,7 +82,7 @@ class path_walk {
         found_.inside.assign({.ranks = containing, .count = now.inside});
         if (!complete || found_.inside.overflow) return false;
         line_.frame = now.frame;
-        // Surfaces that touch the face are not met before it.
+        // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure();
         for (layer above; walk.next(above);) {
@@ -99,11 +99,11 @@ class path_walk {
         return !found_.inside.overflow;
     }
 
-    // A path meets a surface: its transmitted and its reflected part go on.
+    // Splits a path at a surface into a transmitted and a reflected branch.
     INSONIFY_FN void split(const path_branch& now, const layer_walk<>& walk, const layer& above, const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         const vec3 smooth = walk.met().normal;
-        // Wave fronts are not tilted, but a surface along the slice is met by the tilt alone, and turns it.
+        // Wave fronts are not tilted; but a surface along the slice is crossed only because of the tilt, which then counts.
         line_frame frame = now.frame;
         const bool by_tilt = walk.met().cosine <= steep_cosine || std::fabs(dot(smooth, frame.elevation)) > 0.5F;
         if (frame.tilt != 0 && by_tilt) frame = {frame.origin, normalize(frame.path()), frame.elevation};
@@ -122,7 +122,7 @@ class path_walk {
             random ? 1.0F : model_.roughness.coherent({before, after, walk.met().cosine, line_.frequency});
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
-        // A facet that would send the path to the wrong side of the surface gives way to the surface as a whole.
+        // The mean surface replaces a facet that would send the path to the wrong side of it.
         const auto crosses = [&](vec3 direction) { return dot(direction, smooth) * dot(along, smooth) > 0; };
         const auto transmitted_by = [&](vec3 normal) { return model_.refracted(along, normal, before, after); };
         const auto mirrored_by = [&](vec3 normal) { return along - 2 * dot(along, normal) * normal; };
@@ -154,7 +154,7 @@ class path_walk {
         push(off, found_.inside);
     }
 
-    // A path ends at the face of the probe, and begins anew where the face reflects.
+    // Ends a path at the face of the probe, and starts its reflection there if the face reflects.
     INSONIFY_FN void return_from_face(path_branch now, float distance) {
         constexpr float min_cosine = 0.5F; // beyond 60 degrees no sound that is reflected again comes back to the array
         if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
@@ -184,7 +184,7 @@ class path_walk {
         arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, now.inverted};
     }
 
-    // Sound that goes out along one path may return along another that meets the same surface, at the mean of both times.
+    // Sound that goes out along one path may return along another that reaches the same surface, at the mean of both times.
     // Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence the 2. Tilt
     // and random field of the surface are those of the path that was followed first.
     INSONIFY_FN void add_pairs() {

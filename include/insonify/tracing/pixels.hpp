@@ -38,7 +38,7 @@ INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray&
     return found.complete();
 }
 
-/// Traces points of the slice one by one, as the paper does: much work twice, kept as the reference for `trace_beams`.
+/// Traces points of the slice one by one, as the paper does: a slow reference for `trace_beams`.
 class pixel_tracer {
   public:
     /// @param frequency  hertz

@@ -9,8 +9,8 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Finds the crossings of all lines of a frame at once: cuts the scene by the slices that contain the lines and shares the
-/// segments out over the lines. Keeps its memory from frame to frame.
+/// Finds the crossings of all lines of a frame at once: cuts the scene by the slices that contain the lines and distributes
+/// the segments over the lines. Keeps its memory from frame to frame.
 class slice_finder {
   public:
     static constexpr int block = lines_per_block;
@@ -47,8 +47,8 @@ class slice_finder {
     ///     1 + log2(faces)^2 / 3  <=  lines near the object + all lines / 20        in units of a ray near the object
     ///
     /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice costs a
-    /// factor of at most 1.2, but for many crossings on few lines, where it costs 2. Both ways scale alike with the number
-    /// of slices. The choice for an object does not depend on other objects, so that these change no bit of its echoes.
+    /// factor of at most 1.2, or of 2 for many crossings on few lines. The costs of both are proportional to the number of
+    /// slices. The choice for an object does not depend on other objects, so its echoes are bit-equal whatever these are.
     /// @param all         cut all objects
     /// @param directions  in which each line is traced
     /// @return whether any is cut

@@ -45,11 +45,7 @@ struct block_tracer {
             if (task.scene.objects[one.rank].box.contains(beam.origin)) found.inside.toggle(one.rank);
             if (one.distance <= task.max_depth) found.add(one);
         });
-        if (any_rays)
-            task.scene.boxes.for_each_hit({beam.origin, beam.direction, 0, task.max_depth}, [&](const hit& at) {
-                if (is_sliced[at.primitive] == 0)
-                    add_crossings(task.scene.objects[at.primitive], at.primitive, beam, task.max_depth, found);
-            });
+        if (any_rays) add_crossings(task.scene, beam, task.max_depth, is_sliced, found);
         found.sort();
         return found.complete();
     }
@@ -57,11 +53,11 @@ struct block_tracer {
 
 } // namespace detail
 
-/// Straight lines: every crossing of each line in order, then the model once along it.
+/// Straight lines: finds all crossings of each line in order, then applies the model once along it.
 ///
-/// All lines of a plane lie in one slice of the scene. An object is cut by the slices once and the segments are shared out
-/// over the lines, or a ray is traced for each line, whichever is faster for the object; both find the same crossings, but
-/// for lines within rounding error of a vertex or an edge.
+/// All lines of a plane lie in one slice of the scene. An object is cut by the slices once and the segments are distributed
+/// over the lines, or a ray is traced for each line, whichever is faster for the object. Both find the same crossings,
+/// except on lines within rounding error of a vertex or an edge.
 struct straight_lines {
     /// How crossings are found.
     enum class search {

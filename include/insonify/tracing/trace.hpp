@@ -7,7 +7,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What `trace` keeps from frame to frame: handed back each time with the former lines, nothing is allocated.
+/// Tables and buffers of `trace`: passed again with the lines of the last frame, they avoid allocations.
 template <transducer Probe, acoustic_model Model, class Tracer = straight_lines>
 using trace_workspace = trace_workspace_of<Probe, Model, Tracer>;
 
@@ -57,10 +57,10 @@ line_grid<typename Model::sample_type> trace_beams(const Policy& policy, const s
 }
 
 /// `trace` by slices alone: all lines of a plane lie in one slice of the scene, so each object is cut by it once, and the
-/// segments are shared out over the lines.
+/// segments are distributed over the lines.
 ///
 /// Needs no tree: objects that have moved are cut by a linear pass. Several planes cost about as much as one. Watertight:
-/// faces that share an edge are cut in the very same point of it, so each line enters and leaves a closed surface by turns.
+/// faces that share an edge are cut at exactly the same point of it, so each line enters and leaves a closed surface in turn.
 /// Lines that are neither parallel nor from one point are traced as `trace_beams` does.
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe, acoustic_model Model>

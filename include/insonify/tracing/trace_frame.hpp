@@ -13,7 +13,7 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// What a tracer prepares for a frame where it does; the tracer itself where it does not.
+/// The state that a tracer prepares for a frame; the tracer itself if it prepares none.
 template <class Tracer>
 concept prepares_frames = requires {
     typename Tracer::frame_state;
@@ -30,7 +30,7 @@ struct tracer_memory<Tracer> {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What `trace` keeps from frame to frame, so that it allocates nothing after the first.
+/// Tables and buffers of `trace`, kept so that it allocates nothing after the first frame.
 template <transducer Probe, acoustic_model Model, class Tracer>
 struct trace_workspace_of {
     detail::frame_plan<Probe, Model> plan{};                               ///< tables

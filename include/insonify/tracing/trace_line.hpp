@@ -11,7 +11,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 template <class Sample>
 inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
 
-/// One line of one plane, as a tracer is given it.
+/// The task of a tracer: one line of one plane.
 template <transducer Probe>
 INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
                               std::uint32_t plane) {
@@ -36,7 +36,7 @@ INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& 
 ///
 /// @param plane_samples  room for the samples of one plane where there are several
 /// @param out            the samples of the line; whatever they held is overwritten
-/// @return               false where the scratch is too small; the samples then mean nothing
+/// @return               false where the scratch is too small; the samples are then undefined
 template <class Policy, transducer Probe, class Tracer, acoustic_model Model>
 INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame, const scene_view& scene,
                             const Tracer& tracer, const Model& model, std::uint32_t number, line_scratch& scratch,

@@ -9,7 +9,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A path that is yet to be followed: see `paths`.
+/// A path that has not been followed yet: see `paths`.
 struct path_branch {
     line_frame frame{};        ///< where its next piece begins, and along what
     echo_path path{};          ///< the state of the sound there
@@ -18,7 +18,7 @@ struct path_branch {
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
 };
 
-/// Where a path met a surface. Sound that came along one such path may return along another: see `paths`.
+/// A path that arrived at a surface. Sound that arrives along one such path may return along another: see `paths`.
 struct path_arrival {
     line_frame frame{};        ///< of the path's last piece
     vec3 point{0, 0, 0};       ///< where it ended
@@ -31,8 +31,8 @@ struct path_arrival {
     bool at_face = false;      ///< the surface is the face of the probe
 };
 
-/// Memory of fixed capacity in which one line is traced. Where it does not suffice, the tracer says so, and the line is
-/// traced again in larger memory.
+/// Memory of fixed capacity in which one line is traced. If it is too small, the tracer returns false, and the line is
+/// traced again with more.
 struct line_scratch {
     line_crossings found{};               ///< crossings and containing objects of the line
     view<layer> layers{};                 ///< room for its layers
@@ -52,10 +52,10 @@ struct line_task {
     float spacing = 0;        ///< metres from sample to sample
     line_kernels kernels{};   ///< of the stages that follow
 
-    /// The line as a ray in the world; distances along it are metres along the line, also where its plane is tilted.
+    /// The line as a ray in the world; distances along it are those along the line, even if its plane is tilted.
     INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.path()}; }
 
-    /// Where models emit their echoes so that later stages leave their levels as they are.
+    /// Writes emitted echoes, compensated so that later stages do not change their levels.
     INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {
         return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
     }
@@ -80,7 +80,7 @@ struct line_task {
 ///                                 view<typename Model::sample_type> out) const;
 ///
 /// It adds to samples that start at 0 and returns false where the scratch is too small, and only then. One that finds layers
-/// passes them to `task.apply`; one that needs no mesh may find them in whatever it holds. It must not throw. It is called
+/// passes them to `task.apply`; one that needs no mesh may compute them from its own data. It must not throw. It is called
 /// from many threads at once, and on a device where it is marked INSONIFY_FN.
 template <class Tracer, class Model = physical<>>
 concept tracer = acoustic_model<Model> && requires(const Tracer& trace_one, const line_task& task, const Model& model,
