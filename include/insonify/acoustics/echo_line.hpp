@@ -19,6 +19,15 @@ struct scatterer_echoes {
     vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
 };
 
+/// The specular echo of a curved surface.
+struct curved_echo {
+    float depth = 0;         ///< displayed, metres
+    float amplitude = 0;     ///< of the whole echo, before the aperture has its part
+    vec2 collected{1, 1};    ///< fraction that the aperture collects of a plane of this slope, in the slice plane and out of it
+    vec2 slope{0, 0};        ///< change of displayed depth per metre across the line, in the slice plane and out of it
+    vec3 curvature{0, 0, 0}; ///< second derivatives of displayed depth, 1/m, as in `layer`
+};
+
 /// Writes echoes into one line of complex samples at baseband.
 ///
 ///     s += a exp(-j 4 pi f0 z / c0)
@@ -27,8 +36,9 @@ struct scatterer_echoes {
 /// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
 /// reduced in cycles, in double precision, so it is accurate at any depth.
 ///
-/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; the
-/// tracer substitutes one that compensates for the kernels of later stages.
+/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those with
+/// `curved_surface` receive the echoes of curved surfaces there. The tracer substitutes one that compensates for the kernels
+/// of later stages.
 /// Source: demodulation to baseband of an echo with delay 2 z / c0.
 class echo_line {
   public:
@@ -50,6 +60,11 @@ class echo_line {
     /// Adds the specular echo of a surface. The third argument is the change of its displayed depth per metre across the
     /// line, in the slice plane and out of it.
     INSONIFY_FN void surface(float depth, float amplitude, vec2 /* slope */) const { add(depth, {amplitude, 0}); }
+
+    /// Adds the specular echo of a curved surface, as if it were plane.
+    INSONIFY_FN void curved_surface(const curved_echo& one) const {
+        surface(one.depth, one.amplitude * one.collected.x * one.collected.y, one.slope);
+    }
 
     /// Adds the diffuse echo of a rough surface.
     /// @param amplitude  rms

@@ -199,7 +199,7 @@ struct physical {
         const bool normal_incidence = angle == insonify::angle::normal;
         const float cosine = normal_incidence ? 1.0F : below.cosine;
         const vec2 tangent = normal_incidence ? vec2{0, 0} : below.slope;
-        const incidence at{before, after, cosine, line.frequency};
+        const incidence at{before, after, cosine, line.frequency, below.roughness};
         const response wave = at_interface(at);
         const float elevation_fnumber = line.aperture.elevation_fnumber;
         const float arrived =
@@ -212,10 +212,11 @@ struct physical {
         constexpr float steepest = 5.8F; // 80 degrees
         const vec2 slope = detail::displayed_stretch(timing, before) *
                            vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
-        const float collected = specular(std::atan(tangent.x), fnumber, wavelengths) *
-                                specular(std::atan(tangent.y), elevation_fnumber, wavelengths);
-        const float coherent = arrived * wave.reflected * roughness.coherent(at) * collected;
-        if (coherent != 0) echoes.surface(shown, coherent, slope);
+        const vec2 collected{specular(std::atan(tangent.x), fnumber, wavelengths),
+                             specular(std::atan(tangent.y), elevation_fnumber, wavelengths)};
+        const float coherent = arrived * wave.reflected * roughness.coherent(at);
+        const vec3 curvature = detail::displayed_stretch(timing, before) * (normal_incidence ? vec3{0, 0, 0} : below.curvature);
+        add_specular(echoes, {shown, coherent, collected, slope, curvature});
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
@@ -257,6 +258,17 @@ struct physical {
     }
     INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
         return path.refraction.length_factor * attenuation(m, line.frequency);
+    }
+
+    template <class Echoes>
+    INSONIFY_FN static void add_specular(const Echoes& echoes, const curved_echo& one) {
+        if constexpr (requires { echoes.curved_surface(one); })
+            if (one.curvature != vec3{0, 0, 0}) {
+                if (one.amplitude != 0) echoes.curved_surface(one);
+                return;
+            }
+        const float whole = one.amplitude * (one.collected.x * one.collected.y);
+        if (whole != 0) echoes.surface(one.depth, whole, one.slope);
     }
 
     INSONIFY_FN gaussian_field<> surface_field() const { return {.seed = seed}; }

@@ -44,6 +44,7 @@ class flat_scene {
             objects_.push_back({.surface = surface,
                                 .tree = state.tree_is_current ? state.tree.view_of(surface) : bvh_view<mesh_view>{},
                                 .groups = state.groups.view_of(),
+                                .normals = state.normals.view_of(state.tree_is_current),
                                 .at = one.at,
                                 .box = state.box,
                                 .id = static_cast<std::uint32_t>(one.id),

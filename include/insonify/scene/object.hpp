@@ -2,6 +2,7 @@
 #define INSONIFY_SCENE_OBJECT_HPP
 
 #include <insonify/acoustics/medium.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <cstdint>
@@ -17,6 +18,9 @@ struct object_settings {
     int priority = 0;   ///< where objects overlap, the medium of the highest priority applies
     pose at{};          ///< object to world
     std::string name{}; ///< for reports, files and error messages; need not be unique
+    /// Edges where two faces meet at no more than this are smooth: echoes see a curved surface across them, not facets.
+    /// Radians, 0 to pi; 0: every face is a flat mirror.
+    float crease_angle = 30_deg;
 };
 
 /// A closed surface and the medium inside it, as the scene stores it.
@@ -27,6 +31,7 @@ struct object {
     medium inside{};    ///< what fills it
     pose at{};          ///< object to world
     int priority = 0;   ///< the highest applies where objects overlap
+    float crease_angle = 30_deg; ///< edges up to this angle are smooth, radians: see `object_settings`
 };
 
 } // namespace insonify::inline INSONIFY_ABI

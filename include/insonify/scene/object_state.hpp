@@ -6,6 +6,7 @@
 #include <insonify/geometry/face_groups.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/point_bounds.hpp>
+#include <insonify/scene/smooth_surface.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -26,6 +27,7 @@ inline aabb placed_box(const aabb& local, const pose& at) {
 struct object_state {
     bvh_storage<mesh_view> tree{};     ///< in object coordinates
     face_groups groups{};              ///< for slicing while the tree is out of date
+    smooth_surface normals{};          ///< current where the tree is
     aabb local_box{};                  ///< in object coordinates, as built or updated
     aabb box{};                        ///< in the world
     std::uint32_t medium = 0;          ///< index into the scene's media
@@ -33,17 +35,19 @@ struct object_state {
     bool moved = false;                ///< the positions were handed out for writing since the last update
     bool tree_is_current = false;      ///< the tree fits the positions
 
-    /// Builds the tree. @throws std::bad_alloc
+    /// Builds the tree and the normals. @throws std::bad_alloc
     template <class Policy>
     void build(const Policy& policy, const object& of) {
         tree.build(policy, mesh_view{of.surface});
+        normals = smooth_surface{mesh_view{of.surface}, of.crease_angle};
+        normals.compute(policy, mesh_view{of.surface});
         tree_is_current = true;
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
     }
 
-    /// Follows vertices that have moved without touching the tree.
+    /// Follows vertices that have moved without touching the tree or the normals.
     template <class Policy>
     void follow(const Policy& policy, const object& of) {
         if (groups.empty()) groups = face_groups{mesh_view{of.surface}};
@@ -53,11 +57,12 @@ struct object_state {
         updates_at_rest = 0;
     }
 
-    /// Refits the tree, or rebuilds it where refitting has degraded it: see `bvh_storage::update`.
+    /// Refits the tree, or rebuilds it where refitting has degraded it: see `bvh_storage::update`. Computes the normals.
     template <class Policy>
     void update_tree(const Policy& policy, const object& of) {
         if (tree_is_current) return;
         tree.update(policy, mesh_view{of.surface});
+        normals.compute(policy, mesh_view{of.surface});
         tree_is_current = true;
     }
 

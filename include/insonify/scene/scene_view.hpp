@@ -7,6 +7,7 @@
 #include <insonify/geometry/face_groups.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
+#include <insonify/geometry/smooth_normals.hpp>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -16,6 +17,7 @@ struct object_view {
     mesh_view surface{};          ///< in object coordinates
     bvh_view<mesh_view> tree{};   ///< over `surface`; without nodes where it is out of date
     face_groups_view groups{};    ///< for slicing where the tree is out of date
+    smooth_normals_view normals{}; ///< of `surface`
     pose at{};                    ///< object to world
     aabb box{};                   ///< in the world
     std::uint32_t id = 0;         ///< its `object_id` as a number

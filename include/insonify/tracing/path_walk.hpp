@@ -102,7 +102,7 @@ class path_walk {
     // A path meets a surface: its transmitted and its reflected part go on.
     INSONIFY_FN void split(const path_branch& now, const layer_walk<>& walk, const layer& above, const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
-        const vec3 smooth = walk.met().normal;
+        const vec3 smooth = walk.met().normal, flat = walk.met().flat;
         // Wave fronts are not tilted, but a surface along the slice is met by the tilt alone, and turns it.
         line_frame frame = now.frame;
         const bool by_tilt = walk.met().cosine <= steep_cosine || std::fabs(dot(smooth, frame.elevation)) > 0.5F;
@@ -110,7 +110,8 @@ class path_walk {
         const vec3 along = frame.along;
         const bool random = settings_.paths_per_line > 0;
         vec3 facet = smooth;
-        if (random && rms_height(before, after) > 0) {
+        const incidence at{before, after, walk.met().cosine, line_.frequency, below.roughness};
+        if (random && rms_height(at) > 0) {
             const float first = uniform();
             facet =
                 perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power, {first, uniform()});
@@ -119,18 +120,21 @@ class path_walk {
         if (keeps_arrivals()) record(now, below.begin, walk.met().normal, above, below);
         // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
         const float mirrored =
-            random ? 1.0F : model_.roughness.coherent({before, after, walk.met().cosine, line_.frequency});
+            random ? 1.0F : model_.roughness.coherent(at);
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
-        // A facet that would send the path to the wrong side of the surface gives way to the surface as a whole.
-        const auto crosses = [&](vec3 direction) { return dot(direction, smooth) * dot(along, smooth) > 0; };
+        // A normal that would send the path to the wrong side of the face gives way: a facet's to the surface's as a whole,
+        // and that to the face's.
+        const auto crosses = [&](vec3 direction) { return dot(direction, flat) * dot(along, flat) > 0; };
         const auto transmitted_by = [&](vec3 normal) { return model_.refracted(along, normal, before, after); };
         const auto mirrored_by = [&](vec3 normal) { return along - 2 * dot(along, normal) * normal; };
         vec3 onwards = transmitted_by(facet), reflected = mirrored_by(facet);
         if (!crosses(onwards)) onwards = transmitted_by(smooth);
+        if (!crosses(onwards)) onwards = transmitted_by(flat);
         if (onwards == vec3{0, 0, 0} && met.transmitted > 0)
             onwards = along; // the law transmits where Snell's does not
         if (crosses(reflected)) reflected = mirrored_by(smooth);
+        if (crosses(reflected)) reflected = mirrored_by(flat);
 
         const vec3 point = now.frame.at(below.begin);
         path_branch on = now, off = now;
