@@ -32,13 +32,15 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
         const float towards = dot(smooth, along), size = length(smooth);
         if (towards > 0 && size > 0) { // else the line grazes the surface
             normal = smooth / size;
-            // The change of the slope where the line moves across the surface.
-            constexpr float least = 0.1F; // of the cosine
-            const auto depth_change = [&](vec3 to) { return -dot(flat, to) / max(dot(flat, along), least); };
-            const float steep = 1 / max(towards, least * size);
+            // The change of the slope where the line moves across the surface: along the plane of the normal, as far along the
+            // face.
+            const float steep = 1 / max(towards, 0.1F * size);
             const vec2 slope = steep * vec2{dot(smooth, across), dot(smooth, elevation)};
             const auto slope_change = [&](vec3 to) {
-                const vec3 change = side * normals.change(to + depth_change(to) * along);
+                const vec3 on_surface = to - (steep * dot(smooth, to)) * along;
+                const vec3 on_face = on_surface - dot(flat, on_surface) * flat;
+                const vec3 change = side * std::sqrt(dot(on_surface, on_surface) / dot(on_face, on_face)) *
+                                    normals.change(on_face);
                 return steep * (vec2{dot(change, across), dot(change, elevation)} - dot(change, along) * slope);
             };
             const vec2 in_slice = slope_change(across), out_of_it = slope_change(elevation);

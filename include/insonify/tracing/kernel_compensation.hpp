@@ -84,15 +84,19 @@ class compensated_echoes {
         const detail::curved_kernel across{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
             out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
         const float in_lines = across.strength(), in_planes = out_of_slice.strength();
-        vec2 of_line{one.amplitude, 0};
-        if (in_lines < 1) of_line.x *= (1 - in_lines) * one.collected.x / lateral_transfer(one.depth, one.slope.x);
-        if (in_lines > 0) of_line += (one.amplitude * in_lines) * across.of_line(here.line_spacing);
-        if (in_planes < 1)
-            echoes_.add(one.depth, ((1 - in_planes) * one.collected.y / elevation_transfer(one.depth, one.slope.y)) * of_line);
-        if (in_planes > 0) {
-            const vec2 nearest = out_of_slice.to_nearest();
-            echoes_.add(one.depth + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
-        }
+        const auto add = [&](float depth, vec2 of_line) {
+            if (in_planes < 1)
+                echoes_.add(depth, ((1 - in_planes) * one.collected.y / elevation_transfer(one.depth, one.slope.y)) * of_line);
+            if (in_planes > 0) {
+                const vec2 nearest = out_of_slice.to_nearest();
+                echoes_.add(depth + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
+            }
+        };
+        if (in_lines < 1)
+            add(one.depth,
+                {one.amplitude * (1 - in_lines) * one.collected.x / lateral_transfer(one.depth, one.slope.x), 0});
+        if (in_lines > 0)
+            add(one.depth + across.to_nearest().y, (one.amplitude * in_lines) * across.of_line(here.line_spacing));
     }
 
     /// The rms of speckle is kept. On a slope the echoes of neighbouring lines differ in phase: two lines d apart by
@@ -168,17 +172,25 @@ class compensated_echoes {
         return max(std::fabs(sum), min_transfer);
     }
 
-    // What each plane that meets a curved surface emits: the whole, over the weight of those planes.
+    // What a plane that meets a curved surface emits: the whole, over the weight of all planes that do. Those that meet it
+    // obliquely, where its radius is uncertain, are used where there are no others.
     INSONIFY_FN vec2 of_planes(float depth, const detail::curved_kernel& surface, float to_nearest) const {
         if (kernels_.plane_heights.empty()) return surface.whole(to_nearest);
         const std::size_t first = kernels_.index(depth) * kernels_.planes;
         const float* const height = kernels_.plane_heights.data() + first;
-        const float own = height[kernels_.plane], middle = own + to_nearest, radius = surface.radius();
-        float weight = 0;
-        for (std::uint32_t i = 0; i < kernels_.planes; ++i)
-            if (i == kernels_.plane || std::fabs(height[i] - middle) < radius)
-                weight += kernels_.plane_weights[first + i];
-        return surface.whole(middle) / max(weight, 1e-3F);
+        const float middle = height[kernels_.plane] + to_nearest, radius = surface.radius();
+        constexpr float oblique = 0.85F;
+        const bool is_oblique = std::fabs(to_nearest) > oblique * radius;
+        float well = 0, obliquely = 0; // met
+        for (std::uint32_t i = 0; i < kernels_.planes; ++i) {
+            const float apart = std::fabs(height[i] - middle), weight = kernels_.plane_weights[first + i];
+            if (i == kernels_.plane ? !is_oblique : apart <= oblique * radius)
+                well += weight;
+            else if (i == kernels_.plane || apart < radius)
+                obliquely += weight;
+        }
+        if (is_oblique && well > 0) return {0, 0};
+        return surface.whole(middle) / max(is_oblique ? obliquely : well, 1e-3F);
     }
 
     INSONIFY_FN static float square(float x) { return x * x; }

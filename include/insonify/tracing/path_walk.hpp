@@ -60,6 +60,8 @@ class path_walk {
     }
 
   private:
+    static constexpr std::uint32_t spread_steps = 96; // of a piece of a path
+
     // Displayed depth at which paths end. Beyond the depth of the lines they may still be half of a pair.
     INSONIFY_FN float max_shown() const { return (keeps_arrivals() ? 2 : 1) * echoes_.depth(); }
     // How far a path can go on from a displayed depth, metres.
@@ -82,11 +84,14 @@ class path_walk {
         found_.inside.assign({.ranks = containing, .count = now.inside});
         if (!complete || found_.inside.overflow) return false;
         line_.frame = now.frame;
+        aperture_gain spread[spread_steps];
+        spread_sound(now, limit, spread);
         // Surfaces that touch the face are not met before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure();
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
+            now.path.gains = now.path.gains.next(line_.gains, above);
             model_.add_layer(line_, above, now.path, echoes_);
             if (walk.at_end()) break;
             layer below = walk.beyond();
@@ -99,9 +104,30 @@ class path_walk {
         return !found_.inside.overflow;
     }
 
+    // Curved mirrors on the way spread the sound: its amplitude along the present piece of the path, as `aperture_gains`.
+    INSONIFY_FN void spread_sound(path_branch& now, float length, aperture_gain (&spread)[spread_steps]) {
+        line_.gains = {};
+        now.path.gains = {};
+        if (now.tube.plane()) return;
+        const float step = max(length, 1e-6F) / spread_steps;
+        for (std::uint32_t i = 0; i < spread_steps; ++i) {
+            const float amplitude = now.tube.amplitude(static_cast<float>(i + 1) * step);
+            spread[i] = {amplitude, amplitude, 0};
+        }
+        line_.gains = {{spread, spread_steps}, step};
+    }
+    // A path at the end of a piece.
+    INSONIFY_FN static path_branch arrived_at(path_branch now, float distance) {
+        now.path.passed *= now.tube.amplitude(distance);
+        now.path.gains = {};
+        now.tube = now.tube.after(distance);
+        return now;
+    }
+
     // A path meets a surface: its transmitted and its reflected part go on.
-    INSONIFY_FN void split(const path_branch& now, const layer_walk<>& walk, const layer& above, const layer& below) {
+    INSONIFY_FN void split(const path_branch& arriving, const layer_walk<>& walk, const layer& above, const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
+        const path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
         const vec3 smooth = walk.met().normal, flat = walk.met().flat;
         // Wave fronts are not tilted, but a surface along the slice is met by the tilt alone, and turns it.
         line_frame frame = now.frame;
@@ -143,6 +169,8 @@ class path_walk {
         off.frame = turned(frame, point, reflected);
         on.path.passed *= met.transmitted;
         off.path.passed *= back;
+        if (below.curvature != vec3{0, 0, 0} || !now.tube.plane())
+            off.tube = now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         if (random) { // one of the two, with the probability of its part: its weight stays
@@ -162,11 +190,14 @@ class path_walk {
     INSONIFY_FN void return_from_face(path_branch now, float distance) {
         constexpr float min_cosine = 0.5F; // beyond 60 degrees no sound that is reflected again comes back to the array
         if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
+        if (!now.tube.plane()) now = arrived_at(now, distance);
         add_face_echo(now.path);
         const vec3 point = now.frame.at(distance);
         if (keeps_arrivals()) record(now, distance, face_.along, {}, {});
         if (keeps_arrivals() && !overflow_) arrivals_[arrived_ - 1].at_face = true;
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
+        if (!now.tube.plane())
+            now.tube = now.tube.mirrored(face_.along, now.frame.along, {0, 0, 0}, {0, 0, 0}, {0, 0, 0});
         now.path.passed *= settings_.face_reflection * settings_.face_reflection;
         now.inverted = now.inverted != (settings_.face_reflection < 0);
         ++now.bounces;
