@@ -46,9 +46,8 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
                              " radians; it must be from 5_deg to 90_deg"};
     if (settings.segments < 3 || settings.segments > 4096 || settings.segments_along < 1 ||
         settings.segments_along > 4096)
-        throw geometry_error{"make_needle: `segments` is " + std::to_string(settings.segments) +
-                             ", `segments_along` " + std::to_string(settings.segments_along) +
-                             "; they must be from 3 and from 1 to 4096"};
+        throw geometry_error{"make_needle: `segments` is " + std::to_string(settings.segments) + ", `segments_along` " +
+                             std::to_string(settings.segments_along) + "; they must be from 3 and from 1 to 4096"};
     const float radius = diameter / 2, per_width = 1 / std::tan(settings.bevel);
     if (!(length > 1.01F * diameter * per_width))
         throw geometry_error{"make_needle: `length` is " + std::to_string(length) + " m, but the bevel alone is " +
@@ -61,7 +60,8 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
     needle.positions = {{0, 0, -length}, {0, 0, bevel_at(0)}};
     for (std::uint32_t i = 0; i < n; ++i) {
         const double angle = 2 * 3.14159265358979323846 * i / n; // from the tip on
-        const float x = -radius * static_cast<float>(std::cos(angle)), y = -radius * static_cast<float>(std::sin(angle));
+        const float x = -radius * static_cast<float>(std::cos(angle)),
+                    y = -radius * static_cast<float>(std::sin(angle));
         constexpr float within = 0.95F;
         needle.positions.push_back({within * x, within * y, -length});
         for (std::uint32_t ring = 0; ring <= settings.segments_along; ++ring) {

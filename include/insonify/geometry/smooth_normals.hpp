@@ -10,9 +10,9 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// The normals of a face that belongs to a curved surface: one at each corner, and linear interpolation between them.
 struct face_normals {
-    vec3 flat{0, 0, 1}; ///< of the plane of the face, outwards, length 1
-    bool curved = false; ///< some corner's normal differs from `flat`; else that is the normal everywhere
-    vec3 corner[3] = {}; ///< at each corner, outwards, length 1
+    vec3 flat{0, 0, 1};    ///< of the plane of the face, outwards, length 1
+    bool curved = false;   ///< some corner's normal differs from `flat`; else that is the normal everywhere
+    vec3 corner[3] = {};   ///< at each corner, outwards, length 1
     vec3 gradient[3] = {}; ///< of each corner's barycentric coordinate along the face, 1/m
     vec3 third{0, 0, 0};   ///< the corner whose coordinate is 1 where the others' are 0
 

@@ -42,9 +42,8 @@ struct vertex_groups {
             const std::uint32_t count = begin[vertex + 1] - begin[vertex];
             if (count == 0) continue;
             const vec3 one = normal[first[0] / 3];
-            const bool all_alike = std::all_of(first, first + count, [&](std::uint32_t slot) {
-                return dot(one, normal[slot / 3]) >= half_angle;
-            });
+            const bool all_alike = std::all_of(
+                first, first + count, [&](std::uint32_t slot) { return dot(one, normal[slot / 3]) >= half_angle; });
             if (all_alike)
                 close_group(begin[vertex + 1]);
             else

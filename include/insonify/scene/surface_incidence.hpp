@@ -8,12 +8,12 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// How a line meets a surface.
 struct surface_incidence {
-    float cosine = 1;     ///< of the angle of incidence, 0 to 1
-    vec2 slope{0, 0};     ///< see `layer`
+    float cosine = 1;        ///< of the angle of incidence, 0 to 1
+    vec2 slope{0, 0};        ///< see `layer`
     vec3 curvature{0, 0, 0}; ///< see `layer`
-    float roughness = -1; ///< see `layer`
-    vec3 normal{0, 0, 1}; ///< of the surface in the world, on the side away from the probe; length 1
-    vec3 flat{0, 0, 1};   ///< of the face alone: the side of it that a point is on
+    float roughness = -1;    ///< see `layer`
+    vec3 normal{0, 0, 1};    ///< of the surface in the world, on the side away from the probe; length 1
+    vec3 flat{0, 0, 1};      ///< of the face alone: the side of it that a point is on
 };
 
 /// How a line meets a face at a point in the world, with the normal that is interpolated over smooth edges; at normal incidence
@@ -39,8 +39,8 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
             const auto slope_change = [&](vec3 to) {
                 const vec3 on_surface = to - (steep * dot(smooth, to)) * along;
                 const vec3 on_face = on_surface - dot(flat, on_surface) * flat;
-                const vec3 change = side * std::sqrt(dot(on_surface, on_surface) / dot(on_face, on_face)) *
-                                    normals.change(on_face);
+                const vec3 change =
+                    side * std::sqrt(dot(on_surface, on_surface) / dot(on_face, on_face)) * normals.change(on_face);
                 return steep * (vec2{dot(change, across), dot(change, elevation)} - dot(change, along) * slope);
             };
             const vec2 in_slice = slope_change(across), out_of_it = slope_change(elevation);

@@ -77,19 +77,24 @@ class compensated_echoes {
                         slope);
     }
 
-    /// The echo of a surface that turns from line to line, or from plane to plane. Every plane that meets it emits the echo of
+    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that meets it emits the echo of
     /// the whole, where the surface is nearest to the probe.
     INSONIFY_FN void curved_surface(const curved_echo& one) const {
         const kernel_sample here = kernels_.at(one.depth);
         const detail::curved_kernel across{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
             out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
         const float in_lines = across.strength(), in_planes = out_of_slice.strength();
-        const auto add = [&](float depth, vec2 of_line) {
+        const auto repeat = [&](float first, vec2 amplitude) {
+            one.for_each_repetition(
+                depth() - first, [&](float deeper, float factor) { echoes_.add(first + deeper, factor * amplitude); });
+        };
+        const auto add = [&](float first, vec2 of_line) {
             if (in_planes < 1)
-                echoes_.add(depth, ((1 - in_planes) * one.collected.y / elevation_transfer(one.depth, one.slope.y)) * of_line);
+                repeat(first,
+                       ((1 - in_planes) * one.collected.y / elevation_transfer(one.depth, one.slope.y)) * of_line);
             if (in_planes > 0) {
                 const vec2 nearest = out_of_slice.to_nearest();
-                echoes_.add(depth + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
+                repeat(first + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
             }
         };
         if (in_lines < 1)

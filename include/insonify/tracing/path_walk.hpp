@@ -125,7 +125,8 @@ class path_walk {
     }
 
     // A path meets a surface: its transmitted and its reflected part go on.
-    INSONIFY_FN void split(const path_branch& arriving, const layer_walk<>& walk, const layer& above, const layer& below) {
+    INSONIFY_FN void split(const path_branch& arriving, const layer_walk<>& walk, const layer& above,
+                           const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         const path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
         const vec3 smooth = walk.met().normal, flat = walk.met().flat;
@@ -145,8 +146,7 @@ class path_walk {
         const response met = model_.add_interface(line_, above, below, now.path, echoes_);
         if (keeps_arrivals()) record(now, below.begin, walk.met().normal, above, below);
         // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
-        const float mirrored =
-            random ? 1.0F : model_.roughness.coherent(at);
+        const float mirrored = random ? 1.0F : model_.roughness.coherent(at);
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
         // A normal that would send the path to the wrong side of the face gives way: a facet's to the surface's as a whole,
@@ -170,7 +170,8 @@ class path_walk {
         on.path.passed *= met.transmitted;
         off.path.passed *= back;
         if (below.curvature != vec3{0, 0, 0} || !now.tube.plane())
-            off.tube = now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
+            off.tube =
+                now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         if (random) { // one of the two, with the probability of its part: its weight stays
