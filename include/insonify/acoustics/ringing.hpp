@@ -4,6 +4,7 @@
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/interface_law.hpp>
+#include <insonify/core/decibels.hpp>
 
 /// Sound goes to and fro in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
 /// the layer's far surface repeats at its thickness, a ladder of lines that grow fainter. Straight lines get it from here;
@@ -36,7 +37,7 @@ INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, cons
     constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
     const float step = path.shown - near.shown;
     if (near.reflected == 0 || !(step > 0) || step > thickest) return;
-    const float ratio = -near.reflected * reflected * std::pow(10.0F, (near.lost_db - path.lost_db) / 20);
+    const float ratio = -near.reflected * reflected * amplitude_of_decibels(min(near.lost_db - path.lost_db, 0));
     if (!(std::fabs(ratio) >= least)) return;
     // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
     const vec2 by = (near.sound_speed / inside.sound_speed) * (far_slope - near.slope);

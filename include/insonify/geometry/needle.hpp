@@ -32,7 +32,7 @@ struct needle_settings {
 /// its bevel faces +x.
 ///
 ///     const mesh needle = make_needle(needle_diameter(22), 80_mm);
-///     body.add(needle, tissue::steel, {.priority = 2, .at = look_at(hub, target, {0, 1, 0}), .crease_angle = 12_deg});
+///     body.add(needle, tissue::steel, {.priority = 2, .at = look_at(tip, beyond, {0, 1, 0}), .crease_angle = 12_deg});
 ///
 /// The bevel is plane. Its edge is sharp only where the object's `crease_angle` is smaller than the bevel's angle.
 /// @param diameter  outer, metres
