@@ -23,20 +23,17 @@ class smooth_surface {
     template <class Policy>
     void compute(const Policy& policy, const mesh_view& surface) {
         normals_.resize(groups_.ends.size());
-        const smooth_normals_view groups = view_of(false);
+        const smooth_normals_view groups = view_without_normals();
         exec::for_each_block(policy, normals_.size(), 1024, 100, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
                 normals_[i] = groups.computed(surface, static_cast<std::uint32_t>(i));
         });
     }
 
-    /// @param current  whether the vertices are where they were for `compute`
-    smooth_normals_view view_of(bool current) const {
-        return {.corners = groups_.corners,
-                .ends = groups_.ends,
-                .slots = groups_.slots,
-                .normals = current ? view<const vec3>{normals_} : view<const vec3>{}};
-    }
+    /// While the vertices are where they were for `compute`.
+    smooth_normals_view view_of() const { return {groups_.corners, groups_.ends, groups_.slots, normals_}; }
+    /// Where they have moved since: normals are computed as they are needed.
+    smooth_normals_view view_without_normals() const { return {groups_.corners, groups_.ends, groups_.slots, {}}; }
 
   private:
     vertex_groups groups_{};
