@@ -14,6 +14,7 @@
 #include <insonify/examinations.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/fwd.hpp>
+#include <insonify/geometry/needle.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/geometry/validate.hpp>
 #include <insonify/image/blur.hpp>

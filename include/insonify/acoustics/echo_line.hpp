@@ -19,6 +19,33 @@ struct scatterer_echoes {
     vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
 };
 
+/// The specular echo of a surface that is curved, or that repeats its echo because sound goes to and fro in a thin layer above
+/// it.
+struct curved_echo {
+    float depth = 0;     ///< displayed, metres
+    float amplitude = 0; ///< of the whole echo, before the aperture has its part
+    vec2 collected{
+        1, 1}; ///< fraction that the aperture collects of a plane of this slope, in the slice plane and out of it
+    vec2 slope{0, 0};        ///< change of displayed depth per metre across the line, in the slice plane and out of it
+    vec3 curvature{0, 0, 0}; ///< second derivatives of displayed depth, 1/m, as in `layer`
+    float repeat_ratio = 0;  ///< of the amplitudes of each repetition and the echo before it; 0: not repeated
+    float repeat_step = 0;   ///< from one to the next, metres of displayed depth
+
+    /// Calls visit(deeper, factor) for the echo itself and for each repetition until they have fallen by 60 dB.
+    /// @param range  metres of displayed depth after which they end
+    template <class Visit>
+    INSONIFY_FN void for_each_repetition(float range, const Visit& visit) const {
+        constexpr std::uint32_t most = 256;
+        float factor = 1;
+        for (std::uint32_t i = 0; i < most && std::fabs(factor) > 1e-3F; ++i) {
+            const float deeper = static_cast<float>(i) * repeat_step;
+            if (i > 0 && !(deeper < range)) return;
+            visit(deeper, factor);
+            factor *= repeat_ratio;
+        }
+    }
+};
+
 /// Writes echoes into one line of complex samples at baseband.
 ///
 ///     s += a exp(-j 4 pi f0 z / c0)
@@ -27,8 +54,9 @@ struct scatterer_echoes {
 /// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
 /// reduced in cycles, in double precision, so it is accurate at any depth.
 ///
-/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; the
-/// tracer substitutes one that compensates for the kernels of later stages.
+/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those with
+/// `curved_surface` receive the echoes of curved surfaces there. The tracer substitutes one that compensates for the kernels
+/// of later stages.
 /// Source: demodulation to baseband of an echo with delay 2 z / c0.
 class echo_line {
   public:
@@ -50,6 +78,14 @@ class echo_line {
     /// Adds the specular echo of a surface. The third argument is the change of its displayed depth per metre across the
     /// line, in the slice plane and out of it.
     INSONIFY_FN void surface(float depth, float amplitude, vec2 /* slope */) const { add(depth, {amplitude, 0}); }
+
+    /// Adds the specular echo of a curved surface, as if it were plane, with its repetitions.
+    INSONIFY_FN void curved_surface(const curved_echo& one) const {
+        const float amplitude = one.amplitude * one.collected.x * one.collected.y;
+        one.for_each_repetition(depth() - one.depth, [&](float deeper, float factor) {
+            surface(one.depth + deeper, factor * amplitude, one.slope);
+        });
+    }
 
     /// Adds the diffuse echo of a rough surface.
     /// @param amplitude  rms

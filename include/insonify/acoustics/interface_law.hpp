@@ -8,10 +8,11 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A wave incident on the interface between two media.
 struct incidence {
-    medium before{};     ///< on the side of the incident wave
-    medium after{};      ///< on the other side
-    float cosine = 1;    ///< of the angle of incidence, 0 to 1
-    float frequency = 0; ///< hertz
+    medium before{};      ///< on the side of the incident wave
+    medium after{};       ///< on the other side
+    float cosine = 1;     ///< of the angle of incidence, 0 to 1
+    float frequency = 0;  ///< hertz
+    float roughness = -1; ///< rms height of the surface, metres; below 0: the larger one of the two media
 };
 
 /// Amplitudes of the reflected and the transmitted wave.

@@ -21,6 +21,10 @@ struct layer {
     float cosine = 1;           ///< of the angle of incidence on the surface at `begin`; 1 on the first layer
     vec2 slope{0, 0}; ///< of that surface: tangents of the angles between its forward normal and the line, within the
                       ///< slice plane and out of it
+    vec3 curvature{0, 0,
+                   0};    ///< of that surface: second derivatives of its depth, 1/m, positive where it recedes to both
+                          ///< sides: across the line in the slice plane, out of it, and mixed
+    float roughness = -1; ///< of that surface: rms height, metres; below 0: the larger one of the two media
     std::uint32_t place = 0; ///< index into the poses of the line
 };
 

@@ -6,6 +6,7 @@
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/emit_speckle.hpp>
 #include <insonify/acoustics/fresnel.hpp>
+#include <insonify/acoustics/ringing.hpp>
 #include <insonify/acoustics/roughness.hpp>
 #include <insonify/acoustics/specular.hpp>
 #include <insonify/core/decibels.hpp>
@@ -48,6 +49,9 @@ struct physical {
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
     Roughness roughness{};            ///< of surfaces
     Attenuation attenuation{};        ///< dB per metre, there and back
+    float min_ringing =
+        0.5F; ///< thin hard layers ring on straight lines, such as a needle: their far surface repeats its echo
+              ///< where each repetition has at least this fraction of the one before; 1: none rings
 
     /// The same model with another interface law.
     template <interface_law Law>
@@ -81,6 +85,8 @@ struct physical {
         if (!(shadow_floor_db <= 0))
             throw usage_error{
                 "physical: `shadow_floor_db` must be 0 or below, such as -20; by default there is no floor"};
+        if (!(min_ringing > 0) || !(min_ringing <= 1))
+            throw usage_error{"physical: `min_ringing` must be above 0, such as 0.5, and at most 1: no layer rings"};
         if constexpr (requires { scattering.check(); }) scattering.check();
         if constexpr (requires { specular.check(); }) specular.check();
     }
@@ -166,6 +172,7 @@ struct physical {
     INSONIFY_FN void emit(const traced_line& line, const Echoes& echoes) const {
         echo_path path{};
         detail::line_refraction<physical> refraction{*this, line};
+        detail::layer_entry entry{};
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
             layer here = line.layers[i];
             const layer_gains gains = path.gains.next(line.gains, here);
@@ -173,7 +180,10 @@ struct physical {
             enter(line, refraction, here, entered);
             if (i > 0 && here.medium != entered.refraction.before) {
                 here.cosine = entered.refraction.cosine;
-                entered.passed *= add_interface(line, line.layers[i - 1], here, path, echoes).transmitted;
+                const response met = add_interface(line, line.layers[i - 1], here, path, echoes, entry);
+                entered.passed *= met.transmitted;
+                entry = {met.reflected, path.shown, path.lost_db, here.slope,
+                         line.media[entered.refraction.before].sound_speed};
             }
             path = entered;
             path.gains = gains;
@@ -192,14 +202,16 @@ struct physical {
 
     /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
     /// interface.
+    /// @param entry  the surface at which the layer above began; by default the echo does not repeat
     template <class Echoes>
     INSONIFY_FN response add_interface(const traced_line& line, const layer& above, const layer& below,
-                                       const echo_path& path, const Echoes& echoes) const {
+                                       const echo_path& path, const Echoes& echoes,
+                                       const detail::layer_entry& entry = {}) const {
         const medium &before = line.media[above.medium], &after = line.media[below.medium];
         const bool normal_incidence = angle == insonify::angle::normal;
         const float cosine = normal_incidence ? 1.0F : below.cosine;
         const vec2 tangent = normal_incidence ? vec2{0, 0} : below.slope;
-        const incidence at{before, after, cosine, line.frequency};
+        const incidence at{before, after, cosine, line.frequency, below.roughness};
         const response wave = at_interface(at);
         const float elevation_fnumber = line.aperture.elevation_fnumber;
         const float arrived =
@@ -212,10 +224,19 @@ struct physical {
         constexpr float steepest = 5.8F; // 80 degrees
         const vec2 slope = detail::displayed_stretch(timing, before) *
                            vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
-        const float collected = specular(std::atan(tangent.x), fnumber, wavelengths) *
-                                specular(std::atan(tangent.y), elevation_fnumber, wavelengths);
-        const float coherent = arrived * wave.reflected * roughness.coherent(at) * collected;
-        if (coherent != 0) echoes.surface(shown, coherent, slope);
+        const auto collected_by = [&](vec2 of) -> vec2 {
+            return {specular(std::atan(of.x), fnumber, wavelengths),
+                    specular(std::atan(of.y), elevation_fnumber, wavelengths)};
+        };
+        const vec3 curvature = normal_incidence ? vec3{0, 0, 0} : below.curvature;
+        curved_echo coherent{.depth = shown,
+                             .amplitude = arrived * wave.reflected * roughness.coherent(at),
+                             .collected = collected_by(tangent),
+                             .slope = slope,
+                             .curvature = detail::displayed_stretch(timing, before) * curvature};
+        if (min_ringing < 1)
+            detail::add_repetitions(coherent, entry, before, tangent, path, wave.reflected, min_ringing, collected_by);
+        add_specular(echoes, coherent);
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
@@ -238,7 +259,7 @@ struct physical {
   private:
     template <class A, class B, class C, class D, class E>
     physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
-        return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e};
+        return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
     }
 
     // Sound enters a layer, without the transmission of its surface.
@@ -257,6 +278,17 @@ struct physical {
     }
     INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
         return path.refraction.length_factor * attenuation(m, line.frequency);
+    }
+
+    template <class Echoes>
+    INSONIFY_FN static void add_specular(const Echoes& echoes, const curved_echo& one) {
+        if constexpr (requires { echoes.curved_surface(one); })
+            if (one.curvature != vec3{0, 0, 0} || one.repeat_ratio != 0) {
+                if (one.amplitude != 0) echoes.curved_surface(one);
+                return;
+            }
+        const float whole = one.amplitude * (one.collected.x * one.collected.y);
+        if (whole != 0) echoes.surface(one.depth, whole, one.slope);
     }
 
     INSONIFY_FN gaussian_field<> surface_field() const { return {.seed = seed}; }

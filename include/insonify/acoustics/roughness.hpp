@@ -7,9 +7,14 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Rms height of an interface, metres: the larger `roughness` of the two media.
+/// Rms height of a surface of which only the two media are known, metres: the larger `roughness` of the two.
 INSONIFY_FN inline float rms_height(const medium& before, const medium& after) {
     return max(before.roughness, after.roughness);
+}
+/// Rms height of the surface that a wave meets, metres: its own where it is known. Tracers give the roughness of the object
+/// whose surface it is, of higher priority than what it lies in: polished steel in rough muscle stays a mirror.
+INSONIFY_FN inline float rms_height(const incidence& at) {
+    return at.roughness < 0 ? rms_height(at.before, at.after) : at.roughness;
 }
 
 /// A roughness law: law.coherent(incidence) is the factor on the amplitude of the specular echo, and
@@ -43,7 +48,7 @@ struct kirchhoff {
     /// Rms phase of the echo over the rough surface, radians.
     INSONIFY_FN float rms_phase(const incidence& at) const {
         const float wave_number = 2 * pi * at.frequency / at.before.sound_speed;
-        return 2 * wave_number * rms_height(at.before, at.after) * at.cosine;
+        return 2 * wave_number * rms_height(at) * at.cosine;
     }
 
     friend bool operator==(const kirchhoff&, const kirchhoff&) = default;

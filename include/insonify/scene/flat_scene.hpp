@@ -45,14 +45,16 @@ class flat_scene {
             const object& one = objects[i];
             const object_state& state = states[i];
             const mesh_view surface{one.surface};
-            objects_.push_back({.surface = surface,
-                                .tree = state.tree_is_current ? state.tree.view_of(surface) : bvh_view<mesh_view>{},
-                                .groups = state.groups.view_of(),
-                                .at = one.at,
-                                .box = state.box,
-                                .id = static_cast<std::uint32_t>(one.id),
-                                .medium = state.medium,
-                                .tree_is_current = state.tree_is_current});
+            objects_.push_back(
+                {.surface = surface,
+                 .tree = state.tree_is_current ? state.tree.view_of(surface) : bvh_view<mesh_view>{},
+                 .groups = state.groups.view_of(),
+                 .normals = state.tree_is_current ? state.normals.view_of() : state.normals.view_without_normals(),
+                 .at = one.at,
+                 .box = state.box,
+                 .id = static_cast<std::uint32_t>(one.id),
+                 .medium = state.medium,
+                 .tree_is_current = state.tree_is_current});
             all_current_ = all_current_ && state.tree_is_current;
             boxes_.push_back({state.box});
             places_.push_back(one.at);

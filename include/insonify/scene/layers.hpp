@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/scene/crossings.hpp>
+#include <insonify/scene/surface_incidence.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -10,35 +11,6 @@ namespace detail {
 
 /// Crossings closer together than this count as one, metres: touching faces make one interface, not a film between two.
 inline constexpr float touching_distance = 1e-6F;
-
-/// How a line meets a surface.
-struct surface_incidence {
-    float cosine = 1; ///< of the angle of incidence, 0 to 1
-    vec2 slope{0, 0}; ///< tangents of the angles of the normal against the line: within the slice plane, and out of it
-    vec3 normal{0, 0, 1}; ///< of the surface in the world, on the side away from the probe; length 1
-};
-/// How a line meets a face; at normal incidence where the face has no area.
-INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::uint32_t face, const line_frame& line) {
-    const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
-    const vec3 outwards = unit_normal(one.surface[face], -along);
-    const vec3 normal = dot(outwards, along) < 0 ? -outwards : outwards; // points along the line
-    const float facing = dot(normal, along), steep = 1 / max(facing, 1e-4F);
-    return {.cosine = min(facing, 1.0F),
-            .slope = steep * vec2{dot(normal, cross(elevation, along)), dot(normal, elevation)},
-            .normal = one.at.direction(normal)};
-}
-
-/// Surfaces with less than this cosine of the angle of incidence are steep: 60 degrees.
-inline constexpr float steep_cosine = 0.5F;
-
-/// How a line meets a face at a distance. The tilt of a line does not count, except on steep surfaces, which are met because
-/// of it. Lines that are turned about their origins (tracing/turned_fan.hpp) have an overload of their own.
-INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float /* distance */, const object_view& one,
-                                                  std::uint32_t face) {
-    const surface_incidence met = incidence_on(one, face, line);
-    if (line.tilt == 0 || met.cosine > steep_cosine) return met;
-    return incidence_on(one, face, {line.origin, normalize(line.path()), line.elevation});
-}
 
 /// Turns the crossings of a line into layers, one at a time: which object's medium fills which part of the line.
 ///
@@ -101,7 +73,12 @@ class layer_walk {
 
   private:
     INSONIFY_FN layer layer_from(std::uint32_t rank, float begin, const surface_incidence& met) const {
-        layer here{.begin = begin, .end = depth_, .cosine = met.cosine, .slope = met.slope};
+        layer here{.begin = begin,
+                   .end = depth_,
+                   .cosine = met.cosine,
+                   .slope = met.slope,
+                   .curvature = met.curvature,
+                   .roughness = met.roughness};
         if (rank == media_stack::none) return here;
         const object_view& one = scene_.objects[rank];
         here.medium = one.medium;
@@ -116,7 +93,10 @@ class layer_walk {
         while (surface + 1 < next_ && found_.room[surface].rank != after && found_.room[surface].rank != before)
             ++surface;
         const crossing& at = found_.room[surface];
-        return incidence_at(line_, at.distance, scene_.objects[at.rank], at.primitive);
+        surface_incidence met = incidence_at(line_, at.distance, scene_.objects[at.rank], at.primitive);
+        const std::uint32_t owner = before < after ? before : after; // of the boundary
+        met.roughness = scene_.media[scene_.objects[owner].medium].roughness;
+        return met;
     }
 
     const scene_view& scene_;
@@ -136,7 +116,7 @@ class layer_walk {
 ///
 /// @param depth     where the line ends, metres
 /// @param room      for the layers
-/// @param incident  whether to compute how the line meets surfaces (`layer::cosine`, `layer::slope`)
+/// @param incident  whether to compute how the line meets surfaces (`layer::cosine` and the members after it)
 /// @return          the layers, a part of `room`; none where they do not fit
 template <class Line = line_frame>
 INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& line, float depth,

@@ -2,6 +2,7 @@
 #define INSONIFY_SCENE_OBJECT_HPP
 
 #include <insonify/acoustics/medium.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <cstdint>
@@ -18,17 +19,21 @@ struct object_settings {
     pose at{};            ///< object to world
     std::string name{};   ///< for reports, files and error messages; need not be unique
     vec3 fibres{0, 0, 0}; ///< their direction in coordinates of the object, of any length; 0: the axis of its mesh
+    /// Edges where two faces meet at no more than this are smooth: echoes see a curved surface across them, not facets.
+    /// Radians, 0 to pi; 0: every face is a flat mirror.
+    float crease_angle = 30_deg;
 };
 
 /// A closed surface and the medium inside it, as the scene stores it.
 struct object {
-    object_id id{};       ///< in its scene
-    std::string name{};   ///< may be empty
-    mesh surface;         ///< in object coordinates, metres
-    medium inside{};      ///< what fills it
-    pose at{};            ///< object to world
-    int priority = 0;     ///< the highest applies where objects overlap
-    vec3 fibres{0, 0, 0}; ///< see `object_settings`
+    object_id id{};              ///< in its scene
+    std::string name{};          ///< may be empty
+    mesh surface;                ///< in object coordinates, metres
+    medium inside{};             ///< what fills it
+    pose at{};                   ///< object to world
+    int priority = 0;            ///< the highest applies where objects overlap
+    vec3 fibres{0, 0, 0};        ///< see `object_settings`
+    float crease_angle = 30_deg; ///< edges up to this angle are smooth, radians: see `object_settings`
 };
 
 } // namespace insonify::inline INSONIFY_ABI

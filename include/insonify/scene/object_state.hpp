@@ -7,6 +7,7 @@
 #include <insonify/geometry/face_groups.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/point_bounds.hpp>
+#include <insonify/scene/smooth_surface.hpp>
 #include <insonify/scene/structure_axes.hpp>
 #include <algorithm>
 #include <cstddef>
@@ -28,6 +29,7 @@ inline aabb placed_box(const aabb& local, const pose& at) {
 struct object_state {
     bvh_storage<mesh_view> tree{};     ///< in object coordinates
     face_groups groups{};              ///< for slicing while the tree is out of date
+    smooth_surface normals{};          ///< current where the tree is
     aabb local_box{};                  ///< in object coordinates, as built or updated
     aabb box{};                        ///< in the world
     std::uint32_t medium = 0;          ///< index into the scene's media
@@ -36,10 +38,12 @@ struct object_state {
     bool tree_is_current = false;      ///< the tree fits the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
 
-    /// Builds the tree. @throws std::bad_alloc
+    /// Builds the tree and the normals. @throws std::bad_alloc
     template <class Policy>
     void build(const Policy& policy, const object& of) {
         tree.build(policy, mesh_view{of.surface});
+        normals = smooth_surface{mesh_view{of.surface}, of.crease_angle};
+        normals.compute(policy, mesh_view{of.surface});
         tree_is_current = true;
         moved = false;
         local_box = tree.box();
@@ -55,7 +59,7 @@ struct object_state {
             structure = {of.inside.structure, structure_axes(mesh_view{of.surface}, local_box, of.fibres)};
     }
 
-    /// Recomputes what depends on vertices that have moved, except the tree.
+    /// Follows vertices that have moved without touching the tree or the normals.
     template <class Policy>
     void follow(const Policy& policy, const object& of) {
         if (groups.empty()) groups = face_groups{mesh_view{of.surface}};
@@ -65,11 +69,12 @@ struct object_state {
         updates_at_rest = 0;
     }
 
-    /// Refits the tree, or rebuilds it where refitting has degraded it: see `bvh_storage::update`.
+    /// Refits the tree, or rebuilds it where refitting has degraded it: see `bvh_storage::update`. Computes the normals.
     template <class Policy>
     void update_tree(const Policy& policy, const object& of) {
         if (tree_is_current) return;
         tree.update(policy, mesh_view{of.surface});
+        normals.compute(policy, mesh_view{of.surface});
         tree_is_current = true;
     }
 

@@ -40,7 +40,7 @@ class scene {
 
     /// Adds a closed surface. Call `build` before tracing.
     /// @throws geometry_error  for faces with a vertex out of range, vertices that are not finite, a pose that is not rigid
-    /// @throws usage_error     for a medium out of range
+    /// @throws usage_error     for a medium or a crease angle out of range
     object_id add(mesh surface, const medium& inside, object_settings settings = {});
 
     /// Removes an object. Call `build` before tracing. @throws usage_error  for an unknown id
@@ -288,6 +288,9 @@ inline object_id scene::add(mesh surface, const medium& inside, object_settings 
         throw geometry_error{named + "its pose is not a rigid transform; scale the mesh instead"};
     if (!is_finite(settings.fibres))
         throw geometry_error{named + "the direction of its fibres is not finite; give three numbers, or leave it out"};
+    if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
+        throw usage_error{named + "`crease_angle` is " + std::to_string(settings.crease_angle) +
+                          " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
     detail::check_faces(surface, named);
     for (std::size_t i = 0; i < surface.positions.size(); ++i)
         if (!is_finite(surface.positions[i]))
@@ -301,7 +304,8 @@ inline object_id scene::add(mesh surface, const medium& inside, object_settings 
                         .inside = inside,
                         .at = settings.at,
                         .priority = settings.priority,
-                        .fibres = settings.fibres});
+                        .fibres = settings.fibres,
+                        .crease_angle = settings.crease_angle});
     ++next_id_;
     built_ = false;
     return id;

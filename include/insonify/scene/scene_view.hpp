@@ -8,20 +8,22 @@
 #include <insonify/geometry/face_groups.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
+#include <insonify/geometry/smooth_normals.hpp>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
 /// An object as tracers see it. Trivially copyable; refers to the scene's arrays.
 struct object_view {
-    mesh_view surface{};          ///< in object coordinates
-    bvh_view<mesh_view> tree{};   ///< over `surface`; without nodes where it is out of date
-    face_groups_view groups{};    ///< for slicing where the tree is out of date
-    pose at{};                    ///< object to world
-    aabb box{};                   ///< in the world
-    std::uint32_t id = 0;         ///< its `object_id` as a number
-    std::uint32_t medium = 0;     ///< index into `scene_view::media`
-    bool tree_is_current = false; ///< rays can be traced
+    mesh_view surface{};           ///< in object coordinates
+    bvh_view<mesh_view> tree{};    ///< over `surface`; without nodes where it is out of date
+    face_groups_view groups{};     ///< for slicing where the tree is out of date
+    smooth_normals_view normals{}; ///< of `surface`
+    pose at{};                     ///< object to world
+    aabb box{};                    ///< in the world
+    std::uint32_t id = 0;          ///< its `object_id` as a number
+    std::uint32_t medium = 0;      ///< index into `scene_view::media`
+    bool tree_is_current = false;  ///< rays can be traced
 
     /// A world ray in object coordinates; distances along it are the same.
     INSONIFY_FN ray local(const ray& r) const {

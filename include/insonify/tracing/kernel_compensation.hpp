@@ -4,6 +4,7 @@
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/scattering.hpp>
 #include <insonify/core/view.hpp>
+#include <insonify/tracing/curved_kernel.hpp>
 #include <cstddef>
 
 /// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
@@ -15,6 +16,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
 struct kernel_sample {
     float lateral_sigma = 0;     ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
+    float elevation_sigma = 0;   ///< of the beam out of the slice plane, metres; 0: unknown
     float line_spacing = 0;      ///< metres to the next line
     float speckle_gain = 1;      ///< keeps the rms of speckle
     vec2 speckle_spread{0, 0};   ///< m^2: mean square distance between correlated speckle, across lines and planes
@@ -29,6 +31,7 @@ struct line_kernels {
     view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
     float spacing = 1;                   ///< metres of displayed depth to each part
     std::uint32_t planes = 1;            ///< elevation planes
+    std::uint32_t plane = 0;             ///< of the line
     view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
     view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
     view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
@@ -72,6 +75,33 @@ class compensated_echoes {
     INSONIFY_FN void surface(float depth, float amplitude, vec2 slope) const {
         echoes_.surface(depth, amplitude / (lateral_transfer(depth, slope.x) * elevation_transfer(depth, slope.y)),
                         slope);
+    }
+
+    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that meets it emits the echo of
+    /// the whole, where the surface is nearest to the probe.
+    INSONIFY_FN void curved_surface(const curved_echo& one) const {
+        const kernel_sample here = kernels_.at(one.depth);
+        const detail::curved_kernel across{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
+            out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
+        const float in_lines = across.strength(), in_planes = out_of_slice.strength();
+        const auto repeat = [&](float first, vec2 amplitude) {
+            one.for_each_repetition(
+                depth() - first, [&](float deeper, float factor) { echoes_.add(first + deeper, factor * amplitude); });
+        };
+        const auto add = [&](float first, vec2 of_line) {
+            if (in_planes < 1)
+                repeat(first,
+                       ((1 - in_planes) * one.collected.y / elevation_transfer(one.depth, one.slope.y)) * of_line);
+            if (in_planes > 0) {
+                const vec2 nearest = out_of_slice.to_nearest();
+                repeat(first + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
+            }
+        };
+        if (in_lines < 1)
+            add(one.depth,
+                {one.amplitude * (1 - in_lines) * one.collected.x / lateral_transfer(one.depth, one.slope.x), 0});
+        if (in_lines > 0)
+            add(one.depth + across.to_nearest().y, (one.amplitude * in_lines) * across.of_line(here.line_spacing));
     }
 
     /// The rms of speckle is kept. On a slope the echoes of neighbouring lines differ in phase: two lines d apart by
@@ -147,7 +177,29 @@ class compensated_echoes {
         return max(std::fabs(sum), min_transfer);
     }
 
+    // What a plane that meets a curved surface emits: the whole, over the weight of all planes that do. Those that meet it
+    // obliquely, where its radius is uncertain, are used where there are no others.
+    INSONIFY_FN vec2 of_planes(float depth, const detail::curved_kernel& surface, float to_nearest) const {
+        if (kernels_.plane_heights.empty()) return surface.whole(to_nearest);
+        const std::size_t first = kernels_.index(depth) * kernels_.planes;
+        const float* const height = kernels_.plane_heights.data() + first;
+        const float middle = height[kernels_.plane] + to_nearest, radius = surface.radius();
+        constexpr float oblique = 0.85F;
+        const bool is_oblique = std::fabs(to_nearest) > oblique * radius;
+        float well = 0, obliquely = 0; // met
+        for (std::uint32_t i = 0; i < kernels_.planes; ++i) {
+            const float apart = std::fabs(height[i] - middle), weight = kernels_.plane_weights[first + i];
+            if (i == kernels_.plane ? !is_oblique : apart <= oblique * radius)
+                well += weight;
+            else if (i == kernels_.plane || apart < radius)
+                obliquely += weight;
+        }
+        if (is_oblique && well > 0) return {0, 0};
+        return surface.whole(middle) / max(is_oblique ? obliquely : well, 1e-3F);
+    }
+
     INSONIFY_FN static float square(float x) { return x * x; }
+    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
 
     echo_line echoes_;
     line_kernels kernels_;

@@ -34,6 +34,7 @@ struct kernel_table_view {
         return {.samples = {samples.data() + std::size_t{row} * depths, depths},
                 .spacing = spacing,
                 .planes = planes,
+                .plane = plane,
                 .plane_heights = plane_heights,
                 .plane_weights = plane_weights,
                 .random_weights = {random_weights.data() + std::size_t{plane} * depths, depths}};
@@ -84,6 +85,7 @@ class kernel_table {
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {.lateral_sigma =
                                                                 probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                                                            .elevation_sigma = beam.elevation_sigma(z),
                                                             .line_spacing = across.spacing,
                                                             .speckle_gain = of_speckle.gain[line],
                                                             .speckle_spread = of_speckle.spread[line],

@@ -60,6 +60,8 @@ class path_walk {
     }
 
   private:
+    static constexpr std::uint32_t spread_steps = 96; // of a piece of a path
+
     // Displayed depth at which paths end. Beyond the depth of the lines they may still be half of a pair.
     INSONIFY_FN float max_shown() const { return (keeps_arrivals() ? 2 : 1) * echoes_.depth(); }
     // How far a path can go on from a displayed depth, metres.
@@ -82,11 +84,14 @@ class path_walk {
         found_.inside.assign({.ranks = containing, .count = now.inside});
         if (!complete || found_.inside.overflow) return false;
         line_.frame = now.frame;
+        aperture_gain spread[spread_steps];
+        spread_sound(now, limit, spread);
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure();
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
+            now.path.gains = now.path.gains.next(line_.gains, above);
             model_.add_layer(line_, above, now.path, echoes_);
             if (walk.at_end()) break;
             layer below = walk.beyond();
@@ -99,10 +104,32 @@ class path_walk {
         return !found_.inside.overflow;
     }
 
+    // Curved mirrors on the way spread the sound: its amplitude along the present piece of the path, as `aperture_gains`.
+    INSONIFY_FN void spread_sound(path_branch& now, float length, aperture_gain (&spread)[spread_steps]) {
+        line_.gains = {};
+        now.path.gains = {};
+        if (now.tube.plane()) return;
+        const float step = max(length, 1e-6F) / spread_steps;
+        for (std::uint32_t i = 0; i < spread_steps; ++i) {
+            const float amplitude = now.tube.amplitude(static_cast<float>(i + 1) * step);
+            spread[i] = {amplitude, amplitude, 0};
+        }
+        line_.gains = {{spread, spread_steps}, step};
+    }
+    // A path at the end of a piece.
+    INSONIFY_FN static path_branch arrived_at(path_branch now, float distance) {
+        now.path.passed *= now.tube.amplitude(distance);
+        now.path.gains = {};
+        now.tube = now.tube.after(distance);
+        return now;
+    }
+
     // Splits a path at a surface into a transmitted and a reflected branch.
-    INSONIFY_FN void split(const path_branch& now, const layer_walk<>& walk, const layer& above, const layer& below) {
+    INSONIFY_FN void split(const path_branch& arriving, const layer_walk<>& walk, const layer& above,
+                           const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
-        const vec3 smooth = walk.met().normal;
+        const path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
+        const vec3 smooth = walk.met().normal, flat = walk.met().flat;
         // Wave fronts are not tilted; but a surface along the slice is crossed only because of the tilt, which then counts.
         line_frame frame = now.frame;
         const bool by_tilt = walk.met().cosine <= steep_cosine || std::fabs(dot(smooth, frame.elevation)) > 0.5F;
@@ -110,7 +137,8 @@ class path_walk {
         const vec3 along = frame.along;
         const bool random = settings_.paths_per_line > 0;
         vec3 facet = smooth;
-        if (random && rms_height(before, after) > 0) {
+        const incidence at{before, after, walk.met().cosine, line_.frequency, below.roughness};
+        if (random && rms_height(at) > 0) {
             const float first = uniform();
             facet =
                 perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power, {first, uniform()});
@@ -118,19 +146,21 @@ class path_walk {
         const response met = model_.add_interface(line_, above, below, now.path, echoes_);
         if (keeps_arrivals()) record(now, below.begin, walk.met().normal, above, below);
         // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
-        const float mirrored =
-            random ? 1.0F : model_.roughness.coherent({before, after, walk.met().cosine, line_.frequency});
+        const float mirrored = random ? 1.0F : model_.roughness.coherent(at);
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
-        // The mean surface replaces a facet that would send the path to the wrong side of it.
-        const auto crosses = [&](vec3 direction) { return dot(direction, smooth) * dot(along, smooth) > 0; };
+        // A normal that would send the path to the wrong side of the face is replaced: a facet's by that of the mean surface,
+        // that one by the face's own.
+        const auto crosses = [&](vec3 direction) { return dot(direction, flat) * dot(along, flat) > 0; };
         const auto transmitted_by = [&](vec3 normal) { return model_.refracted(along, normal, before, after); };
         const auto mirrored_by = [&](vec3 normal) { return along - 2 * dot(along, normal) * normal; };
         vec3 onwards = transmitted_by(facet), reflected = mirrored_by(facet);
         if (!crosses(onwards)) onwards = transmitted_by(smooth);
+        if (!crosses(onwards)) onwards = transmitted_by(flat);
         if (onwards == vec3{0, 0, 0} && met.transmitted > 0)
             onwards = along; // the law transmits where Snell's does not
         if (crosses(reflected)) reflected = mirrored_by(smooth);
+        if (crosses(reflected)) reflected = mirrored_by(flat);
 
         const vec3 point = now.frame.at(below.begin);
         path_branch on = now, off = now;
@@ -139,6 +169,9 @@ class path_walk {
         off.frame = turned(frame, point, reflected);
         on.path.passed *= met.transmitted;
         off.path.passed *= back;
+        if (below.curvature != vec3{0, 0, 0} || !now.tube.plane())
+            off.tube =
+                now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         if (random) { // one of the two, with the probability of its part: its weight stays
@@ -158,11 +191,14 @@ class path_walk {
     INSONIFY_FN void return_from_face(path_branch now, float distance) {
         constexpr float min_cosine = 0.5F; // beyond 60 degrees no sound that is reflected again comes back to the array
         if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
+        if (!now.tube.plane()) now = arrived_at(now, distance);
         add_face_echo(now.path);
         const vec3 point = now.frame.at(distance);
         if (keeps_arrivals()) record(now, distance, face_.along, {}, {});
         if (keeps_arrivals() && !overflow_) arrivals_[arrived_ - 1].at_face = true;
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
+        if (!now.tube.plane())
+            now.tube = now.tube.mirrored(face_.along, now.frame.along, {0, 0, 0}, {0, 0, 0}, {0, 0, 0});
         now.path.passed *= settings_.face_reflection * settings_.face_reflection;
         now.inverted = now.inverted != (settings_.face_reflection < 0);
         ++now.bounces;

@@ -5,6 +5,7 @@
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/tracing/kernel_compensation.hpp>
+#include <insonify/tracing/ray_tube.hpp>
 #include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -13,6 +14,7 @@ namespace insonify::inline INSONIFY_ABI {
 struct path_branch {
     line_frame frame{};        ///< where its next piece begins, and along what
     echo_path path{};          ///< the state of the sound there
+    detail::ray_tube tube{};   ///< curvature of the wave front there
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure

@@ -91,9 +91,11 @@ struct turned_line {
 /// meet, at its own angle.
 inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
                                       std::uint32_t face) {
-    const surface_incidence met =
-        incidence_on(one, face, {line.straight.origin, line.straight_at(depth), line.straight.elevation});
-    return met.cosine > steep_cosine ? met : incidence_at(line.frame(), depth, one, face);
+    const line_frame turned = line.frame();
+    const float length = line.turn.length_to(depth);
+    const surface_incidence met = incidence_on(
+        one, face, {line.straight.origin, line.straight_at(depth), line.straight.elevation}, turned.at(length));
+    return met.cosine > steep_cosine ? met : incidence_at(turned, length, one, face);
 }
 
 /// The lines of a fan, all turned alike.
