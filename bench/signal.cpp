@@ -24,6 +24,14 @@ void convolve_lines(benchmark::State& state) {
     for (auto _ : state) lines = convolve(threads(state), std::move(lines), pulse{}, bench::chain::probe, {}, own);
     count_samples(state);
 }
+void convolve_with_side_lobes(benchmark::State& state) {
+    iq_lines lines = noise();
+    convex_array probe = bench::chain::probe;
+    probe.side_lobes = 0.047F;
+    convolve_workspace own;
+    for (auto _ : state) lines = convolve(threads(state), std::move(lines), pulse{}, probe, {}, own);
+    count_samples(state);
+}
 void envelope_of_iq(benchmark::State& state) {
     const iq_lines iq = noise();
     scan_lines lines;
@@ -49,6 +57,7 @@ void compression(benchmark::State& state) {
 } // namespace
 
 BENCHMARK(convolve_lines)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(convolve_with_side_lobes)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(envelope_of_iq)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(envelope_of_rf)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(gain)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);

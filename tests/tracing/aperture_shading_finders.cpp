@@ -40,14 +40,14 @@ TEST_CASE("shading is the same by rays and by slices, and on any number of threa
     check(radial_array{.lines = 128, .radius = 5_mm});
 }
 
-TEST_CASE("phased arrays, single lines and one direction take no gains; directions out of range are refused") {
+TEST_CASE("single lines and one direction take no gains; directions out of range are refused") {
     using namespace aperture_shading_test;
     const scene half = sheet(-60_mm, 0.1_mm, 10_mm, absorber);
     const auto same = [&](const auto& probe) {
         return trace(exec::seq, half, probe, pose{}, arrival_model{}, scan) ==
                trace(exec::seq, half, probe, pose{}, arrival_model{}, scan, straight_lines{.directions = 1});
     };
-    CHECK(same(phased_array{.lines = 32}));
+    CHECK_FALSE(same(phased_array{.lines = 32}));
     CHECK(same(linear_array{.lines = 1}));
     CHECK_FALSE(same(linear_array{.lines = 32}));
     for (const std::uint32_t wrong : {0U, 65U})

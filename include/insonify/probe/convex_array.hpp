@@ -19,6 +19,7 @@ struct convex_array {
     float elevation_height = 13.5_mm; ///< height of the aperture, metres
     float elevation_focus = 60_mm;    ///< depth of the elevation focus, where the slice is thinnest, metres
     float bandwidth = 0.644F;         ///< fractional bandwidth of echoes at -6 dB
+    float side_lobes = 0;             ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
 
     /// The line as a ray in the probe frame; see `transducer`.
     INSONIFY_FN ray beam(float line) const { return detail::sector{lines, radius, field_of_view}.beam(line); }

@@ -85,6 +85,29 @@ class line_fan {
         number_gaps();
     }
 
+    /// Adds up to `count` lines from the same point on either side, `angle` radians from line to line, within 89 degrees of the
+    /// middle line. @return how many on each side
+    std::uint32_t extend(std::uint32_t count, float angle) {
+        const line first = lines_.front(), last = lines_.back();
+        const auto turned_by = [](line l, float by) { // to the right
+            const float s = std::sin(by), c = std::cos(by);
+            l.along = {l.along.x * c + l.along.y * s, l.along.y * c - l.along.x * s};
+            return l;
+        };
+        const float room = std::acos(clamp(min(first.along.y, last.along.y), -1, 1));
+        while (count > 0 && room + static_cast<float>(count) * angle > 89 * pi / 180) --count;
+        const std::size_t own = lines_.size();
+        lines_.resize(own + 2 * std::size_t{count});
+        std::move_backward(lines_.begin(), lines_.begin() + static_cast<std::ptrdiff_t>(own),
+                           lines_.begin() + static_cast<std::ptrdiff_t>(own + count));
+        for (std::uint32_t i = 1; i <= count; ++i) {
+            lines_[count - i] = turned_by(first, -static_cast<float>(i) * angle);
+            lines_[own + count - 1 + i] = turned_by(last, static_cast<float>(i) * angle);
+        }
+        number_gaps();
+        return count;
+    }
+
     std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
     const line& operator[](std::size_t i) const { return lines_[i]; }
 

@@ -50,8 +50,8 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
            length(end.origin - begin.origin) <= 1e-4F * length(begin.origin);
 }
 
-/// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`, `elevation_focus`
-/// and `bandwidth`.
+/// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`, `elevation_focus`,
+/// `bandwidth` and `side_lobes`.
 /// @throws usage_error  naming a setting that is out of range
 template <class Array>
 void check_array(const Array& array) {
@@ -64,6 +64,11 @@ void check_array(const Array& array) {
     if constexpr (requires { array.elevation_focus; })
         check_length(array.elevation_focus, "elevation_focus", max_scan_depth);
     if constexpr (requires { array.bandwidth; }) check_positive(array.bandwidth, "bandwidth");
+    if constexpr (requires { array.side_lobes; })
+        if (!(array.side_lobes >= 0 && array.side_lobes <= 0.2F))
+            throw usage_error{"probe: side_lobes is " + detail::number_text(array.side_lobes) +
+                              "; it must be an amplitude of 0 (none) to 0.2, and 0.047 (-26.5 dB) is that of a "
+                              "rectangular aperture"};
 }
 
 } // namespace insonify::inline INSONIFY_ABI

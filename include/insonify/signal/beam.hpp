@@ -9,7 +9,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Two-way beam width at each depth: a Gaussian of amplitude in the lateral and in the elevation direction.
+/// Two-way beam width at each depth: a Gaussian of amplitude in the lateral and in the elevation direction, and side lobes
+/// in the lateral direction where the probe has them.
 ///
 /// One transmit focus; on receive the aperture grows with depth (constant F-number). Made by `beam_of`. Depths in
 /// metres.
@@ -20,6 +21,7 @@ struct beam_model {
     float focus = 20_mm;                       ///< z_f, transmit focus, metres
     float elevation_height = 5_mm;             ///< h, height of the aperture, metres
     float elevation_focus = 20_mm;             ///< z_y, focus of the lens in elevation, metres
+    float side_lobes = 0;                      ///< amplitude of the first side lobe over that of the main lobe
 
     /// -6 dB width of a Gaussian over its standard deviation: 2 sqrt(2 ln 2).
     static constexpr float width_of_sigma = 2.3548F;
@@ -43,8 +45,28 @@ struct beam_model {
         const float k = 1.26F - 0.41F * (1 - 1.05F * s * s) * std::exp(-s * s);
         return k * wavelength * fnumber(depth);
     }
-    /// Lateral standard deviation, metres.
+    /// Lateral standard deviation of the main lobe, metres.
     INSONIFY_FN float lateral_sigma(float depth) const { return lateral_width(depth) / width_of_sigma; }
+
+    /// Widths of a side lobe to which the side lobes extend on either side.
+    static constexpr float side_lobe_extent = 13;
+
+    /// Width of a side lobe, metres: 1.13 times the -6 dB width of the main lobe. Source: sinc^2, the two-way beam of a
+    /// rectangular aperture, whose -6 dB width is 0.886 lambda F# and whose side lobes are lambda F# wide.
+    INSONIFY_FN float side_lobe_width(float depth) const { return lateral_width(depth) / 0.886F; }
+
+    /// Amplitude of the side lobes over that of the main lobe, at a distance of u side-lobe widths from the middle:
+    ///
+    ///     +- s 1.43 / u   for 1 < u < 13, of alternate sign from lobe to lobe; 0 elsewhere
+    ///
+    /// with s = `side_lobes`; a rectangular aperture has its first side lobe at u = 1.43, 26.5 dB below the main lobe. A pulse
+    /// has no zeros between them. In the focus, sinc^2 falls faster, with 1 / u^2; that these lobes do not makes up for the
+    /// side lobes in elevation, which the elevation planes lack: see `tests/signal/side_lobes.cpp`.
+    INSONIFY_FN float side_lobe(float u) const {
+        if (!(u > 1) || u > side_lobe_extent) return 0;
+        const float lobe = 1.43F * side_lobes / u;
+        return static_cast<int>(u) % 2 == 1 ? -lobe : lobe;
+    }
 
     /// F-number in elevation: z_y / h.
     INSONIFY_FN float elevation_fnumber() const { return elevation_focus / elevation_height; }
@@ -66,8 +88,8 @@ struct beam_model {
 };
 
 /// The beam of a probe. Members that a user's probe lacks (`fnumber`, `focus`, `elevation_height`, `elevation_focus`,
-/// and `float aperture() const`) take the defaults of `beam_model`: F/2, half the image depth, 5 mm, 20 mm, and
-/// unlimited.
+/// `side_lobes`, and `float aperture() const`) take the defaults of `beam_model`: F/2, half the image depth, 5 mm, 20 mm,
+/// none, and unlimited.
 /// @param depth  image depth, metres; a focus of 0 is half of it
 /// @throws usage_error  for a depth or a setting of the probe out of range
 template <transducer Probe>
@@ -82,6 +104,7 @@ beam_model beam_of(const Probe& probe, float depth) {
         if (probe.focus > 0) beam.focus = probe.focus;
     if constexpr (requires { probe.elevation_height; }) beam.elevation_height = probe.elevation_height;
     if constexpr (requires { probe.elevation_focus; }) beam.elevation_focus = probe.elevation_focus;
+    if constexpr (requires { probe.side_lobes; }) beam.side_lobes = probe.side_lobes;
     return beam;
 }
 

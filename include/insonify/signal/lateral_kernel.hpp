@@ -138,14 +138,16 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
     const std::uint32_t last = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
     for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
         const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
-        const float sigma = beam.lateral_sigma(depth);
+        const float sigma = beam.lateral_sigma(depth), lobe = beam.side_lobe_width(depth);
         const float spacing = line_spacing(probe, depth);
+        const float max_sigmas =
+            max(kernel_sigmas, beam.side_lobes > 0 ? beam_model::side_lobe_extent * lobe / sigma : 0);
         const std::size_t begin = weights.size();
         double sum = 0;
         for (std::uint32_t offset = 0; offset <= last; ++offset) {
-            const float sigmas = static_cast<float>(offset) * spacing / sigma;
-            if (sigmas > kernel_sigmas) break;
-            weights.push_back(std::exp(-0.5F * sigmas * sigmas));
+            const float apart = static_cast<float>(offset) * spacing, sigmas = apart / sigma;
+            if (sigmas > max_sigmas) break;
+            weights.push_back(std::exp(-0.5F * sigmas * sigmas) + beam.side_lobe(apart / lobe));
             sum += (offset == 0 ? 1 : 2) * static_cast<double>(weights.back());
         }
         const std::size_t end = weights.size();

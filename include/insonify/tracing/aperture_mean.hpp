@@ -72,18 +72,22 @@ class aperture_average {
                       float* weighted, float* shares, float* depths) {
         const float share = one.share(row);
         if (!(share > 0)) return;
-        const auto count = static_cast<std::int64_t>(points.size());
+        const auto count = static_cast<std::int64_t>(points.size()), beyond = static_cast<std::int64_t>(points.beyond);
         const sound_at_depth* const sound = one.sound(row);
-        const float back = -one.lines_crossed(row), whole = std::floor(back), fraction = back - whole;
+        const bool alike = points.shape.form != face_shape::form::point; // all cross as many lines
+        float back = -one.lines_crossed(row, 0);
         for (std::int64_t point = 0; point < count; ++point) {
-            std::int64_t from = point + static_cast<std::int64_t>(whole), next = from + 1;
+            if (!alike) back = -one.lines_crossed(row, static_cast<std::uint32_t>(point + beyond));
+            const float whole = std::floor(back), fraction = back - whole;
+            std::int64_t from = point + beyond + static_cast<std::int64_t>(whole), next = from + 1;
             bool from_within = true, next_within = true;
             if (points.shape.full_circle) {
                 from = (from % count + count) % count;
                 next = (from + 1) % count;
             } else {
-                from_within = from >= 0 && from < count && (point > 0 || fraction == 0);
-                next_within = next >= 0 && next < count && point + 1 < count;
+                const std::int64_t all = count + 2 * beyond;
+                from_within = from >= 0 && from < all && (!alike || point > 0 || fraction == 0);
+                next_within = next >= 0 && next < all && (!alike || point + 1 < count);
                 if (!from_within) from = next;
                 if (!next_within) next = from;
                 if (!from_within && !next_within) continue;

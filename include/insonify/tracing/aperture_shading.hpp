@@ -37,7 +37,8 @@ class aperture_shading {
     static constexpr std::uint32_t max_directions = aperture_average::max_directions; ///< to each point
 
     /// Takes over the lines of a probe.
-    /// @return whether they can be turned: side by side at equal distances on a plane or round face
+    /// @return whether they can be turned or shifted: at equal distances on a plane or round face, or from one point of a
+    ///         plane face
     template <transducer Probe>
     bool assign(const Probe& probe, const line_fan& fan, const beam_model& beam) {
         const bool circle = is_full_circle(probe);
@@ -49,7 +50,13 @@ class aperture_shading {
         points_.stride = stride;
         points_.first = circle ? 0 : (lines_ - 1) % stride / 2;
         points_.fan.assign(fan, points_.first, stride);
-        return points_.size() > 1 && points_.shape.assign(points_.fan, circle);
+        points_.beyond = 0;
+        if (points_.size() < 2 || !points_.shape.assign(points_.fan, circle)) return false;
+        if (is_point()) { // those that reach the edges of the sector from the ends of the aperture
+            const float angle = std::asin(min(0.5F / beam.min_fnumber, 0.95F)), spacing = points_.shape.spacing;
+            points_.beyond = points_.fan.extend(static_cast<std::uint32_t>(std::ceil(angle / spacing)), spacing);
+        }
+        return true;
     }
 
     /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a quarter
@@ -92,9 +99,9 @@ class aperture_shading {
         exec::for_each_block(policy, count, 1, 500 * static_cast<float>(points), [&](std::size_t k, std::size_t) {
             if (sliced) turned_[k].find_crossings(points_, segments_);
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
-                for (std::uint32_t point = 0; point < points; ++point)
+                for (std::uint32_t line = 0; line < points_.fan.size(); ++line)
                     turned_[k].find_sound(
-                        task_of(frame, scene, points_.line_of(point), plane), points_, point, model, spacing_,
+                        task_along(frame, scene, line, plane), points_, line, model, spacing_,
                         [&](vec3 direction) { return frame.tilt(direction, plane); }, sliced ? &slices : nullptr);
         });
         exec::for_each_block(policy, std::size_t{frame.planes} * steps, 1, 3000, [&](std::size_t row, std::size_t) {
@@ -107,6 +114,13 @@ class aperture_shading {
                              [&](std::size_t begin, std::size_t end) {
                                  for (std::size_t i = begin; i < end; ++i) compare(i / lines_, i % lines_);
                              });
+    }
+
+    /// The lines beyond those of the probe for which slices must be cut: those of a phased array; none for others.
+    template <transducer Probe>
+    outer_lines beyond(const frame_view<Probe>& frame) const {
+        if (!is_point()) return {};
+        return {&points_.fan, max_shift(frame)};
     }
 
     /// The gains of all lines in flat arrays. Trivially copyable.
@@ -124,10 +138,11 @@ class aperture_shading {
 
   private:
     // The largest turn whose line is still received at some depth, within the angles for which depths and places of turned
-    // lines are accurate: the tangent on a plane face, the angle on a round one.
+    // lines are accurate: the tangent on a plane face, the angle on a round one, the shift along the face of a phased array.
     template <transducer Probe>
     float widest(const frame_view<Probe>& frame) const {
         const float radius = points_.shape.radius;
+        if (is_point()) return max_shift(frame);
         float most = 0;
         for (std::uint32_t k = 0; k < steps; ++k) {
             const float z = depth_of(k), half = half_aperture(frame, z);
@@ -141,15 +156,33 @@ class aperture_shading {
         return min(most, radius == 0 ? 3.0F : 1.3F);
     }
     template <transducer Probe>
+    static float max_shift(const frame_view<Probe>& frame) {
+        return half_aperture(frame, frame.depth);
+    }
+    // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their direction.
+    template <transducer Probe>
+    line_task task_along(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t line,
+                         std::uint32_t plane) const {
+        const std::uint32_t point = line < points_.beyond ? 0 : std::min(line - points_.beyond, points_.size() - 1);
+        line_task task = task_of(frame, scene, points_.line_of(point), plane);
+        if (line == point + points_.beyond) return task;
+        const vec2 along = points_.fan[line].along;
+        task.line.frame.along = frame.at.direction(points_.fan.upright().direction({along.x, 0, along.y}));
+        task.line.frame.tilt = frame.tilt(task.line.frame.along, plane);
+        return task;
+    }
+    template <transducer Probe>
     static float half_aperture(const frame_view<Probe>& frame, float depth) {
         return 0.5F * depth / frame.aperture.fnumber(depth);
     }
+    bool is_point() const { return points_.shape.form == face_shape::form::point; }
     float depth_of(std::uint32_t step) const { return static_cast<float>(step + 1) * spacing_; }
 
     template <transducer Probe>
     void turn_lines(const frame_view<Probe>& frame, std::uint32_t count) {
         const float radius = points_.shape.radius, most = widest(frame);
         const auto turned_by = [&](float part) -> line_turn { // -1 to 1
+            if (is_point()) return {.shift = part * most, .is_shift = true};
             const float angle = radius == 0 ? std::atan(part * most) : part * most;
             return {std::sin(angle), std::cos(angle), radius};
         };

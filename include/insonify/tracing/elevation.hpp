@@ -2,6 +2,7 @@
 #define INSONIFY_TRACING_ELEVATION_HPP
 
 #include <insonify/core/error.hpp>
+#include <insonify/core/view.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/tracing/elevation_plane.hpp>
 #include <string>
@@ -22,6 +23,20 @@ bool lines_follow_depth(const Probe& probe) {
     return true;
 }
 
+/// The heights of a pair of planes: see `elevation_planes`.
+struct elevation_pair {
+    float delta = 0;
+    float psi = 0; ///< radians
+};
+
+/// The pairs of 3, 5 or 7 planes; none for another count.
+inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
+    static constexpr elevation_pair pairs[][3] = {
+        {{0.92F, 109_deg}}, {{1.2F, 97_deg}, {2.0F, 8_deg}}, {{0.8F, 75.7_deg}, {1.355F, 6.7_deg}, {1.42F, 105.2_deg}}};
+    if (count < 3 || count > max_elevation_planes) return {};
+    return {pairs[count / 2 - 1], count / 2};
+}
+
 /// Planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it that follow the beam.
 ///
 /// The variance of the beam is sigma_f^2 + g(z)^2, of diffraction and of the aperture's shadow g (see `beam_model`). A pair
@@ -31,9 +46,9 @@ bool lines_follow_depth(const Probe& probe) {
 ///
 /// which are linear in z: both are planes. With psi near 0 they sample the diffraction and hardly tilt; near 90 degrees they
 /// follow the shadow and cross at the focus. Depth is measured along z: on a curved array, along its middle line.
-/// Source: delta and psi from a numerical search for the smallest error in the echoes of half spaces that begin at any
-/// height, at depths of 5 to 60 mm, for linear, convex and phased arrays; the outer pair of 5 planes was then moved from 1.9
-/// to 2 for the default array at 35 mm. `tests/tracing/elevation.cpp` measures the errors.
+/// Source: a numerical search for the smallest error in the echoes of half spaces that begin at any height, for linear, convex
+/// and phased arrays. `bench/studies/elevation_planes.cpp` repeats it: the pairs here are within 15 % of the smallest error that
+/// it finds, and their rms height is nearer to the beam's. `tests/tracing/elevation.cpp` measures the errors.
 class elevation_planes {
   public:
     /// @param count  1, 3, 5 or 7: the middle one, and pairs
@@ -41,18 +56,17 @@ class elevation_planes {
     /// @param tilted  whether planes follow the beam; else they are parallel, at the heights of half the depth
     /// @throws usage_error  for another count
     elevation_planes(const beam_model& beam, std::uint32_t count, float depth, bool tilted)
+        : elevation_planes{beam, count, elevation_pairs(count), depth, tilted} {}
+
+    /// The same with other pairs, (count - 1) / 2 of them.
+    elevation_planes(const beam_model& beam, std::uint32_t count, view<const elevation_pair> pairs, float depth,
+                     bool tilted)
         : beam_{beam}, count_{count}, spacing_{depth / depths} {
         if (count % 2 == 0 || count > max_elevation_planes)
             throw usage_error{"trace: `planes` is " + std::to_string(count) +
                               "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
-        struct pair {
-            float delta, psi;
-        };
-        constexpr pair pairs[][3] = {{{0.92F, 109_deg}},
-                                     {{1.2F, 97_deg}, {2.0F, 8_deg}},
-                                     {{0.8F, 75.7_deg}, {1.355F, 6.7_deg}, {1.42F, 105.2_deg}}};
         for (std::uint32_t i = 1; i < count; ++i) {
-            const pair& own = pairs[count / 2 - 1][(i - 1) / 2];
+            const elevation_pair& own = pairs[(i - 1) / 2];
             const float side = i % 2 == 0 ? own.delta : -own.delta;
             const float at_focus = side * std::cos(own.psi) * beam.elevation_diffraction();
             const auto height = [&](float z) { return at_focus + side * std::sin(own.psi) * beam.elevation_shadow(z); };

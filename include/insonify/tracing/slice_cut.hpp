@@ -20,6 +20,13 @@ struct cut_segment {
     std::uint32_t primitive = 0; ///< face of the object's mesh
 };
 
+/// Lines beyond those of a fan: between the first and the last of a wider one, from the same point, shifted along the face by at
+/// most a distance.
+struct outer_lines {
+    const line_fan* fan = nullptr; ///< null: none
+    float shift = 0;               ///< metres
+};
+
 /// All segments in which the slices of a frame intersect a scene. Keeps its memory from frame to frame.
 ///
 /// Trees that are up to date are traversed with the region that the lines cover. For the other objects two linear passes
@@ -31,11 +38,13 @@ class slice_cut {
     /// @param planes    the slices
     /// @param max_depth  how far lines are followed, metres
     /// @param keep_all   also keep segments that cross no line
+    /// @param beyond     lines that the segments are kept for, too
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const elevation_plane> planes, float max_depth, bool keep_all) {
+             const pose& probe_at, view<const elevation_plane> planes, float max_depth, bool keep_all,
+             const outer_lines& beyond) {
         keep_all_ = keep_all;
-        plan(scene, chosen, fan, probe_at, planes, max_depth);
+        plan(scene, chosen, fan, probe_at, planes, max_depth, beyond);
         exec::for_each_block(policy, vertex_parts_.size(), 1, 0.5F * block, [&](std::size_t i, std::size_t) {
             const part& own = vertex_parts_[i];
             const object_view& one = scene.objects[own.object];
@@ -71,18 +80,20 @@ class slice_cut {
 
     // Collects the work items, in the order in which `for_each_segment` visits their results.
     void plan(const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan, const pose& probe_at,
-              view<const elevation_plane> planes, float max_depth) {
+              view<const elevation_plane> planes, float max_depth, const outer_lines& beyond) {
+        const float beside = beyond.shift;
         aabb face; // of the probe
         for (const elevation_plane& plane : planes)
-            for (const float x : {fan.extent().min.x, fan.extent().max.x})
-                for (const float y : {fan.extent().min.y, fan.extent().max.y}) {
+            for (const float x : {fan.extent().min.x - beside, fan.extent().max.x + beside})
+                for (const float y : {fan.extent().min.y - beside, fan.extent().max.y + beside}) {
                     const vec3 corner = fan.upright().point({x, 0, y});
                     face = merged(face, probe_at.point({corner.x, plane.height(corner.z), corner.z}));
                 }
         const vec3 rounding = 1e-6F * (abs(face.lower) + abs(face.upper));
         face = {face.lower - rounding, face.upper + rounding};
-        unbounded_ = {slice_frame{probe_at, planes, fan.upright()}, fan};
-        within_depth_ = unbounded_.within(max_depth, fan);
+        const line_fan& widest = beyond.fan != nullptr ? *beyond.fan : fan;
+        unbounded_ = {slice_frame{probe_at, planes, fan.upright()}, widest, beside};
+        within_depth_ = unbounded_.within(max_depth + beside, fan);
 
         vertex_parts_.clear();
         face_parts_.clear();

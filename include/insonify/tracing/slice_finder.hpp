@@ -85,9 +85,9 @@ class slice_finder {
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const elevation_plane> planes,
-             float depth, bool keep_all) {
+             float depth, bool keep_all, const outer_lines& beyond = {}) {
         slices_ = planes.size();
-        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, keep_all);
+        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, keep_all, beyond);
         const std::size_t blocks = (fan_.size() + block - 1) / block;
         block_end_.resize(blocks + 1);
         std::fill(block_end_.begin(), block_end_.end(), 0);

@@ -21,12 +21,13 @@ struct slice_region {
     slice_region() = default;
 
     /// Between the first and the last line, beyond their origins, of any depth.
-    slice_region(const slice_frame& slices, const detail::line_fan& fan) : frame{slices} {
+    /// @param beside  metres by which it is larger, to all sides
+    slice_region(const slice_frame& slices, const detail::line_fan& fan, float beside = 0) : frame{slices} {
         if (!fan.is_wedge()) return;
         const auto &left = fan[0], &right = fan[fan.size() - 1];
-        add_side({-left.along.y, left.along.x}, left.right({0, 0}));
-        add_side({right.along.y, -right.along.x}, -right.right({0, 0}));
-        add_side({0, -1}, -fan.extent().min.y);
+        add_side({-left.along.y, left.along.x}, left.right({0, 0}) + beside);
+        add_side({right.along.y, -right.along.x}, -right.right({0, 0}) + beside);
+        add_side({0, -1}, -fan.extent().min.y + beside);
     }
 
     /// The same for lines of this length, metres.

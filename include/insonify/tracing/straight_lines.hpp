@@ -112,7 +112,8 @@ class straight_frame {
             sliced_ = slices_.choose(scene_, frame.at, planes, how.search == search::slices, directions);
         }
         if (sliced_)
-            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, shaded_);
+            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, shaded_,
+                        shaded_ ? shading_.beyond(frame) : detail::outer_lines{});
         else
             scene_ = body.view_for_rays(policy);
         const std::size_t blocks = (frame.probe.lines + detail::lines_per_block - 1) / detail::lines_per_block;

@@ -8,11 +8,17 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Where the lines of a fan begin and how they diverge, where neighbours are equally far apart: parallel lines from a plane face,
-/// or lines that leave a circle around the apex along its radii.
+/// Where the lines of a fan begin and how they diverge, where neighbours are equally far apart.
 struct face_shape {
-    float radius = 0;  ///< of the circle, metres; 0: a plane
+    enum class form {
+        plane,  ///< parallel lines from a plane face
+        circle, ///< lines that leave a circle around the apex along its radii
+        point,  ///< lines that leave one point, steered by a plane face along the probe's x
+    };
+    form form = form::plane;
+    float radius = 0;  ///< of the circle, metres; else 0
     float spacing = 0; ///< from line to line: metres, or radians around the apex
+    vec2 across{1, 0}; ///< along the plane face, in the coordinates of the fan
     std::uint32_t lines = 0;
     bool full_circle = false; ///< the last line is next to the first
 
@@ -28,36 +34,50 @@ struct face_shape {
         spacing =
             circle ? 2 * pi / static_cast<float>(lines) : (place(lines - 1) - place(0)) / static_cast<float>(lines - 1);
         radius = fan.parallel() ? 0.0F : length(fan[middle].origin);
-        if (!(spacing > 0) || (!fan.parallel() && !(radius > 1e-4F))) return false;
+        form = fan.parallel() ? form::plane : radius > 1e-4F ? form::circle : form::point;
+        const pose upright = fan.upright();
+        across = {upright.rotation[0].x, upright.rotation[2].x};
+        if (!(spacing > 0) || (form == form::point && (circle || !fan.is_wedge()))) return false;
         for (std::uint32_t i = 0; i < lines; ++i) {
             const float face = fan.parallel() ? fan[i].origin.y - fan[middle].origin.y : length(fan[i].origin) - radius;
             const float expected = place(middle) + (static_cast<float>(i) - static_cast<float>(middle)) * spacing;
             if (std::fabs(face) > 1e-6F || std::fabs(place(i) - expected) > 0.05F * spacing) return false;
         }
+        if (form == form::point) radius = 0;
         return true;
     }
 };
 
-/// By how much lines are turned about their origins in the slice plane, to the right. A turned line is measured by the depth
-/// that it reaches.
+/// How a line reaches the points of other lines through the aperture. On a plane or round face it is turned about its origin in the
+/// slice plane, to the right. A line from the point of a phased array is shifted along the face instead. Such a line is measured by
+/// the depth that it reaches: that of the line of the probe which ends in the same point.
 struct line_turn {
-    float sine = 0;
+    float sine = 0; ///< of the angle by which it is turned; of a shifted line, of its angle with the normal of the face
     float cosine = 1;
     float radius = 0; ///< see `face_shape`
+    float shift = 0;  ///< metres along the face
+    bool is_shift = false;
 
-    /// Metres along a turned line to a depth.
+    /// Metres along a line to a depth.
     float length_to(float depth) const {
+        if (is_shift) {
+            const float end = max(depth, distance(near_face()));
+            const float length = std::sqrt(max(end * end - shift * shift * cosine * cosine, 0)) - shift * sine;
+            return depth < end ? near_face() * depth / end : length;
+        }
         if (radius == 0) return depth / cosine;
         const float end = radius + depth;
         return std::sqrt(end * end - radius * radius * sine * sine) - radius * cosine;
     }
-    /// Depth at metres along a turned line.
+    /// Depth at metres along a line.
     float depth_at(float length) const {
+        if (is_shift) return length < near_face() ? distance(near_face()) * length / near_face() : distance(length);
         if (radius == 0) return length * cosine;
         return std::sqrt(radius * radius + length * (2 * radius * cosine + length)) - radius;
     }
-    /// How far from the straight line through its point at this depth a turned line begins, metres along the face.
+    /// How far from the straight line through its point at this depth a line begins, metres along the face.
     float place_on_face(float depth) const {
+        if (is_shift) return shift;
         return radius == 0 ? depth * sine / cosine : radius * around(radius + depth).x;
     }
     /// Sine and cosine of the angle around the apex from the origin of a turned line to its point at this distance from the
@@ -65,6 +85,15 @@ struct line_turn {
     vec2 around(float distance) const {
         const float a = clamp(radius * sine / max(distance, 1e-9F), -1, 1), b = std::sqrt(1 - a * a);
         return {sine * b - cosine * a, cosine * b + sine * a};
+    }
+
+  private:
+    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. At F-numbers from 1.25 on, the
+    // points that it reaches lie further away.
+    float near_face() const { return 1.5F * std::fabs(shift); }
+    // Of a point of a shifted line from the apex.
+    float distance(float length) const {
+        return std::sqrt(max(shift * shift + length * (2 * shift * sine + length), 0));
     }
 };
 
@@ -74,17 +103,22 @@ struct turned_line {
     line_turn turn{};
     float tilt = 0; ///< see `line_frame`
 
+    vec3 origin() const { return straight.origin + turn.shift * (turn.cosine * right() + turn.sine * straight.along); }
     vec3 direction() const {
-        return turn.cosine * straight.along + turn.sine * cross(straight.elevation, straight.along);
+        return turn.is_shift ? straight.along : turn.cosine * straight.along + turn.sine * right();
     }
     /// The line itself.
-    line_frame frame() const { return {straight.origin, direction(), straight.elevation, tilt}; }
+    line_frame frame() const { return {origin(), direction(), straight.elevation, tilt}; }
     /// Direction of the straight line through the point at this depth.
     vec3 straight_at(float depth) const {
-        if (turn.radius == 0) return straight.along;
-        const vec3 from_apex = turn.radius * straight.along + turn.length_to(depth) * direction();
-        return from_apex / length(from_apex);
+        if (turn.radius == 0 && !turn.is_shift) return straight.along;
+        const vec3 before = turn.is_shift ? origin() - straight.origin : turn.radius * straight.along;
+        const vec3 from_apex = before + turn.length_to(depth) * direction();
+        return from_apex / max(length(from_apex), 1e-12F);
     }
+
+  private:
+    vec3 right() const { return cross(straight.elevation, straight.along); }
 };
 
 /// A turned line meets surfaces as the straight line through the same point does; steep ones, which that line would hardly
@@ -98,7 +132,7 @@ inline surface_incidence incidence_at(const turned_line& line, float depth, cons
     return met.cosine > steep_cosine ? met : incidence_at(turned, length, one, face);
 }
 
-/// The lines of a fan, all turned alike.
+/// The lines of a fan, all turned or shifted alike.
 class turned_fan {
   public:
     void assign(const line_fan& fan, const face_shape& shape, const line_turn& turn) {
@@ -107,17 +141,30 @@ class turned_fan {
         lines_.resize(fan.size());
         for (std::uint32_t i = 0; i < fan.size(); ++i) {
             const vec2 along = fan[i].along;
-            lines_[i] = {fan[i].origin,
-                         {along.x * turn.cosine + along.y * turn.sine, along.y * turn.cosine - along.x * turn.sine}};
+            if (turn.is_shift)
+                lines_[i] = {fan[i].origin + turn.shift * shape.across, along};
+            else
+                lines_[i] = {
+                    fan[i].origin,
+                    {along.x * turn.cosine + along.y * turn.sine, along.y * turn.cosine - along.x * turn.sine}};
         }
     }
 
-    const line_turn& turn() const { return turn_; }
+    /// Of one of the lines.
+    line_turn turn(std::uint32_t line) const {
+        line_turn own = turn_;
+        if (!own.is_shift) return own;
+        const vec2 along = lines_[line].along;
+        own.sine = dot(shape_.across, along);
+        own.cosine = shape_.across.x * along.y - shape_.across.y * along.x;
+        return own;
+    }
     const std::vector<line_fan::line>& lines() const { return lines_; }
 
     /// Moves a point across the lines so that the turned line through it becomes the straight one: what a turned line
     /// crosses is what the straight one crosses after points were moved.
     vec2 straightened(vec2 p) const {
+        if (turn_.is_shift) return p - turn_.shift * shape_.across;
         if (shape_.radius == 0) return {p.x - p.y * turn_.sine / turn_.cosine, p.y};
         const vec2 by = turn_.around(length(p));
         return {p.x * by.y - p.y * by.x, p.x * by.x + p.y * by.y};
@@ -139,8 +186,12 @@ class turned_fan {
         if (leaves < 1) visit(from + leaves * along, to);
     }
 
-    /// How many straight lines a turned line has crossed on its way to a depth.
-    float lines_crossed(float depth) const {
+    /// How many straight lines the turned line that ends in one of them has crossed on its way to a depth.
+    float lines_crossed(float depth, std::uint32_t line) const {
+        if (turn_.is_shift) {
+            const line_turn end = turn(line);
+            return std::atan2(end.shift * end.cosine, depth - end.shift * end.sine) / shape_.spacing;
+        }
         if (shape_.radius == 0) return turn_.place_on_face(depth) / shape_.spacing;
         const vec2 by = turn_.around(shape_.radius + depth);
         return std::atan2(by.x, by.y) / shape_.spacing;

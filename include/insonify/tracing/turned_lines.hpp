@@ -12,16 +12,19 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The points of an aperture shading: lines of the probe, equally far apart, in each plane of the frame.
+/// The points of an aperture shading: lines of the probe, equally far apart, in each plane of the frame. They are reached by the
+/// lines of a fan, turned or shifted: those of the points, and of a phased array, whose aperture is as wide at the edges of its
+/// sector, also some beyond.
 struct shading_points {
     line_fan fan{};
     face_shape shape{};
-    std::uint32_t first = 0; ///< line of the probe
+    std::uint32_t beyond = 0; ///< lines of the fan on either side of those of the points
+    std::uint32_t first = 0;  ///< line of the probe
     std::uint32_t stride = 1;
     std::uint32_t planes = 1;
     std::vector<std::vector<std::uint32_t>> objects{}; ///< that contain the origins behind the face, by plane and point
 
-    std::uint32_t size() const { return fan.size(); }
+    std::uint32_t size() const { return fan.size() - 2 * beyond; }
     std::uint32_t line_of(std::uint32_t point) const { return first + point * stride; }
 };
 
@@ -31,40 +34,38 @@ struct deep_segment {
     const cut_segment* segment = nullptr;
 };
 
-/// The lines of all points turned alike, in each plane by an angle of its own, and what arrives along them. Keeps its memory
-/// from frame to frame.
+/// The lines of all points turned or shifted alike, in each plane by an amount of its own, and what arrives along them. Keeps
+/// its memory from frame to frame.
 class turned_lines {
   public:
     static constexpr std::uint32_t steps = sound_profile::steps;
 
-    /// @param turn     angle of the lines in each plane
+    /// @param turn     of the lines in each plane
     /// @param spacing  from step to step, metres
     void assign(const shading_points& points, const line_turn (&turn)[max_elevation_planes], float spacing) {
-        points_ = points.size();
-        sound_.resize(std::size_t{points.planes} * steps * points_);
+        lines_ = points.fan.size();
+        spacing_ = spacing;
+        sound_.resize(std::size_t{points.planes} * steps * lines_);
         share_.resize(std::size_t{points.planes} * steps);
-        lines_crossed_.resize(share_.size());
-        for (std::uint32_t plane = 0; plane < points.planes; ++plane) {
+        for (std::uint32_t plane = 0; plane < points.planes; ++plane)
             fans_[plane].assign(points.fan, points.shape, turn[plane]);
-            for (std::uint32_t step = 0; step < steps; ++step)
-                lines_crossed_[plane * steps + step] =
-                    fans_[plane].lines_crossed(static_cast<float>(step + 1) * spacing);
-        }
     }
 
     /// Share of the aperture that the lines stand for, at one step of one plane.
     float& share(std::size_t row) { return share_[row]; }
     float share(std::size_t row) const { return share_[row]; }
-    /// How many lines a turned line has crossed on its way to one step of one plane.
-    float lines_crossed(std::size_t row) const { return lines_crossed_[row]; }
+    /// How many lines the one that ends in a line of the fan has crossed on its way to one step of one plane.
+    float lines_crossed(std::size_t row, std::uint32_t line) const {
+        return fans_[row / steps].lines_crossed(static_cast<float>(row % steps + 1) * spacing_, line);
+    }
     /// What arrives at one step of one plane, by line.
-    const sound_at_depth* sound(std::size_t row) const { return sound_.data() + row * points_; }
+    const sound_at_depth* sound(std::size_t row) const { return sound_.data() + row * lines_; }
 
     /// Finds where the lines cross the segments of the slices.
     /// @param segments  by depth, so that the crossings of each line are nearly sorted
     void find_crossings(const shading_points& points, const std::vector<deep_segment>& segments) {
         constexpr int width = simd_width;
-        ends_.assign(std::size_t{points.planes} * points_ + 1, 0);
+        ends_.assign(std::size_t{points.planes} * lines_ + 1, 0);
         crossed_.clear();
         for (const deep_segment& deep : segments) {
             const cut_segment& one = *deep.segment;
@@ -74,7 +75,7 @@ class turned_lines {
                 points.fan.for_each_crossed(
                     from, points.fan.gap(from), to, points.fan.gap(to), [&](std::uint32_t first, std::uint32_t last) {
                         crossed_.push_back({&one, first, last});
-                        std::uint32_t* const count = ends_.data() + std::size_t{one.slice} * points_ + 1;
+                        std::uint32_t* const count = ends_.data() + std::size_t{one.slice} * lines_ + 1;
                         for (std::uint32_t line = first; line < last; ++line) ++count[line];
                     });
             });
@@ -84,7 +85,7 @@ class turned_lines {
         // The end of each line's predecessor is where its own crossings begin; it moves on to its own end as they come in.
         for (const crossed_segment& crossed : crossed_) {
             const cut_segment& one = *crossed.segment;
-            std::uint32_t* const end = ends_.data() + std::size_t{one.slice} * points_;
+            std::uint32_t* const end = ends_.data() + std::size_t{one.slice} * lines_;
             for (std::uint32_t line = crossed.first; line < crossed.last; line += width) {
                 float distance[width];
                 store(line_fan::neighbours<width>::from(fans_[one.slice].lines(), line).intersect(one.from, one.to),
@@ -95,21 +96,22 @@ class turned_lines {
         }
     }
 
-    /// Finds what arrives along the line of one point in one plane.
+    /// Finds what arrives along one line of the fan in one plane.
+    /// @param task     of that line, neither turned nor shifted
     /// @param tilt_of  tilt_of(direction): that of a line in the task's plane, see `line_frame::tilt`
     /// @param slices   whose crossings were found; null where everything is found by rays
     template <class Model, class TiltOf>
-    void find_sound(const line_task& task, const shading_points& points, std::uint32_t point, const Model& model,
+    void find_sound(const line_task& task, const shading_points& points, std::uint32_t line, const Model& model,
                     float spacing, const TiltOf& tilt_of, const slice_finder* slices) {
-        const line_turn& turn = fans_[task.plane].turn();
+        const line_turn turn = fans_[task.plane].turn(line);
         const turned_line turned{task.line.frame, turn, tilt_of(turned_line{task.line.frame, turn}.direction())};
         sound_profile profile;
         scratch_.fit([&](line_scratch& room) {
-            return find_line(task, turned, points, point, slices, room.found) &&
+            return find_line(task, turned, points, line, slices, room.found) &&
                    profile.find(task, turned, model, room, spacing);
         });
         for (std::uint32_t step = 0; step < steps; ++step)
-            sound_[(std::size_t{task.plane} * steps + step) * points_ + point] = profile.at[step];
+            sound_[(std::size_t{task.plane} * steps + step) * lines_ + line] = profile.at[step];
     }
 
   private:
@@ -119,41 +121,47 @@ class turned_lines {
         std::uint32_t first = 0, last = 0;
     };
 
-    // The crossings of one line, at the depths of their points.
-    bool find_line(const line_task& task, const turned_line& turned, const shading_points& points, std::uint32_t point,
+    // The crossings of one line, at the depths of their points. A turned line begins where that of the point does, in the same
+    // objects; a shifted one begins in the objects whose surfaces it crosses an odd number of times.
+    bool find_line(const line_task& task, const turned_line& turned, const shading_points& points, std::uint32_t number,
                    const slice_finder* slices, line_crossings& found) const {
         found.clear();
-        const std::size_t slot = std::size_t{task.plane} * points_ + point;
-        for (const std::uint32_t rank : points.objects[slot]) found.inside.toggle(rank);
+        const bool shifted = turned.turn.is_shift;
+        const ray line{turned.origin(), turned.frame().path(), 0, turned.turn.length_to(task.max_depth)};
+        const std::size_t slot = std::size_t{task.plane} * lines_ + number;
+        if (!shifted)
+            for (const std::uint32_t rank : points.objects[slot]) found.inside.toggle(rank);
+        const auto may_begin_in = [&](std::uint32_t rank) {
+            return shifted && task.scene.objects[rank].box.contains(line.origin);
+        };
         const auto add = [&](crossing one) {
+            if (may_begin_in(one.rank)) found.inside.toggle(one.rank);
             one.distance = turned.turn.depth_at(one.distance);
-            if (one.distance > touching_distance && one.distance <= task.max_depth) found.add(one);
+            if ((shifted || one.distance > touching_distance) && one.distance <= task.max_depth) found.add(one);
         };
         if (slices != nullptr)
             for (std::size_t i = slot == 0 ? 0 : ends_[slot - 1]; i < ends_[slot]; ++i)
                 if (crossings_[i].distance >= 0) add(crossings_[i]);
-        if (slices == nullptr || slices->leaves_rays()) {
-            const ray line{turned.straight.origin, turned.frame().path(), 0, turned.turn.length_to(task.max_depth)};
+        if (slices == nullptr || slices->leaves_rays())
             task.scene.boxes.for_each_hit(line, [&](const hit& at) {
                 if (slices != nullptr && slices->chosen()[at.primitive] != 0) return;
                 const object_view& one = task.scene.objects[at.primitive];
-                one.tree.for_each_hit(one.local(line), [&](const hit& h) {
-                    add({h.distance, at.primitive, h.primitive});
-                });
+                ray local = one.local(line);
+                if (may_begin_in(at.primitive)) local.max_distance = FLT_MAX;
+                one.tree.for_each_hit(local, [&](const hit& h) { add({h.distance, at.primitive, h.primitive}); });
             });
-        }
         found.sort();
         return found.complete();
     }
 
-    std::uint32_t points_ = 0;
+    std::uint32_t lines_ = 0; // of the fan
+    float spacing_ = 1;       // from step to step, metres
     turned_fan fans_[max_elevation_planes] = {};
     std::vector<crossed_segment> crossed_{};
-    std::vector<std::uint32_t> ends_{};   // of each plane and point, in `crossings_`
+    std::vector<std::uint32_t> ends_{};   // of each plane and line, in `crossings_`
     std::vector<crossing> crossings_{};   // at metres along the turned line
-    std::vector<sound_at_depth> sound_{}; // by plane, step and point
+    std::vector<sound_at_depth> sound_{}; // by plane, step and line
     std::vector<float> share_{};          // by plane and step
-    std::vector<float> lines_crossed_{};  // by plane and step
     scratch_memory scratch_{};
 };
 
