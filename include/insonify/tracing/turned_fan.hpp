@@ -8,10 +8,11 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Where the lines of a fan begin and how they diverge, where neighbours are equally far apart: parallel lines from a plane face,
-/// or lines that leave a circle around the apex along its radii.
+/// Where the lines of a fan begin and how they diverge, where neighbours are equally far apart: parallel lines from a plane
+/// face, at right angles to it or steered, or lines that leave a circle around the apex along its radii.
 struct face_shape {
     float radius = 0;  ///< of the circle, metres; 0: a plane
+    float incline = 0; ///< of a plane: change of y per x, 0 unless lines are steered
     float spacing = 0; ///< from line to line: metres, or radians around the apex
     std::uint32_t lines = 0;
     bool full_circle = false; ///< the last line is next to the first
@@ -29,8 +30,11 @@ struct face_shape {
             circle ? 2 * pi / static_cast<float>(lines) : (place(lines - 1) - place(0)) / static_cast<float>(lines - 1);
         radius = fan.parallel() ? 0.0F : length(fan[middle].origin);
         if (!(spacing > 0) || (!fan.parallel() && !(radius > 1e-4F))) return false;
+        const vec2 across = fan[lines - 1].origin - fan[0].origin;
+        incline = fan.parallel() ? across.y / across.x : 0.0F;
         for (std::uint32_t i = 0; i < lines; ++i) {
-            const float face = fan.parallel() ? fan[i].origin.y - fan[middle].origin.y : length(fan[i].origin) - radius;
+            const vec2 along_face = fan[i].origin - fan[middle].origin;
+            const float face = fan.parallel() ? along_face.y - incline * along_face.x : length(fan[i].origin) - radius;
             const float expected = place(middle) + (static_cast<float>(i) - static_cast<float>(middle)) * spacing;
             if (std::fabs(face) > 1e-6F || std::fabs(place(i) - expected) > 0.05F * spacing) return false;
         }
@@ -43,23 +47,26 @@ struct face_shape {
 struct line_turn {
     float sine = 0;
     float cosine = 1;
-    float radius = 0; ///< see `face_shape`
+    float radius = 0;  ///< see `face_shape`
+    float incline = 0; ///< see `face_shape`
 
     /// Metres along a turned line to a depth.
     float length_to(float depth) const {
-        if (radius == 0) return depth / cosine;
+        if (radius == 0) return depth / depth_per_metre();
         const float end = radius + depth;
         return std::sqrt(end * end - radius * radius * sine * sine) - radius * cosine;
     }
     /// Depth at metres along a turned line.
     float depth_at(float length) const {
-        if (radius == 0) return length * cosine;
+        if (radius == 0) return length * depth_per_metre();
         return std::sqrt(radius * radius + length * (2 * radius * cosine + length)) - radius;
     }
     /// How far from the straight line through its point at this depth a turned line begins, metres along the face.
     float place_on_face(float depth) const {
-        return radius == 0 ? depth * sine / cosine : radius * around(radius + depth).x;
+        return radius == 0 ? depth * sine / depth_per_metre() : radius * around(radius + depth).x;
     }
+    /// Depth that a turned line from a plane face gains per metre, above 0.
+    float depth_per_metre() const { return cosine - incline * sine; }
     /// Sine and cosine of the angle around the apex from the origin of a turned line to its point at this distance from the
     /// apex: the angle by which it was turned less asin(radius sine / distance).
     vec2 around(float distance) const {
@@ -116,7 +123,7 @@ class turned_fan {
     /// Moves a point across the lines so that the turned line through it becomes the straight one: what a turned line
     /// crosses is what the straight one crosses after points were moved.
     vec2 straightened(vec2 p) const {
-        if (shape_.radius == 0) return {p.x - p.y * turn_.sine / turn_.cosine, p.y};
+        if (shape_.radius == 0) return {p.x - (p.y - turn_.incline * p.x) * turn_.sine / turn_.depth_per_metre(), p.y};
         const vec2 by = turn_.around(length(p));
         return {p.x * by.y - p.y * by.x, p.x * by.x + p.y * by.y};
     }
