@@ -41,6 +41,8 @@ struct steered : Probe {
         turned.direction = {cosine_ * along.x + sine_ * along.z, along.y, cosine_ * along.z - sine_ * along.x};
         return turned;
     }
+    /// The same line of the probe.
+    INSONIFY_FN ray unsteered(float line) const { return Probe::beam(line); }
     /// From {x, z} to {line, depth along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         if (steering == 0) return Probe::locate(point);
