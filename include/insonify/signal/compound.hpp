@@ -171,12 +171,12 @@ class compounding {
         return turn % 2 == 1 ? middle + away : middle - away;
     }
 
-    // Weight of a look at its (fractional) line: 1, falling to the minimum over a twelfth of its width at the sides; 0 outside.
+    // Weight of a look at its (fractional) line: 1, falling to the minimum over an eighth of its width at the sides; 0 outside.
     float weight(float line) const {
         const auto lines = static_cast<float>(probe_->lines);
         const float inside = min(line + 0.5F, lines - 0.5F - line);
         if (!(inside >= 0)) return 0;
-        const float part = min(12 * inside / lines, 1);
+        const float part = min(8 * inside / lines, 1);
         return max(part * part * (3 - 2 * part), min_weight);
     }
 
