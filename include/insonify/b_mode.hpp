@@ -5,10 +5,13 @@
 #include <insonify/image/scan_convert.hpp>
 #include <insonify/probe/plausible.hpp>
 #include <insonify/probe/refined.hpp>
+#include <insonify/signal/compound.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/gain.hpp>
 #include <insonify/tracing/trace.hpp>
+#include <type_traits>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -21,8 +24,9 @@ struct b_mode_settings {
     float reference_db = -25;    ///< level of white; 0 dB is the echo of a perfect mirror
     float gain_db = 0;           ///< added to every level
     float tgc = 0; ///< attenuation to compensate for, dB/m at 1 MHz; 0: that of the background, clamped to 50 to 100
-    std::uint32_t planes = 5; ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
-    float background = 0;     ///< brightness of the pixels outside the field of view
+    std::uint32_t planes = 5;     ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    float background = 0;         ///< brightness of the pixels outside the field of view
+    compound_settings compound{}; ///< looks at several angles, averaged; none by default
 };
 
 /// Number of traced rays per line, so that their distance at the focus is at most half the beam width; at most 4.
@@ -33,20 +37,31 @@ std::uint32_t rays_per_line(const Probe& probe, float depth) {
     return static_cast<std::uint32_t>(clamp(rays, 1, 4));
 }
 
+namespace detail {
+
+/// The model and the time gain that looks were acquired with. Models that cannot be compared count as the same.
+template <class Model>
+using looks_of = std::conditional_t<comparable<Model>, memo<char, Model, float>, memo<char, float>>;
+
+} // namespace detail
+
 /// Tables and memory of `b_mode`, kept from frame to frame.
 template <transducer Probe, acoustic_model Model = physical<>, class Tracer = straight_lines>
 struct b_mode_workspace {
-    trace_workspace<refined<Probe>, Model, Tracer> tracing{}; ///< of `trace`
-    convolve_workspace convolution{};                         ///< of `convolve`
-    kept_scan_map<refined<Probe>> map{};                      ///< of `scan_convert`
-    iq_lines echoes{};                                        ///< received echoes
-    scan_lines lines{};                                       ///< brightness
-    image picture{};                                          ///< the last image
+    std::vector<trace_workspace<steered<refined<Probe>>, Model, Tracer>> tracing{}; ///< of `trace`, for each look
+    convolve_workspace convolution{};                                               ///< of `convolve`
+    compounding<refined<Probe>> looks{};                                            ///< the last looks
+    detail::looks_of<Model> acquired{};  ///< model and time gain of the looks
+    kept_scan_map<refined<Probe>> map{}; ///< of `scan_convert`
+    iq_lines echoes{};                   ///< received echoes
+    scan_lines lines{};                  ///< brightness
+    image picture{};                     ///< the last image
 };
 
 /// Simulates a B-mode image: the whole chain in one call.
 ///
-///     trace (physical) -> convolve (the probe's pulse and beam) -> envelope -> tgc -> log_compress -> scan_convert
+///     trace (physical) -> convolve (the probe's pulse and beam) -> envelope -> tgc -> compounding -> log_compress
+///         -> scan_convert
 ///
 /// The levels are fixed, so clips do not flicker. For a clip:
 ///
@@ -74,13 +89,23 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
     const pulse sent = nominal_pulse(probe);
     const std::uint32_t samples =
         settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
-    own.echoes =
-        trace(policy, body, fine, at, model, {.depth = settings.depth, .samples = samples, .planes = settings.planes},
-              own.tracing, std::move(own.echoes), how);
-    own.echoes = convolve(policy, std::move(own.echoes), sent, fine, {}, own.convolution);
-    own.lines = envelope(policy, own.echoes, std::move(own.lines));
-    own.lines = tgc(policy, std::move(own.lines), probe.frequency,
-                    {.attenuation = settings.tgc > 0 ? settings.tgc : clamp(body.background().attenuation, 50, 100)});
+    const tgc_settings gain{.attenuation =
+                                settings.tgc > 0 ? settings.tgc : clamp(body.background().attenuation, 50, 100)};
+    const auto acquire = [&](std::uint32_t number, const steered<refined<Probe>>& look, const acquisition& scan,
+                             scan_lines recycled) {
+        own.echoes = trace(policy, body, look, at, model, scan, own.tracing[number], std::move(own.echoes), how);
+        own.echoes = convolve(policy, std::move(own.echoes), sent, look, {}, own.convolution);
+        return tgc(policy, envelope(policy, own.echoes, std::move(recycled)), probe.frequency, gain);
+    };
+    settings.compound.check();
+    own.tracing.resize(settings.compound.angles);
+    const auto forget = [&](char&) { own.looks.reset(); };
+    if constexpr (detail::comparable<Model>)
+        own.acquired(forget, model, gain.attenuation);
+    else
+        own.acquired(forget, gain.attenuation);
+    own.lines = own.looks(policy, fine, {.depth = settings.depth, .samples = samples, .planes = settings.planes},
+                          settings.compound, acquire, std::move(own.lines));
     own.lines = log_compress(policy, std::move(own.lines),
                              {.dynamic_range_db = settings.dynamic_range_db,
                               .reference_db = settings.reference_db,

@@ -32,9 +32,11 @@
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/presets.hpp>
 #include <insonify/probe/radial_array.hpp>
+#include <insonify/probe/steered.hpp>
 #include <insonify/scene/diagnose.hpp>
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/signal/compound.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/electronic_noise.hpp>
 #include <insonify/signal/envelope.hpp>

@@ -80,7 +80,7 @@ int main() {
 
     const linear_array probe{.lines = 128, .width = 40_mm, .frequency = 7.5_MHz};
     const b_mode_settings settings{.depth = 40_mm, .size = {256, 256}};
-    const auto allocated_by = [&](const auto& policy) {
+    const auto allocated_by = [&](const auto& policy, const b_mode_settings& settings) {
         b_mode_workspace<linear_array> own;
         const mesh rest = make_sphere({0, 0, 0}, 5_mm, 4);
         constexpr int frames = 8;
@@ -97,9 +97,17 @@ int main() {
         }
         return most;
     };
-    const long sequenced = allocated_by(exec::seq), parallel = allocated_by(exec::par_unseq.threads(2));
+    const long sequenced = allocated_by(exec::seq, settings),
+               parallel = allocated_by(exec::par_unseq.threads(2), settings);
     std::printf("allocations a frame: %ld with seq, %ld with par_unseq; expected 0\n", sequenced, parallel);
+    b_mode_settings all = settings, one = settings;
+    all.compound = {.angles = 3};
+    one.compound = {.angles = 3, .update = compound_settings::update::one};
+    const long compounded = allocated_by(exec::par_unseq.threads(2), all),
+               rolling = allocated_by(exec::par_unseq.threads(2), one);
+    std::printf("compounded: %ld all at once, %ld one look at a time; expected 0\n", compounded, rolling);
     const long many = allocated_among_many(exec::seq), many_parallel = allocated_among_many(exec::par_unseq.threads(2));
     std::printf("among 500 objects: %ld with seq, %ld with par_unseq; expected 0\n", many, many_parallel);
-    return sequenced == 0 && parallel == 0 && many == 0 && many_parallel == 0 ? 0 : 1;
+    return sequenced == 0 && parallel == 0 && compounded == 0 && rolling == 0 && many == 0 && many_parallel == 0 ? 0
+                                                                                                                 : 1;
 }

@@ -23,6 +23,12 @@ vec2 call(const refined<pencil>& probe) {
     return probe == refined<pencil>{probe} ? probe.locate({0, probe.beam(0).at(1).z}) : vec2{};
 }
 #endif
+#ifdef CALL_probe_steered
+vec2 call(const steered<pencil>& probe) {
+    probe.check();
+    return probe == steered<pencil>{probe} ? probe.locate({0, probe.unsteered(0).at(1).z}) : vec2{};
+}
+#endif
 #ifdef CALL_probe_transducer
 bool call(const pencil& probe) { return is_full_circle(probe) && line_at_fraction(aperture_fraction(0, 1), 1) == 0; }
 #endif

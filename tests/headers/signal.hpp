@@ -11,6 +11,15 @@ void call(detail::axial_kernel& kernel, vec2* line) {
 #ifdef CALL_signal_beam
 float call() { return beam_of(pencil{}, 40_mm).lateral_sigma(20_mm) + line_spacing(pencil{}, 20_mm); }
 #endif
+#ifdef CALL_signal_compound
+scan_lines call(compounding<pencil>& looks) {
+    looks.reset();
+    return looks(exec::seq, pencil{}, {.samples = 64}, {.angles = 3},
+                 [](std::uint32_t, const steered<pencil>& look, const acquisition& scan, scan_lines) {
+                     return scan_lines{look.lines, scan.samples, scan.depth};
+                 });
+}
+#endif
 #ifdef CALL_signal_convolve
 iq_lines call(iq_lines echoes, convolve_workspace& own) {
     echoes = convolve(exec::seq, std::move(echoes), pulse{}, pencil{});

@@ -21,6 +21,7 @@ struct material_line {
     float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
     float fnumber = 2;           ///< of the receiving aperture
     const placed_structure* structure = nullptr; ///< of the medium; null: none
+    vec3 steering{0, 0, 0};                      ///< see `line_frame::steering`
 
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }

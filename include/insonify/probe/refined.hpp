@@ -17,7 +17,10 @@ struct refined : Probe {
         : Probe{probe}, lines{probe.lines * rays_per_line}, rays{rays_per_line} {}
 
     /// The line as a ray in the probe frame.
-    INSONIFY_FN ray beam(float line) const { return Probe::beam((line + 0.5F) / static_cast<float>(rays) - 0.5F); }
+    INSONIFY_FN ray beam(float line) const { return Probe::beam(coarse(line)); }
+    /// The line without steering, of a probe that is `steered`.
+    INSONIFY_FN ray unsteered(float line) const requires requires(const Probe& probe) { probe.unsteered(0.0F); }
+    { return Probe::unsteered(coarse(line)); }
     /// From {x, z} to {line, depth along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         const vec2 place = Probe::locate(point);
@@ -26,6 +29,9 @@ struct refined : Probe {
 
     friend bool operator==(const refined&, const refined&) requires detail::comparable<Probe>
     = default;
+
+  private:
+    INSONIFY_FN float coarse(float line) const { return (line + 0.5F) / static_cast<float>(rays) - 0.5F; }
 };
 
 } // namespace insonify::inline INSONIFY_ABI

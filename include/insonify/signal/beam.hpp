@@ -108,15 +108,28 @@ beam_model beam_of(const Probe& probe, float depth) {
     return beam;
 }
 
-/// Distance between neighbouring lines at a depth, in the centre of the field of view, metres; along the arc where
-/// lines diverge.
+/// Distance between neighbouring lines at a depth, in the centre of the field of view, metres: across the lines; along
+/// the arc where they diverge.
 template <transducer Probe>
 INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
     const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
     const ray left = probe.beam(middle - 0.5F), right = probe.beam(middle + 0.5F);
-    const float chord = length(right.at(depth) - left.at(depth));
+    const vec3 apart = right.at(depth) - left.at(depth), along = probe.beam(middle).direction;
+    const float chord = length(apart - dot(apart, along) * along);
     const float half_sine = 0.5F * length(right.direction - left.direction); // of half the angle between them
     return half_sine < 1e-3F ? chord : chord * std::asin(min(half_sine, 1)) / half_sine;
+}
+
+/// How much further along the lines the next line begins, metres: 0 where lines leave the face along its normals.
+///
+/// A wave front across line i at depth r crosses line j at depth r - (j - i) times this. On a round face it is the same
+/// at all depths: there R dt sin(a), for lines dt apart that leave the face at an angle a to its normals.
+template <transducer Probe>
+INSONIFY_FN float line_advance(const Probe& probe) {
+    const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
+    const ray left = probe.beam(middle - 0.5F), right = probe.beam(middle + 0.5F);
+    const float advance = dot(right.origin - left.origin, probe.beam(middle).direction);
+    return probe.lines < 2 || std::fabs(advance) < 1e-9F ? 0 : advance; // less is rounding
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -28,6 +28,7 @@ struct convolve_workspace {
     detail::axial_kernel axial;            ///< weights along a line
     std::vector<std::vector<vec2>> blocks; ///< scratch memory of each block of lines or samples
     iq_lines decimated;                    ///< the lines of the previous frame
+    iq_lines steered;                      ///< lines that cannot be filtered in place
 };
 
 namespace detail {
@@ -63,12 +64,15 @@ iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envel
     return echoes;
 }
 
-/// The lateral half of `convolve`, in place. The weights change from sample to sample.
+/// The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
 template <exec::policy Policy>
 iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspace& own) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     constexpr std::size_t thickness = lateral_slab::samples;
     const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
+    const bool in_place = !own.lateral.steered();
+    if (!in_place) own.steered.reshape(lines.count, lines.samples, lines.depth);
+    iq_lines& results = in_place ? lines : own.steered;
     const float slab_time = 0.2F * static_cast<float>((2 * own.lateral.half_width() + 1) * lines.count * thickness);
     for_each_block_with_memory(
         policy, slabs, 8, slab_time, own.blocks, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
@@ -76,10 +80,11 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
             for (std::size_t i = begin; i < end; ++i) {
                 const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
                 slab.weigh(first, count);
-                slab.copy(lines.values.data() + first, lines.samples, count);
-                slab.template apply<width>(lines.values.data() + first, lines.samples, count);
+                slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
+                slab.template apply<width>(results.values.data() + first, lines.samples, count);
             }
         });
+    if (!in_place) std::swap(own.steered, lines);
     return lines;
 }
 
@@ -87,8 +92,8 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
 
 /// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
 ///
-/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma`, whose weights sum
-/// to 1 over the lines that exist, at the ends as well. So a plate keeps its amplitude at every depth, sampling and
+/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma` along the wave front,
+/// at right angles to the lines (`line_advance`), whose weights sum to 1 over the lines that exist, at the ends as well. So a plate keeps its amplitude at every depth, sampling and
 /// line spacing. Lines are zero beyond their ends, so speckle fades within two standard deviations of the pulse from
 /// them. In place: pass std::move(echoes).
 /// @param echoes  baseband: an echo a at displayed depth z is a exp(-j 4 pi f0 z / c0), with c0 = display_speed

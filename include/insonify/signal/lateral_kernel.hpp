@@ -6,6 +6,7 @@
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/taps.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -81,9 +82,11 @@ struct lateral_kernel {
         float spacing = 0; ///< distance between lines, metres
     };
     std::uint32_t lines = 1;
-    bool full_circle = false; ///< the last line is next to the first
+    bool full_circle = false;   ///< the last line is next to the first
+    double cycles_per_line = 0; ///< `line_advance` of the probe, cycles of the carrier of an echo
     std::vector<entry> entries;
     std::vector<float> weights;
+    std::vector<std::ptrdiff_t> less; ///< by distance in lines: samples by which a wave front is less deep there
 
     /// Weights at the centre of the depth step that contains a sample.
     lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
@@ -111,6 +114,14 @@ struct lateral_kernel {
         return longest - 1;
     }
 
+    bool steered() const { return cycles_per_line != 0; }
+    /// Phase of an echo on a line relative to that on line 0, at the same wave front.
+    vec2 phase(std::ptrdiff_t line) const {
+        const double cycles = cycles_per_line * static_cast<double>(line);
+        const auto angle = 2 * pi * static_cast<float>(cycles - std::floor(cycles));
+        return {std::cos(angle), std::sin(angle)};
+    }
+
   private:
     lateral_weights of(const entry& e) const {
         return {.half = {weights.data() + e.begin, e.count},
@@ -131,6 +142,8 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
     lateral_kernel kernel = std::move(recycled);
     kernel.lines = probe.lines;
     kernel.full_circle = is_full_circle(probe);
+    const float advance = line_advance(probe);
+    kernel.cycles_per_line = 2.0 * static_cast<double>(probe.frequency) * static_cast<double>(advance / display_speed);
     auto& entries = kernel.entries;
     auto& weights = kernel.weights;
     entries.clear();
@@ -155,6 +168,10 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
             weights[i] = static_cast<float>(static_cast<double>(weights[i]) / sum);
         entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
     }
+    const float samples_per_line = advance * static_cast<float>(scan.samples) / scan.depth;
+    kernel.less.resize(kernel.half_width() + 1);
+    for (std::size_t i = 0; i < kernel.less.size(); ++i)
+        kernel.less[i] = static_cast<std::ptrdiff_t>(std::lround(samples_per_line * static_cast<float>(i)));
     return kernel;
 }
 

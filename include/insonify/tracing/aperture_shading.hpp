@@ -38,7 +38,7 @@ class aperture_shading {
 
     /// Takes over the lines of a probe.
     /// @return whether they can be turned or shifted: at equal distances on a plane or round face, or from one point of a
-    ///         plane face
+    ///         plane face; lines that are steered from a round one cannot
     template <transducer Probe>
     bool assign(const Probe& probe, const line_fan& fan, const beam_model& beam) {
         const bool circle = is_full_circle(probe);
@@ -138,22 +138,23 @@ class aperture_shading {
 
   private:
     // The largest turn whose line is still received at some depth, within the angles for which depths and places of turned
-    // lines are accurate: the tangent on a plane face, the angle on a round one, the shift along the face of a phased array.
+    // lines are accurate: the tangent on a plane face, at most 0.9 of that of a line along the face, the angle on a round one,
+    // the shift along the face of a phased array.
     template <transducer Probe>
     float widest(const frame_view<Probe>& frame) const {
-        const float radius = points_.shape.radius;
+        const float radius = points_.shape.radius, incline = std::fabs(points_.shape.incline);
         if (is_point()) return max_shift(frame);
         float most = 0;
         for (std::uint32_t k = 0; k < steps; ++k) {
             const float z = depth_of(k), half = half_aperture(frame, z);
             if (radius == 0) {
-                most = max(most, half / z);
+                most = max(most, half / (z - min(incline * half, 0.9F * z)));
             } else {
                 const float place = min(half / radius, 0.9F), down = std::sqrt(1 - place * place);
                 most = max(most, std::asin(place) + std::atan(radius * place / (z + radius * (1 - down))));
             }
         }
-        return min(most, radius == 0 ? 3.0F : 1.3F);
+        return min(most, radius == 0 ? min(3, 0.9F / max(incline, 0.1F)) : 1.3F);
     }
     template <transducer Probe>
     static float max_shift(const frame_view<Probe>& frame) {
@@ -184,7 +185,7 @@ class aperture_shading {
         const auto turned_by = [&](float part) -> line_turn { // -1 to 1
             if (is_point()) return {.shift = part * most, .is_shift = true};
             const float angle = radius == 0 ? std::atan(part * most) : part * most;
-            return {std::sin(angle), std::cos(angle), radius};
+            return {std::sin(angle), std::cos(angle), radius, points_.shape.incline};
         };
         for (std::uint32_t k = 0; k < count; ++k) {
             // Planes to both sides of the slice are shifted to both sides: 0, 1, -1, 2, -2 parts of a cell.

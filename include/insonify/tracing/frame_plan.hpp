@@ -34,8 +34,11 @@ struct frame_view {
     INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
         const ray beam = probe.beam(static_cast<float>(number));
         const vec3 elevation = at.direction({0, 1, 0});
-        return {at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation, at.direction(beam.direction),
-                elevation, plane[of_plane].slope * beam.direction.z};
+        line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
+                        at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
+        if constexpr (requires { probe.unsteered(0.0F); })
+            line.steering = at.direction(beam.direction - probe.unsteered(static_cast<float>(number)).direction);
+        return line;
     }
     /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
     INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {

@@ -15,11 +15,13 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
 struct kernel_sample {
-    float lateral_sigma = 0;     ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
-    float elevation_sigma = 0;   ///< of the beam out of the slice plane, metres; 0: unknown
-    float line_spacing = 0;      ///< metres to the next line
-    float speckle_gain = 1;      ///< keeps the rms of speckle
-    vec2 speckle_spread{0, 0};   ///< m^2: mean square distance between correlated speckle, across lines and planes
+    float lateral_sigma = 0;   ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
+    float elevation_sigma = 0; ///< of the beam out of the slice plane, metres; 0: unknown
+    float line_spacing = 0;    ///< metres to the next line
+    float speckle_gain = 1;    ///< keeps the rms of speckle
+    vec2 speckle_spread{0, 0}; ///< m^2: mean square distance between correlated speckle, across lines and planes
+    float speckle_loss =
+        0; ///< m^4: the next term of the loss on a slope, across lines; see `compensated_echoes::scatterers`
     float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
     vec2 surface_spread{0, 0};   ///< m^2: the same for these
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
@@ -104,13 +106,17 @@ class compensated_echoes {
             add(one.depth + across.to_nearest().y, (one.amplitude * in_lines) * across.of_line(here.line_spacing));
     }
 
-    /// The rms of speckle is kept. On a slope the echoes of neighbouring lines differ in phase: two lines d apart by
-    /// 4 pi f0 s d / c0; what they have in common counts by the cosine.
+    /// The rms of speckle is kept. On a slope s the echoes of neighbouring lines differ in phase, q a metre: two lines d
+    /// apart by q d; what they have in common counts by the cosine. So the power is
+    ///
+    ///     exp(-(spread q^2 / 2 + loss q^4)),   q = 4 pi f0 s / c0
     INSONIFY_FN void scatterers(scatterer_echoes run) const {
         const auto gain = [&](float depth) {
             const kernel_sample here = kernels_.at(depth);
-            const vec2 angle_squared = square(phase_per_metre_) * run.slope * run.slope * here.speckle_spread;
-            return here.speckle_gain * std::exp(0.25F * min(angle_squared.x + angle_squared.y, 4));
+            const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
+                       lost = 0.5F * q_squared * here.speckle_spread;
+            return here.speckle_gain *
+                   std::exp(0.5F * min(lost.x + lost.y + here.speckle_loss * q_squared.x * q_squared.x, 2));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
         run.first_level = min(run.first_level * gain(run.depth), max_level);

@@ -78,7 +78,8 @@ class kernel_table {
             }
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             const auto levels_with = [&](const auto& covariance) {
-                return levels_of(across, weights.random, correlations{across, turned, planes, z, covariance});
+                return levels_of(across, weights.random, correlations{across, turned, planes, z, covariance},
+                                 max_slope * 4 * pi * probe.frequency / display_speed);
             };
             const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
                          uncorrelated = levels_with([](vec2, float) { return 0.0F; });
@@ -89,6 +90,7 @@ class kernel_table {
                                                             .line_spacing = across.spacing,
                                                             .speckle_gain = of_speckle.gain[line],
                                                             .speckle_spread = of_speckle.spread[line],
+                                                            .speckle_loss = of_speckle.loss[line],
                                                             .surface_gain = of_surface.gain[line],
                                                             .surface_spread = of_surface.spread[line],
                                                             .uncorrelated_gain = uncorrelated.gain[line],
@@ -109,11 +111,13 @@ class kernel_table {
 
   private:
     static constexpr std::uint32_t depths = kernel_table_view::depths;
+    static constexpr float max_slope = 0.25F; // to which the loss of speckle on a slope is fitted: 14 degrees
 
     // By distance from the border.
     struct levels {
         std::vector<float> gain;
         std::vector<vec2> spread;
+        std::vector<float> loss;
     };
 
     // The covariance of the echoes of two planes, and of two lines, at one depth.
@@ -141,8 +145,9 @@ class kernel_table {
         }
     };
 
+    // @param steepest  phase per metre across the lines, at which the loss is exact
     levels levels_of(const lateral_weights& across, const float (&weight)[max_elevation_planes],
-                     const correlations& correlated) const {
+                     const correlations& correlated, float steepest) const {
         float power = 0, distance_squared = 0;
         for (std::uint32_t i = 0; i < correlated.planes; ++i)
             for (std::uint32_t j = 0; j < correlated.planes; ++j) {
@@ -157,7 +162,11 @@ class kernel_table {
             return between_lines(lag) * apart * apart;
         };
         const auto to_border = [&](std::uint32_t line) { return std::min({line, lines_ - 1 - line, border_}); };
-        levels found{std::vector<float>(border_ + 1, 1.0F), std::vector<vec2>(border_ + 1)};
+        const auto on_slope = [&](int lag) {
+            return between_lines(lag) * std::cos(steepest * static_cast<float>(lag) * across.spacing);
+        };
+        levels found{std::vector<float>(border_ + 1, 1.0F), std::vector<vec2>(border_ + 1),
+                     std::vector<float>(border_ + 1)};
         const auto gain_of = [&](std::uint32_t line) { return found.gain[to_border(line)]; };
         std::vector<float> level(border_ + 1);
         for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: a fixed point
@@ -165,8 +174,12 @@ class kernel_table {
                 level[line] = power * across.power(line, between_lines, gain_of);
             for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(level[line]);
         }
-        for (std::uint32_t line = 0; line <= border_; ++line)
+        for (std::uint32_t line = 0; line <= border_; ++line) {
             found.spread[line] = {power * across.power(line, lag_squared, gain_of), distance_squared / power};
+            const float squared = steepest * steepest,
+                        lost = -std::log(max(power * across.power(line, on_slope, gain_of), 0.1F));
+            found.loss[line] = (lost - 0.5F * squared * found.spread[line].x) / (squared * squared);
+        }
         return found;
     }
 

@@ -133,7 +133,8 @@ class path_walk {
         // Wave fronts are not tilted; but a surface along the slice is crossed only because of the tilt, which then counts.
         line_frame frame = now.frame;
         const bool by_tilt = walk.met().cosine <= steep_cosine || std::fabs(dot(smooth, frame.elevation)) > 0.5F;
-        if (frame.tilt != 0 && by_tilt) frame = {frame.origin, normalize(frame.path()), frame.elevation};
+        if (frame.tilt != 0 && by_tilt)
+            frame = {frame.origin, normalize(frame.path()), frame.elevation, 0, frame.steering};
         const vec3 along = frame.along;
         const bool random = settings_.paths_per_line > 0;
         vec3 facet = smooth;
@@ -265,7 +266,7 @@ class path_walk {
     INSONIFY_FN static line_frame turned(const line_frame& before, vec3 point, vec3 along) {
         const vec3 elevation = before.elevation - dot(before.elevation, along) * along;
         const float size = length(elevation);
-        return {point, along, size > 1e-3F ? elevation / size : before.elevation, before.tilt};
+        return {point, along, size > 1e-3F ? elevation / size : before.elevation, before.tilt, before.steering};
     }
 
     INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }

@@ -11,12 +11,13 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// Where the lines of a fan begin and how they diverge, where neighbours are equally far apart.
 struct face_shape {
     enum class form {
-        plane,  ///< parallel lines from a plane face
+        plane,  ///< parallel lines from a plane face, at right angles to it or steered
         circle, ///< lines that leave a circle around the apex along its radii
         point,  ///< lines that leave one point, steered by a plane face along the probe's x
     };
     form form = form::plane;
     float radius = 0;  ///< of the circle, metres; else 0
+    float incline = 0; ///< of the face under parallel lines: change of y per x, 0 unless they are steered
     float spacing = 0; ///< from line to line: metres, or radians around the apex
     vec2 across{1, 0}; ///< along the plane face, in the coordinates of the fan
     std::uint32_t lines = 0;
@@ -38,8 +39,11 @@ struct face_shape {
         const pose upright = fan.upright();
         across = {upright.rotation[0].x, upright.rotation[2].x};
         if (!(spacing > 0) || (form == form::point && (circle || !fan.is_wedge()))) return false;
+        const vec2 face_line = fan[lines - 1].origin - fan[0].origin;
+        incline = fan.parallel() ? face_line.y / face_line.x : 0.0F;
         for (std::uint32_t i = 0; i < lines; ++i) {
-            const float face = fan.parallel() ? fan[i].origin.y - fan[middle].origin.y : length(fan[i].origin) - radius;
+            const vec2 along_face = fan[i].origin - fan[middle].origin;
+            const float face = fan.parallel() ? along_face.y - incline * along_face.x : length(fan[i].origin) - radius;
             const float expected = place(middle) + (static_cast<float>(i) - static_cast<float>(middle)) * spacing;
             if (std::fabs(face) > 1e-6F || std::fabs(place(i) - expected) > 0.05F * spacing) return false;
         }
@@ -54,8 +58,9 @@ struct face_shape {
 struct line_turn {
     float sine = 0; ///< of the angle by which it is turned; of a shifted line, of its angle with the normal of the face
     float cosine = 1;
-    float radius = 0; ///< see `face_shape`
-    float shift = 0;  ///< metres along the face
+    float radius = 0;  ///< see `face_shape`
+    float incline = 0; ///< see `face_shape`
+    float shift = 0;   ///< metres along the face
     bool is_shift = false;
 
     /// Metres along a line to a depth.
@@ -65,21 +70,23 @@ struct line_turn {
             const float length = std::sqrt(max(end * end - shift * shift * cosine * cosine, 0)) - shift * sine;
             return depth < end ? near_face() * depth / end : length;
         }
-        if (radius == 0) return depth / cosine;
+        if (radius == 0) return depth / depth_per_metre();
         const float end = radius + depth;
         return std::sqrt(end * end - radius * radius * sine * sine) - radius * cosine;
     }
     /// Depth at metres along a line.
     float depth_at(float length) const {
         if (is_shift) return length < near_face() ? distance(near_face()) * length / near_face() : distance(length);
-        if (radius == 0) return length * cosine;
+        if (radius == 0) return length * depth_per_metre();
         return std::sqrt(radius * radius + length * (2 * radius * cosine + length)) - radius;
     }
     /// How far from the straight line through its point at this depth a line begins, metres along the face.
     float place_on_face(float depth) const {
         if (is_shift) return shift;
-        return radius == 0 ? depth * sine / cosine : radius * around(radius + depth).x;
+        return radius == 0 ? depth * sine / depth_per_metre() : radius * around(radius + depth).x;
     }
+    /// Depth that a turned line from a plane face gains per metre, above 0.
+    float depth_per_metre() const { return cosine - incline * sine; }
     /// Sine and cosine of the angle around the apex from the origin of a turned line to its point at this distance from the
     /// apex: the angle by which it was turned less asin(radius sine / distance).
     vec2 around(float distance) const {
@@ -165,7 +172,7 @@ class turned_fan {
     /// crosses is what the straight one crosses after points were moved.
     vec2 straightened(vec2 p) const {
         if (turn_.is_shift) return p - turn_.shift * shape_.across;
-        if (shape_.radius == 0) return {p.x - p.y * turn_.sine / turn_.cosine, p.y};
+        if (shape_.radius == 0) return {p.x - (p.y - turn_.incline * p.x) * turn_.sine / turn_.depth_per_metre(), p.y};
         const vec2 by = turn_.around(length(p));
         return {p.x * by.y - p.y * by.x, p.x * by.x + p.y * by.y};
     }

@@ -1,0 +1,261 @@
+#ifndef INSONIFY_SIGNAL_COMPOUND_HPP
+#define INSONIFY_SIGNAL_COMPOUND_HPP
+
+#include <insonify/core/error.hpp>
+#include <insonify/execution/for_each.hpp>
+#include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/line_grid.hpp>
+#include <insonify/probe/steered.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Spatial compounding: looks that are steered to several angles are averaged.
+struct compound_settings {
+    /// How many looks are acquired for a frame.
+    enum class update {
+        all, ///< every look
+        one, ///< one, which replaces the oldest look; the first frame has the look nearest to straight alone
+    };
+    std::uint32_t angles = 1;         ///< number of looks, 1 to 31; 1: no compounding
+    float spread = 20_deg;            ///< angle between the outermost looks, radians, at most 90_deg
+    enum update update = update::all; ///< of a clip
+
+    /// Angle of a look, radians: from -spread / 2 to spread / 2, at equal steps.
+    float steering(std::uint32_t look) const {
+        return angles < 2 ? 0 : spread * (static_cast<float>(look) / static_cast<float>(angles - 1) - 0.5F);
+    }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        if (angles < 1 || angles > 31)
+            throw usage_error{"compound: `angles` is " + std::to_string(angles) + "; it must be 1 to 31 looks"};
+        check_angle(spread, "spread", 90_deg, "compound");
+    }
+
+    friend bool operator==(const compound_settings&, const compound_settings&) = default;
+};
+
+/// Acquires the looks of a frame and averages their amplitudes on the lines of the probe, weighted.
+///
+/// Amplitudes are averaged before log compression, so the mean level stays. They are averaged along scan lines rather
+/// than in pixels, so the stages that follow see ordinary lines of the probe, whatever the number of looks, and each look
+/// has had the time gain of its own depths. The weight of a look falls to 0 towards its sides: where it ends inside the
+/// image there is no step.
+///
+/// The lines of the probe must be equally far apart on a plane or round face: as those of linear, convex and phased arrays.
+template <transducer Probe>
+class compounding {
+  public:
+    /// One frame of lines of the probe.
+    ///
+    /// Starts anew where the probe, `scan` or `settings` have changed since the last frame; call `reset` first where
+    /// something else has. Averages do not depend on the order in which looks were acquired.
+    /// @param scan     of the frame, with its samples; looks at an angle are longer
+    /// @param acquire  acquire(number, look, scan, recycled): the amplitudes of one look, a `steered<Probe>`, as scan_lines
+    ///                 after time gain; `recycled` are lines whose memory can be reused
+    /// @throws usage_error  for a setting out of range, or a probe whose looks cannot be averaged
+    template <exec::policy Policy, class Acquire>
+    scan_lines operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
+                          const compound_settings& settings, const Acquire& acquire, scan_lines recycled = {}) {
+        begin(probe, scan, settings);
+        const auto one = [&](std::uint32_t number) {
+            recycled = acquire(number, std::as_const(looks_[number].probe), std::as_const(looks_[number].scan),
+                               std::move(recycled));
+            if (settings.angles > 1) add(policy, looks_[number], recycled);
+        };
+        if (settings.update == compound_settings::update::one)
+            one(next());
+        else
+            for (std::uint32_t number = 0; number < settings.angles; ++number) one(number);
+        if (settings.angles > 1) average(policy, recycled);
+        return recycled;
+    }
+
+    /// Forgets all looks.
+    void reset() {
+        acquired_ = 0;
+        for (look& each : looks_) each.acquired = false;
+    }
+
+  private:
+    // Where a look samples the lines of the probe: line i at sample k is its line i - shift, between two samples.
+    struct row {
+        float shift = 0;
+        std::uint32_t sample = 0; // the upper one
+        float fraction = 0;       // weight of the lower one
+    };
+    struct look {
+        steered<Probe> probe;
+        acquisition scan{};
+        std::vector<row> rows{};
+        std::vector<float> weighted{}; // amplitudes on the lines of the probe, times the weight
+        bool acquired = false;
+    };
+    static constexpr float min_weight = 1e-3F; // where only ends of looks meet, their mean counts
+
+    void begin(const Probe& probe, const acquisition& scan, const compound_settings& settings) {
+        const bool same = settings == settings_ && scan.depth == scan_.depth && scan.samples == scan_.samples &&
+                          scan.planes == scan_.planes && !looks_.empty() && is_same(probe);
+        if (same) return;
+        settings.check();
+        probe.check();
+        if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
+        looks_.clear();
+        probe_.emplace(probe);
+        scan_ = scan;
+        settings_ = settings;
+        acquired_ = 0;
+        std::vector<look> made;
+        for (std::uint32_t i = 0; i < settings.angles; ++i) made.push_back(look_at_angle(settings.steering(i)));
+        looks_ = std::move(made);
+    }
+
+    // Probes without == count as the same with as many lines from the same places.
+    bool is_same(const Probe& probe) const {
+        if constexpr (detail::comparable<Probe>) return probe == *probe_;
+        const auto beam_of = [](const Probe& of, float line) { return of.beam(line); };
+        if (probe.lines != probe_->lines) return false;
+        for (const float line : {0.0F, 0.5F * static_cast<float>(probe.lines)})
+            if (beam_of(probe, line).origin != beam_of(*probe_, line).origin ||
+                beam_of(probe, line).direction != beam_of(*probe_, line).direction)
+                return false;
+        return true;
+    }
+
+    look look_at_angle(float angle) const {
+        look made{.probe = steered<Probe>{*probe_, angle}, .scan = scan_};
+        if (settings_.angles == 1) return made;
+        made.probe.check();
+        const float middle = 0.5F * static_cast<float>(probe_->lines) - 0.5F;
+        const auto located = [&](float line, float depth) {
+            const vec3 point = probe_->beam(line).at(depth);
+            const vec2 at = made.probe.locate({point.x, point.z});
+            return vec2{line - at.x, at.y};
+        };
+        // The same on every line?
+        for (const float line : {0.0F, 0.25F * middle, 2 * middle})
+            if (!(std::fabs(located(line, scan_.depth).x - located(middle, scan_.depth).x) < 0.1F) ||
+                is_full_circle(*probe_))
+                throw usage_error{
+                    "compound: the lines of the probe must be equally far apart, on a plane or round face, "
+                    "and no full circle"};
+        if (angle != 0) {
+            made.scan.depth = min(located(middle, scan_.depth).y, max_scan_depth);
+            made.scan.samples = static_cast<std::uint32_t>(
+                std::ceil(static_cast<float>(scan_.samples) * (made.scan.depth / scan_.depth)));
+        }
+        const auto last = static_cast<float>(made.scan.samples > 1 ? made.scan.samples - 2 : 0);
+        for (std::uint32_t k = 0; k < scan_.samples; ++k) {
+            const vec2 at =
+                located(middle, (static_cast<float>(k) + 0.5F) * scan_.depth / static_cast<float>(scan_.samples));
+            const float place = at.y / made.scan.depth * static_cast<float>(made.scan.samples) - 0.5F;
+            const float above = clamp(std::floor(place), 0, last);
+            made.rows.push_back(angle == 0 ? row{0, k, 0}
+                                           : row{at.x, static_cast<std::uint32_t>(above), clamp(place - above, 0, 1)});
+        }
+        made.weighted.resize(std::size_t{probe_->lines} * scan_.samples);
+        return made;
+    }
+
+    // Looks in the order of their angles to the straight line.
+    std::uint32_t next() const {
+        const std::uint32_t turn = acquired_ % settings_.angles, away = (turn + 1) / 2,
+                            middle = (settings_.angles - 1) / 2;
+        return turn % 2 == 1 ? middle + away : middle - away;
+    }
+
+    // Weight of a look at its (fractional) line: 1, falling to the minimum over an eighth of its width at the sides; 0 outside.
+    float weight(float line) const {
+        const auto lines = static_cast<float>(probe_->lines);
+        const float inside = min(line + 0.5F, lines - 0.5F - line);
+        if (!(inside >= 0)) return 0;
+        const float part = min(8 * inside / lines, 1);
+        return max(part * part * (3 - 2 * part), min_weight);
+    }
+
+    template <class Policy>
+    void add(const Policy& policy, look& own, const scan_lines& amplitudes) {
+        if (amplitudes.count != probe_->lines || amplitudes.samples != own.scan.samples ||
+            amplitudes.values.size() != std::size_t{amplitudes.count} * amplitudes.samples)
+            throw usage_error{"compound: a look must have the lines of the probe and the samples that were asked for"};
+        const std::size_t samples = scan_.samples, stride = amplitudes.samples;
+        const std::size_t below = stride > 1 ? 1 : 0, beside = probe_->lines > 1 ? stride : 0;
+        const float last = max(static_cast<float>(probe_->lines) - 2, 0);
+        const bool straight = own.probe.steering == 0;
+        exec::for_each_block(
+            policy, probe_->lines, 8, 3 * static_cast<float>(samples), [&](std::size_t begin, std::size_t end) {
+                for (std::size_t line = begin; line < end; ++line) {
+                    float* const to = own.weighted.data() + line * samples;
+                    for (std::size_t k = 0; k < samples; ++k) {
+                        const row& at = own.rows[k];
+                        const float place = static_cast<float>(line) - at.shift;
+                        const float share = straight ? 1.0F : weight(place);
+                        to[k] = 0;
+                        if (share == 0) continue;
+                        const float left = clamp(std::floor(place), 0, last), part = clamp(place - left, 0, 1);
+                        const float* const from =
+                            amplitudes.values.data() + static_cast<std::size_t>(left) * stride + at.sample;
+                        const float here = multiply_add(at.fraction, from[below] - from[0], from[0]);
+                        const float next = multiply_add(at.fraction, from[beside + below] - from[beside], from[beside]);
+                        to[k] = share * multiply_add(part, next - here, here);
+                    }
+                }
+            });
+        if (!own.acquired) inverse_weights_.clear(); // another look takes part
+        own.acquired = true;
+        ++acquired_;
+    }
+
+    template <class Policy>
+    void average(const Policy& policy, scan_lines& lines) {
+        lines.reshape(probe_->lines, scan_.samples, scan_.depth);
+        if (inverse_weights_.size() != lines.values.size()) weigh(policy);
+        exec::for_each_block(policy, lines.values.size(), 4096, 0.3F * static_cast<float>(looks_.size()),
+                             [&](std::size_t begin, std::size_t end) {
+                                 float* const to = lines.values.data();
+                                 std::fill(to + begin, to + end, 0.0F);
+                                 for (const look& each : looks_) {
+                                     if (!each.acquired) continue;
+                                     const float* const from = each.weighted.data();
+                                     for (std::size_t i = begin; i < end; ++i) to[i] += from[i];
+                                 }
+                                 for (std::size_t i = begin; i < end; ++i) to[i] *= inverse_weights_[i];
+                             });
+    }
+
+    // One over the sum of the weights of all looks that have been acquired; 0 where there is none.
+    template <class Policy>
+    void weigh(const Policy& policy) {
+        const std::size_t samples = scan_.samples;
+        inverse_weights_.resize(probe_->lines * samples);
+        exec::for_each_block(
+            policy, probe_->lines, 8, 10 * static_cast<float>(samples), [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin * samples; i < end * samples; ++i) {
+                    float sum = 0;
+                    for (const look& each : looks_)
+                        if (each.acquired)
+                            sum += each.probe.steering == 0
+                                       ? 1.0F
+                                       : weight(static_cast<float>(i / samples) - each.rows[i % samples].shift);
+                    inverse_weights_[i] = sum > 0 ? 1 / sum : 0.0F;
+                }
+            });
+    }
+
+    std::optional<Probe> probe_{};
+    acquisition scan_{};
+    compound_settings settings_{};
+    std::vector<look> looks_{};
+    std::vector<float> inverse_weights_{};
+    std::uint32_t acquired_ = 0; // since the start
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
