@@ -36,7 +36,7 @@ struct b_mode_settings {
     };
     /// Electronic noise; see `electronic_noise_settings`.
     struct noise_level {
-        float level_db = -130;  ///< rms of its envelope, 0 dB is the echo of a perfect mirror; `no_level_db`: none
+        float level_db = -135;  ///< rms of its envelope, 0 dB is the echo of a perfect mirror; `no_level_db`: none
         std::uint64_t seed = 1; ///< selects a realization
 
         friend bool operator==(const noise_level&, const noise_level&) = default;

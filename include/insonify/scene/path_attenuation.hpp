@@ -38,16 +38,18 @@ path_survey survey_paths(const scene_view& flat, const Probe& probe, const pose&
         const line_frame line{.origin = at.point(beam.origin), .along = at.direction(beam.direction)};
         line_crossings found{.room = {crossings, 256}, .inside = {.ranks = {inside, 64}}};
         if (!find_crossings(flat, {line.origin, line.along}, depth, found)) continue;
-        float path = 0, sum = 0, decibels = 0;
+        float path = 0, mean = 0, decibels = 0;
         for (const layer& here : stack_layers(flat, line, depth, found, {layers, 256}, false)) {
             const medium& m = flat.media[here.medium];
             if (blocks_sound(m)) break;
-            path += here.end - here.begin;
-            sum += (here.end - here.begin) * m.attenuation;
-            decibels += (here.end - here.begin) * echo_loss(m, probe.frequency);
+            const float part = here.end - here.begin;
+            if (!(part > 0)) continue;
+            path += part;
+            mean += (m.attenuation - mean) * (part / path); // exact in a single medium
+            decibels += part * echo_loss(m, probe.frequency);
         }
         if (!(path > 0)) continue;
-        attenuation[count] = sum / path;
+        attenuation[count] = mean;
         loss[count] = decibels;
         length[count++] = path;
     }

@@ -12,7 +12,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Level and seed of the electronic noise.
 struct electronic_noise_settings {
-    float level_db = -130;   ///< rms of its envelope, relative to the echo of a perfect mirror; `no_level_db`: none
+    float level_db = -135;   ///< rms of its envelope, relative to the echo of a perfect mirror; `no_level_db`: none
     std::uint64_t seed = 1;  ///< selects a realization
     std::uint32_t frame = 0; ///< number of the frame: noise differs from frame to frame
 };

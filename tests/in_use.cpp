@@ -10,7 +10,7 @@
 
 using namespace insonify;
 
-namespace speckle_cells_test {
+namespace in_use_test {
 namespace {
 
 constexpr int columns = 150, rows = 120; // 15 mm x 12 mm, 10 pixels per mm
@@ -58,7 +58,8 @@ vec2 cell_of(std::vector<double> z) {
         double sum = 0;
         for (int y = 0; y + dy < rows; ++y)
             for (int x = 0; x + dx < columns; ++x)
-                sum += z[static_cast<std::size_t>(y * columns + x)] * z[static_cast<std::size_t>((y + dy) * columns + x + dx)];
+                sum += z[static_cast<std::size_t>(y * columns + x)] *
+                       z[static_cast<std::size_t>((y + dy) * columns + x + dx)];
         return sum / ((rows - dy) * (columns - dx));
     };
     const auto width = [&](int dx, int dy) {
@@ -79,7 +80,9 @@ vec2 cell_of(const linear_array& probe) {
     const scene body = scene{tissue::liver}.build(exec::par);
     vec2 sum{0, 0};
     const image seen = b_mode(exec::par_unseq, body, probe, pose{},
-                              {.depth = 40_mm, .size = {static_cast<std::uint32_t>(probe.width * 1e4F + 0.5F), 400}, .gain_db = 10,
+                              {.depth = 40_mm,
+                               .size = {static_cast<std::uint32_t>(probe.width * 1e4F + 0.5F), 400},
+                               .gain_db = 10,
                                .noise = {.level_db = no_level_db}});
     for (const std::uint32_t top : {80U, 130U})
         for (const std::uint32_t left : {20U, 200U}) {
@@ -93,13 +96,28 @@ vec2 cell_of(const linear_array& probe) {
 
 } // namespace
 
-TEST_CASE("scan") {
-    for (float f : {7_MHz, 7.5_MHz, 9_MHz})
-        for (float b : {0.65F, 0.5F, 0.4F, 0.33F})
-            for (float n : {2.0F, 3.0F, 4.0F}) {
-                const vec2 c = cell_of(linear_array{.frequency = f, .fnumber = n, .focus = 20_mm, .bandwidth = b});
-                MESSAGE(f, " MHz B ", b, " F ", n, ": ", c.x, " x ", c.y);
-            }
+TEST_CASE("speckle cells: presets in use have those of clinical pictures, transducers have finer ones") {
+    const linear_array l7{.frequency = 7_MHz, .focus = 20_mm}, l9{.frequency = 9_MHz, .focus = 20_mm};
+    for (const linear_array& one : {presets::in_use(l7), presets::in_use(presets::l11_5v),
+                                    presets::in_use(presets::l12_3v), presets::in_use(l9)}) {
+        const vec2 cell = cell_of(one);
+        MESSAGE(one.frequency, " Hz: ", cell.x, " x ", cell.y, " mm, expected 0.23 to 0.33 x 0.7 to 1.1 mm");
+        CHECK(cell.x >= 0.23F);
+        CHECK(cell.x <= 0.33F);
+        CHECK(cell.y >= 0.7F);
+        CHECK(cell.y <= 1.1F);
+    }
+    const vec2 own = cell_of(presets::l11_5v);
+    MESSAGE("the transducer's own: ", own.x, " x ", own.y, " mm");
+    CHECK(own.x < 0.15F);
+    CHECK(own.y < 0.55F);
 }
 
-} // namespace speckle_cells_test
+TEST_CASE("presets in use: a narrower bandwidth or a larger F-number of the transducer stays") {
+    static_assert(presets::in_use(linear_array{.fnumber = 6, .bandwidth = 0.2F}).bandwidth == 0.2F);
+    static_assert(presets::in_use(linear_array{.fnumber = 6, .bandwidth = 0.2F}).fnumber == 6);
+    static_assert(presets::in_use(presets::p4_2v).bandwidth == presets::p4_2v.bandwidth); // 0.74 of 2.72 MHz: 2.0 MHz
+    static_assert(presets::in_use(presets::l11_5v).width == presets::l11_5v.width);
+}
+
+} // namespace in_use_test
