@@ -22,14 +22,13 @@ struct near_field_settings {
         all     ///< the same, and on all lines ringing and the echo of the skin, which repeats once or twice
     };
     lines shown = lines::in_gas;
-    float lens_thickness =
-        0.6e-3F; ///< metres; the lines are this times 1540/1020 apart. Convention: 0.5 to 1 mm is usual
-    float back_reflection = 0.5F; ///< amplitude that the back of the lens reflects, 0 to below 1. Convention
-    float ring_down_db = -35;     ///< level of the ringing at the face; 0 dB is a perfect mirror. Convention
-    float ring_down = 0.8e-3F;    ///< displayed depth at which the ringing has lost 60 dB, metres. Convention
+    float lens_thickness = 0.6e-3F; ///< metres; the lines are 1540/1020 times as far apart. Convention: 0.5 to 1 mm
+    float back_reflection = 0.5F;   ///< amplitude that the back of the lens reflects, 0 to below 1. Convention
+    float ring_down_db = -30;       ///< level of the ringing at the face, `no_level_db`: none. Convention
+    float ring_down = 1.5e-3F;      ///< displayed depth at which the ringing has lost 60 dB, metres. Convention
 
-    /// Material of the lens: silicone rubber. Source: Szabo, Diagnostic Ultrasound Imaging: Inside Out, 2004 (ranges:
-    /// 950 to 1100 m/s, 1.0 to 1.5 MRayl, 1.4 to 8 dB/cm at 1 MHz).
+    /// Material of the lens: silicone rubber. Convention: they have 950 to 1100 m/s, 1.0 to 1.5 MRayl and 1.4 to 8 dB/cm at
+    /// 1 MHz.
     static constexpr medium lens{.density = 1200, .sound_speed = 1020, .attenuation = 400, .attenuation_power = 1.3F};
 
     /// @throws usage_error  naming a setting that is out of range
