@@ -37,7 +37,8 @@ image by_stages(const scene& body, const Probe& probe, const pose& at, const b_m
     iq_lines echoes = trace(policy, body, fine, at, physical{},
                             {.depth = knobs.depth,
                              .samples = samples_for(knobs.depth, sent.sigma_z(probe.frequency)),
-                             .planes = knobs.planes});
+                             .planes = knobs.planes,
+                             .frame = knobs.frame});
     echoes = add_near_field(policy, std::move(echoes), body, fine, at, knobs.near_field);
     echoes = convolve(policy, std::move(echoes), sent, fine);
     echoes = add_electronic_noise(policy, std::move(echoes),

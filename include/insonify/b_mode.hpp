@@ -49,14 +49,14 @@ struct b_mode_settings {
     float reference_db = -25;    ///< level of white; 0 dB is the echo of a perfect mirror
     float gain_db = 0;           ///< added to every level
     float tgc = 0; ///< attenuation to compensate for, dB/m at 1 MHz; 0: that of the tissue, see `automatic_tgc`
-    std::uint32_t planes = 5;         ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
-    float background = 0;             ///< brightness of the pixels outside the field of view
-    time_gain_settings time_gain{};   ///< how gain depends on depth, beside `tgc`
-    float reject_db = no_level_db;    ///< levels below this, after the gain, are black; by default none
-    grey_map grey{};                  ///< tone curve; by default brightness is linear in decibels
-    float persistence = 0;            ///< weight of the previous frames, 0 to below 1; needs a workspace
-    noise_level noise{};              ///< electronic noise
-    std::uint32_t frame = 0;          ///< number of the frame: noise differs from frame to frame
+    std::uint32_t planes = 5;       ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    float background = 0;           ///< brightness of the pixels outside the field of view
+    time_gain_settings time_gain{}; ///< how gain depends on depth, beside `tgc`
+    float reject_db = no_level_db;  ///< levels below this, after the gain, are black; by default none
+    grey_map grey{};                ///< tone curve; by default brightness is linear in decibels
+    float persistence = 0;          ///< weight of the previous frames, 0 to below 1; needs a workspace
+    noise_level noise{};            ///< electronic noise
+    std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
     near_field_settings near_field{}; ///< echoes of the probe itself
 
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
@@ -169,7 +169,8 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
     const std::uint32_t samples =
         settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
     own.echoes =
-        trace(policy, body, fine, at, model, {.depth = settings.depth, .samples = samples, .planes = settings.planes},
+        trace(policy, body, fine, at, model,
+              {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = settings.frame},
               own.tracing, std::move(own.echoes), how);
     own.echoes = add_near_field(policy, std::move(own.echoes), body, fine, at, settings.near_field);
     own.echoes = convolve(policy, std::move(own.echoes), sent, fine, {}, own.convolution);

@@ -37,6 +37,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     within.height = line.aperture.height;
     within.plane = line.plane;
     within.tilt = line.frame.tilt;
+    within.frame_number = m.flowing ? line.frame_number : 0;
     model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
         const auto length = static_cast<float>(run.count) * run.step;
         const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);

@@ -18,6 +18,7 @@ struct material_line {
     float height = 0;            ///< of the tissue that contributes to an echo, along `elevation`, metres; 0: unknown
     std::uint32_t plane = 0;     ///< of the frame's elevation planes
     float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
+    std::uint32_t frame_number = 0; ///< where the medium flows; 0 elsewhere
 
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
