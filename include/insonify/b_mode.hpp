@@ -24,8 +24,8 @@ namespace insonify::inline INSONIFY_ABI {
 struct b_mode_settings {
     /// Time-gain compensation beside `tgc`; see `tgc_settings`.
     struct time_gain_settings {
-        /// When a `tgc` of 0 is chosen: at the first frame of a workspace, and where the probe or the depth changes; or at
-        /// every frame, so that brightness follows the probe. Without a workspace each picture chooses.
+        /// When a `tgc` of 0 is chosen: at the first frame of a workspace, and where the probe or the depth changes; or
+        /// at every frame, so that the gain follows the probe. Without a workspace each picture chooses.
         enum class choice { first_frame, every_frame };
         choice chosen = choice::first_frame;
         float max_db = 60;              ///< limit of the automatic gain
@@ -74,7 +74,7 @@ float rays_per_line(const Probe& probe, float depth) {
 
 namespace detail {
 
-/// The time-gain compensation of `b_mode`: where it is automatic, chosen at the first frame, and again where the probe or
+/// The time-gain compensation of `b_mode`. The automatic one is chosen at the first frame, and again where the probe or
 /// the depth has changed.
 template <transducer Probe>
 class kept_gain {

@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/acoustics/echo_line.hpp>
+#include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/decibels.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
@@ -12,8 +13,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Echoes of the probe itself, at the top of a picture: reverberation between the face of the lens and its back, and the
-/// ringing of the transducer.
+/// Echoes of the probe itself, at the top of a picture: reverberation between the face of the lens and its back, and
+/// the ringing of the transducer.
 struct near_field_settings {
     /// Which lines have these echoes.
     enum class lines {
@@ -26,10 +27,6 @@ struct near_field_settings {
     float back_reflection = 0.5F;   ///< amplitude that the back of the lens reflects, 0 to below 1. Convention
     float ring_down_db = -30;       ///< level of the ringing at the face, `no_level_db`: none. Convention
     float ring_down = 1.5e-3F;      ///< displayed depth at which the ringing has lost 60 dB, metres. Convention
-
-    /// Material of the lens: silicone rubber. Convention: they have 950 to 1100 m/s, 1.0 to 1.5 MRayl and 1.4 to 8 dB/cm at
-    /// 1 MHz.
-    static constexpr medium lens{.density = 1200, .sound_speed = 1020, .attenuation = 400, .attenuation_power = 1.3F};
 
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
@@ -48,10 +45,10 @@ struct near_field_settings {
 ///
 ///     echo k = r (r b)^k 10^(-k loss/20)   at the displayed depth k d c0 / c,   k = 0, 1, 2, ...
 ///
-/// with r the amplitude that the face reflects into the lens (from the impedances of the lens and of the medium 10 um
+/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium 10 um
 /// below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540 m/s,
 /// and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out.
-/// The ringing is `ring_down_db` - 60 dB z / `ring_down` at depth z after `convolve` with the nominal pulse of the probe.
+/// The ringing is `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
 /// @param echoes  of the lines of the probe, at baseband
 /// @throws usage_error  for lines that are not those of the probe, a scene that is not built, or a setting out of range
 template <exec::policy Policy, transducer Probe>
@@ -68,7 +65,7 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
     if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
 
     constexpr float just_below = 10e-6F, faintest = 1e-6F;
-    constexpr medium lens = near_field_settings::lens;
+    constexpr medium lens = tissue::lens;
     const scene_view flat = body.view_for_rays(policy);
     const float spacing = echoes.depth / static_cast<float>(echoes.samples);
     const float step = settings.lens_thickness * display_speed / lens.sound_speed;
