@@ -227,7 +227,7 @@ void check_targets(quality_table& table, const std::vector<scan_lines>& slices, 
 /// @param rays  per line, so that two rays hit the front of a wire
 /// @return the number of values out of tolerance
 template <transducer Probe>
-int examine(const std::string& name, const Probe& probe, float scale, std::uint32_t rays) {
+int examine(const std::string& name, const Probe& probe, float scale, float rays) {
     std::printf("%s, %g MHz\n", name.c_str(), static_cast<double>(probe.frequency / 1_MHz));
     const scene body = quality_phantom(probe, scale).build(exec::par);
     const acquisition usual{.depth = scale * 50_mm}, finer{.depth = usual.depth, .samples = 3072};

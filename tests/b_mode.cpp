@@ -35,7 +35,7 @@ scene phantom() {
 }
 
 const linear_array probe{.lines = 128, .width = 40_mm, .frequency = 7.5_MHz};
-const b_mode_settings settings{.depth = 40_mm, .size = {256, 256}};
+const b_mode_settings settings{.depth = 40_mm, .size = {256, 256}, .noise = {.level_db = no_level_db}};
 
 } // namespace
 } // namespace b_mode_test
@@ -159,7 +159,12 @@ TEST_CASE("a sector picture has the size asked for, or one that fits") {
 TEST_CASE("a picture along paths is the chain of its stages by hand, with and without a workspace") {
     const scene body = b_mode_test::phantom();
     const paths how{{.bounces = 2, .face_reflection = 0.1F}};
-    const b_mode_settings settings{.depth = 30_mm, .size = {160, 120}, .gain_db = 3, .planes = 3, .background = 0.25F};
+    const b_mode_settings settings{.depth = 30_mm,
+                                   .size = {160, 120},
+                                   .gain_db = 3,
+                                   .planes = 3,
+                                   .background = 0.25F,
+                                   .noise = {.level_db = no_level_db}};
     const auto compare = [&](const auto& probe) {
         const refined fine{probe, rays_per_line(probe, settings.depth)};
         const pulse sent = nominal_pulse(probe);

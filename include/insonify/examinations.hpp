@@ -7,7 +7,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A probe and scanner settings for an examination:
+/// A probe and scanner settings for an examination. The probes have the effective pulse and aperture of a scanner in use:
+/// see `presets::in_use`; the intravascular one has those of the transducer.
 ///
 ///     b_mode(exec::par_unseq, body, presets::abdomen.probe, at, presets::abdomen.settings)
 template <transducer Probe>
@@ -22,17 +23,18 @@ namespace insonify::inline INSONIFY_ABI::presets {
 
 /// Nerve block: a needle near a nerve a few centimetres below the skin.
 inline constexpr examination<linear_array> nerve_block{
-    .probe = {.lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm},
+    .probe = in_use(
+        linear_array{.lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm}),
     .settings = {.depth = 40_mm, .tgc = 0.85_dB_per_cm, .planes = 7}};
 
 /// Liver, kidneys, gall bladder.
 inline constexpr examination<convex_array> abdomen{
-    .probe = {.lines = 192, .radius = 60_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz},
+    .probe = in_use(convex_array{.lines = 192, .radius = 60_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz}),
     .settings = {.depth = 160_mm}};
 
 /// The heart between the ribs.
 inline constexpr examination<phased_array> heart{
-    .probe = {.lines = 128, .width = 20_mm, .field_of_view = 90_deg, .frequency = 2.5_MHz},
+    .probe = in_use(phased_array{.lines = 128, .width = 20_mm, .field_of_view = 90_deg, .frequency = 2.5_MHz}),
     .settings = {.depth = 160_mm}};
 
 /// Vessel, from inside.

@@ -12,6 +12,11 @@ label_lines call(const scene& body) { return label(exec::par, body, pencil{}, po
 #ifdef CALL_tracing_ground_truth
 ground_truth_lines call(const scene& body) { return ground_truth(exec::par, body, pencil{}, pose{}, {.depth = 0.04F}); }
 #endif
+#ifdef CALL_tracing_near_field
+iq_lines call(iq_lines echoes, const scene& body) {
+    return add_near_field(exec::par, std::move(echoes), body, pencil{}, pose{});
+}
+#endif
 #ifdef CALL_tracing_paths
 iq_lines call(const scene& body) { return trace_paths(exec::par, body, pencil{}, pose{}, physical{}, {}); }
 #endif

@@ -11,6 +11,8 @@ namespace pictures {
 using namespace insonify;
 
 inline constexpr uvec2 size{256, 256};
+inline constexpr b_mode_settings::noise_level silent{
+    .level_db = no_level_db}; // of electronic noise: what tissue and sound make
 
 struct phantom {
     const char* name;
@@ -28,17 +30,21 @@ inline image paper_cube() {
     return scan_convert(exec::par_unseq, lines, probe, {.size = size});
 }
 
+// By the transducer's own pulse and aperture, finer than those of a scanner in use.
 inline image nerve_block() {
+    const linear_array probe{
+        .lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm};
     b_mode_settings settings = ::nerve_block::settings;
     settings.size = size;
-    return b_mode(exec::par_unseq, nerve_block_phantom().build(exec::par), ::nerve_block::probe, pose{}, settings);
+    settings.noise = silent;
+    return b_mode(exec::par_unseq, nerve_block_phantom().build(exec::par), probe, pose{}, settings);
 }
 
 // Cysts and grey targets of known strength.
 inline image quality_targets() {
     const linear_array probe{.lines = 192};
     return b_mode(exec::par_unseq, quality_phantom(probe, 1).build(exec::par), probe,
-                  {.translation = {0, quality::targets_at, 0}}, {.depth = 50_mm, .size = size});
+                  {.translation = {0, quality::targets_at, 0}}, {.depth = 50_mm, .size = size, .noise = silent});
 }
 
 // A lumpy organ with a vessel, from outside.
@@ -49,7 +55,8 @@ inline image organ() {
     body.add(std::move(lumps), tissue::liver);
     body.add(make_cylinder({-30_mm, -30_mm, 75_mm}, {30_mm, 30_mm, 65_mm}, 6_mm, 48), tissue::blood);
     const convex_array probe{.lines = 128, .radius = 60_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz};
-    return b_mode(exec::par_unseq, std::move(body).build(exec::par), probe, pose{}, {.depth = 130_mm, .size = size});
+    return b_mode(exec::par_unseq, std::move(body).build(exec::par), probe, pose{},
+                  {.depth = 130_mm, .size = size, .tgc = tissue::fat.attenuation, .noise = silent});
 }
 
 // Between ribs, which cast shadows.
@@ -59,7 +66,8 @@ inline image between_ribs() {
         body.add(make_cylinder({x, -30_mm, 25_mm}, {x, 30_mm, 25_mm}, 5_mm, 48), tissue::bone);
     body.add(make_sphere({10_mm, 0, 70_mm}, 18_mm, 4), tissue::liver);
     const phased_array probe{.lines = 128, .width = 20_mm, .field_of_view = 80_deg, .frequency = 3_MHz};
-    return b_mode(exec::par_unseq, std::move(body).build(exec::par), probe, pose{}, {.depth = 100_mm, .size = size});
+    return b_mode(exec::par_unseq, std::move(body).build(exec::par), probe, pose{},
+                  {.depth = 100_mm, .size = size, .noise = silent});
 }
 
 // A vessel from within.
@@ -68,7 +76,7 @@ inline image lumen() {
     body.add(make_cylinder({0.3_mm, -10_mm, 0}, {0.3_mm, 10_mm, 0}, 2.6_mm, 96), tissue::vessel_wall);
     body.add(make_cylinder({0.3_mm, -10_mm, 0}, {0.3_mm, 10_mm, 0}, 2_mm, 96), tissue::blood);
     return b_mode(exec::par_unseq, std::move(body).build(exec::par), radial_array{}, pose{},
-                  {.depth = 5_mm, .size = size});
+                  {.depth = 5_mm, .size = size, .tgc = tissue::fat.attenuation, .noise = silent});
 }
 
 // A needle whose metal rings, by paths.
@@ -99,7 +107,8 @@ inline image pressed() {
     for (const object_id id : {muscle, nerve})
         for (vec3& p : body.positions(id)) p.z *= 0.9F;
     body.update(exec::par);
-    return b_mode(exec::par_unseq, body, linear_array{.lines = 192}, pose{}, {.depth = 40_mm, .size = size},
+    return b_mode(exec::par_unseq, body, linear_array{.lines = 192}, pose{},
+                  {.depth = 40_mm, .size = size, .tgc = tissue::fat.attenuation, .noise = silent},
                   physical{}.with_scattering(gaussian_field<pressed_to_nine_tenths>{}));
 }
 

@@ -85,7 +85,8 @@ struct cell_layout {
 /// @param spacing  length of a slot, metres
 INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, const material_line& line,
                                                 const rest_line& segment, double slab, float spacing) {
-    const std::uint32_t object_hash = mix_bits(seed * 0x9E3779B9U + line.object + line.plane * 0x85EBCA6BU);
+    const std::uint32_t object_hash =
+        mix_bits(seed * 0x9E3779B9U + line.object + line.plane * 0x85EBCA6BU + line.frame_number * 0xC2B2AE35U);
     const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
     const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
     // The axes of the grid: along the line and along its elevation, whose sign does not matter. All looks of a compounded

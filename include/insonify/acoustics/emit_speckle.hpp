@@ -38,6 +38,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     within.height = line.aperture.height;
     within.plane = line.plane;
     within.tilt = line.frame.tilt;
+    within.frame_number = m.flowing ? line.frame_number : 0;
     within.steering = place.local_direction(line.frame.steering);
     if (!m.structure.empty() && here.place < line.structures.size()) {
         within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);

@@ -135,6 +135,7 @@ struct traced_line {
     std::uint32_t plane = 0;                   ///< of the frame's elevation planes, the middle one first
     float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
     aperture_gains gains{}; ///< corrections for the width of the aperture
+    std::uint32_t frame_number = 0; ///< speckle of flowing media depends on it
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -22,6 +22,7 @@ struct material_line {
     float fnumber = 2;           ///< of the receiving aperture
     const placed_structure* structure = nullptr; ///< of the medium; null: none
     vec3 steering{0, 0, 0};                      ///< see `line_frame::steering`
+    std::uint32_t frame_number = 0;              ///< where the medium flows; 0 elsewhere
 
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }

@@ -35,7 +35,12 @@ inline constexpr medium water{998, 1482, 0.00217_dB_per_cm, 2, 0, 0};
 inline constexpr medium saline{1004, 1505, 0.0022_dB_per_cm, 2, 0, 0};
 
 /// At 37 degrees. Sources: IT'IS (0.206 f^1.05), raysim (0.18 f), Buerger, Diagnostics, Szabo (0.14 f^1.21, adopted).
-inline constexpr medium blood{1055, 1575, 0.15_dB_per_cm, 1.2F, amplitude_of_decibels(-20), 0};
+inline constexpr medium blood{.density = 1055,
+                              .sound_speed = 1575,
+                              .attenuation = 0.15_dB_per_cm,
+                              .attenuation_power = 1.2F,
+                              .backscatter = amplitude_of_decibels(-20),
+                              .flowing = true};
 
 /// Subcutaneous. Sources: IT'IS (0.38 to 0.61 dB/cm), Fernandes, raysim (0.63), Sensors (0.8), Diagnostics,
 /// Mech. Mater.

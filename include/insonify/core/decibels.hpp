@@ -2,9 +2,13 @@
 #define INSONIFY_CORE_DECIBELS_HPP
 
 #include <insonify/core/config.hpp>
+#include <cfloat>
 #include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// Below every level, in decibels: as the level of noise there is none, as a threshold it rejects nothing.
+inline constexpr float no_level_db = -FLT_MAX;
 
 /// Amplitude ratio of a level in decibels: 10^(level / 20).
 INSONIFY_FN inline float amplitude_of_decibels(float level) { return std::exp2(0.16609640F * level); } // log2(10) / 20

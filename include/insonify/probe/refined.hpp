@@ -6,15 +6,16 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A probe with every line split into several: the same face, field of view and beam with finer lateral sampling.
+/// A probe with more lines: the same face, field of view and beam with finer lateral sampling.
 template <transducer Probe>
 struct refined : Probe {
-    std::uint32_t lines = 1; ///< hides the member of the probe: `rays` times as many
-    std::uint32_t rays = 1;  ///< lines for each line of the probe
+    std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
+    float rays = 1;          ///< lines for each line of the probe, need not be whole
 
-    /// @param rays_per_line  at least 1
-    refined(const Probe& probe, std::uint32_t rays_per_line)
-        : Probe{probe}, lines{probe.lines * rays_per_line}, rays{rays_per_line} {}
+    /// @param rays_per_line  at least 1; the number of lines is rounded
+    refined(const Probe& probe, float rays_per_line)
+        : Probe{probe}, lines{static_cast<std::uint32_t>(static_cast<float>(probe.lines) * rays_per_line + 0.5F)},
+          rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}
 
     /// The line as a ray in the probe frame.
     INSONIFY_FN ray beam(float line) const { return Probe::beam(coarse(line)); }
@@ -24,7 +25,7 @@ struct refined : Probe {
     /// From {x, z} to {line, depth along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         const vec2 place = Probe::locate(point);
-        return {(place.x + 0.5F) * static_cast<float>(rays) - 0.5F, place.y};
+        return {(place.x + 0.5F) * rays - 0.5F, place.y};
     }
 
     friend bool operator==(const refined&, const refined&) requires detail::comparable<Probe>

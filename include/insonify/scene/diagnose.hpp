@@ -6,6 +6,7 @@
 #include <insonify/probe/plausible.hpp>
 #include <insonify/scene/field_distance.hpp>
 #include <insonify/scene/layers.hpp>
+#include <insonify/scene/path_attenuation.hpp>
 #include <insonify/scene/scene.hpp>
 #include <cstdio>
 #include <string>
@@ -29,6 +30,7 @@ struct diagnosis {
         too_shallow,  ///< the lines end before the first surface
         beside,       ///< the objects are beside the field of view
         open_surface, ///< a mesh does not enclose a volume
+        attenuation,  ///< takes more than automatic gain restores: most of the picture is dark
     };
     std::vector<problem> problems{}; ///< the most likely cause first
     std::string sentence{};          ///< for each problem what is wrong and what to do about it
@@ -104,9 +106,6 @@ float distance_beside(const scene_view& flat, const Probe& probe, const pose& at
     }
     return nearest;
 }
-
-/// Whether the impedance differs so much from that of tissue that an interface reflects almost all sound.
-inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || m.impedance() < 3e5F; }
 
 /// The sentence about a scene that is 30 times larger than the lines are deep, or 300 times smaller; empty for others. The
 /// unit that was given is not known, so every mistake is named that leaves objects of 2 cm to 2.5 m.
@@ -207,6 +206,16 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
         if (const mesh_report mesh = validate(one.surface); !mesh.closed())
             report(problem::open_surface, "The surface of " + named(one.name, static_cast<std::uint32_t>(one.id)) +
                                               " is not closed: " + explain(mesh));
+    if (found.problems.empty()) {
+        constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
+        const path_survey half = survey_paths(flat, probe, at, scan.depth / 2);
+        const float needed = 2 * clamp(half.attenuation, 50, 100) * probe.frequency * 1e-6F * half.length;
+        const float gain = min(needed, max_gain_db);
+        if (half.loss_db > gain + dark_db)
+            report(problem::attenuation, "Echoes from half the depth lose " + number_text(std::round(half.loss_db)) +
+                                             " dB, and automatic gain restores " + number_text(std::round(gain)) +
+                                             " dB: the picture is dark below; lower the frequency or `depth`.");
+    }
     return found;
 }
 

@@ -11,10 +11,31 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Level and seed of the electronic noise.
 struct electronic_noise_settings {
-    float level_db = -130;   ///< rms of its envelope, relative to the echo of a perfect mirror
+    float level_db = -135;   ///< rms of its envelope, relative to the echo of a perfect mirror; `no_level_db`: none
     std::uint64_t seed = 1;  ///< selects a realization
     std::uint32_t frame = 0; ///< number of the frame: noise differs from frame to frame
 };
+
+namespace detail {
+
+/// Complex normal numbers of mean power 1, from which hashes draw.
+struct normal_numbers {
+    static constexpr std::uint32_t count = 4096;
+    vec2 values[count];
+
+    normal_numbers() {
+        float power = 0;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            values[i] = hash_normal(count, i);
+            power += dot(values[i], values[i]) / count;
+        }
+        for (vec2& value : values) value /= std::sqrt(power);
+    }
+    /// @param bits  random
+    vec2 operator()(std::uint32_t bits) const { return values[bits % count]; }
+};
+
+} // namespace detail
 
 /// Adds the noise of the receiver: complex white Gaussian noise, uniform in depth. Call it before `tgc`, which
 /// amplifies it with depth.
@@ -22,10 +43,13 @@ struct electronic_noise_settings {
 template <exec::policy Policy>
 iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electronic_noise_settings& settings = {}) {
     if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be finite"};
-    const float scale = amplitude_of_decibels(settings.level_db) * std::sqrt(0.5F);
-    const std::uint64_t stream = hash_bits(settings.seed, settings.frame);
-    exec::for_each_block(policy, lines.values.size(), 1024, 30, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) lines.values[i] += scale * hash_normal(stream, i);
+    const float scale = amplitude_of_decibels(settings.level_db);
+    if (scale == 0) return lines;
+    static const detail::normal_numbers numbers;
+    const auto stream = static_cast<std::uint32_t>(hash_bits(settings.seed, settings.frame));
+    exec::for_each_block(policy, lines.values.size(), 4096, 3, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            lines.values[i] += scale * numbers(mix_bits(static_cast<std::uint32_t>(i) ^ stream));
     });
     return lines;
 }

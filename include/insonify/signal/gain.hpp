@@ -8,7 +8,6 @@
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
 #include <array>
-#include <cfloat>
 #include <concepts>
 #include <cstddef>
 #include <vector>
@@ -18,10 +17,10 @@ namespace insonify::inline INSONIFY_ABI {
 /// Logarithmic compression of amplitudes to brightness. The reference is fixed, independent of the frame, so that clips
 /// do not flicker.
 struct log_compress_settings {
-    float dynamic_range_db = 60; ///< range of levels from black to white
-    float reference_db = -25;    ///< level of white; 0 dB is amplitude 1, the echo of a perfect mirror
-    float gain_db = 0;           ///< added to every level
-    float reject_db = -FLT_MAX;  ///< levels below this, after the gain, are black; by default none
+    float dynamic_range_db = 60;   ///< range of levels from black to white
+    float reference_db = -25;      ///< level of white; 0 dB is amplitude 1, the echo of a perfect mirror
+    float gain_db = 0;             ///< added to every level
+    float reject_db = no_level_db; ///< levels below this, after the gain, are black; by default none
 
     /// Brightness of N amplitudes A, 0 to 1: 1 + (20 log10(A) + gain - reference) / dynamic range, within 2e-6 dB per
     /// dB. Amplitudes that are 0, negative or NaN are black.
@@ -69,6 +68,8 @@ scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compre
 struct tgc_point {
     float depth = 0;   ///< metres
     float gain_db = 0; ///< gain at this depth
+
+    friend bool operator==(const tgc_point&, const tgc_point&) = default;
 };
 
 /// Time-gain compensation (TGC): depth-dependent gain that compensates for an assumed attenuation.

@@ -6,7 +6,6 @@
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <cstddef>
-#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -24,16 +23,15 @@ class persistence {
     /// since the previous frame. Call `reset` first where the probe or other settings have changed.
     /// @return the frame to show; valid until the next call
     template <exec::policy Policy>
-    const scan_lines& add(const Policy& policy, scan_lines frame, const pose& at) {
+    const scan_lines& add(const Policy& policy, const scan_lines& frame, const pose& at) {
         const bool fades = at == at_ && frame.count == shown_.count && frame.samples == shown_.samples &&
                            frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
-        if (fades && weight_ > 0)
-            exec::for_each_block(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin; i < end; ++i)
-                    frame.values[i] = weight_ * shown_.values[i] + (1 - weight_) * frame.values[i];
-            });
         at_ = at;
-        std::swap(shown_, frame);
+        if (!fades || weight_ == 0) return shown_ = frame;
+        exec::for_each_block(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                shown_.values[i] = weight_ * shown_.values[i] + (1 - weight_) * frame.values[i];
+        });
         return shown_;
     }
 

@@ -28,6 +28,7 @@ struct frame_view {
     view<const float> plane_weights{};                ///< plane after plane, one weight for each sample
     line_aperture aperture{};                         ///< that receives
     kernel_table_view kernels{};                      ///< of the stages that follow
+    std::uint32_t frame_number = 0;                   ///< speckle of flowing media depends on it
 
     /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it stays the
     /// displayed one.
@@ -73,7 +74,8 @@ class frame_plan {
                                 .planes = scan.planes,
                                 .plane_weights = made.plane_weights,
                                 .aperture = made.aperture_view(),
-                                .kernels = made.kernels.view_of()};
+                                .kernels = made.kernels.view_of(),
+                                .frame_number = scan.frame};
         for (std::uint32_t i = 0; i < frame.planes; ++i) frame.plane[i] = made.plane[i];
         return frame;
     }
