@@ -33,8 +33,8 @@ struct medium {
     float backscatter = 0;           ///< echo amplitude of its speckle relative to liver; 0: anechoic
     float roughness = 0;             ///< rms height of its surface, metres; 0: specular
     float scatterer_density = 0;     ///< scatterers per m^3, for `poisson_scatterers`; 0: that field's default
-    bool flowing = false;            ///< its speckle is independent from frame to frame, as that of flowing blood
     insonify::structure structure{}; ///< above the scale of speckle; none by default
+    bool flowing = false;            ///< its speckle is independent from frame to frame, as that of flowing blood
 
     /// Characteristic acoustic impedance, rayl = kg/(m^2 s): density times sound speed.
     INSONIFY_FN constexpr float impedance() const { return density * sound_speed; }
