@@ -17,6 +17,9 @@ bool call(scan_lines& lines, iq_lines& echoes, label_lines& labels) {
     return lines == scan_lines{1, 2, 3} && echoes(0, 0).x == lines(0, 1) && labels(0, 0) == background_label;
 }
 #endif
+#ifdef CALL_probe_presets
+float call(const linear_array& probe) { return presets::in_use(probe, 3).bandwidth; }
+#endif
 #ifdef CALL_probe_refined
 vec2 call(const refined<pencil>& probe) {
     probe.check();
