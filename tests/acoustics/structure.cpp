@@ -134,3 +134,30 @@ TEST_CASE("structure: values out of range make a medium invalid") {
         CHECK_FALSE(is_valid(m));
     }
 }
+
+TEST_CASE("structure: a sheath lies below the surface, 0.7 to 1.5 mm thick, and fades where it turns from the beam") {
+    const structure::sheath_layer sheath{.thickness = 1_mm};
+    // Mean gain in dB at steps of 0.1 mm below a surface at 2 mm.
+    const auto profile = [&](float cosine) {
+        std::vector<double> power(80);
+        for (std::uint32_t key = 0; key < 400; ++key) {
+            std::vector<float> real(80, 1.0F), imaginary(80, 1.0F);
+            detail::sheath_gains{sheath, {0.3_mm, 0.2_mm, 0}, {0, 0, 1}, structure_test::fnumber, key}.apply(
+                0, 0.1_mm, 80, 2_mm, cosine, real.data(), imaginary.data());
+            for (std::size_t i = 0; i < power.size(); ++i)
+                power[i] += static_cast<double>(real[i]) * static_cast<double>(real[i]) / 400;
+        }
+        for (double& each : power) each = 10 * std::log10(each);
+        return power;
+    };
+    const std::vector<double> below = profile(1);
+    CHECK(std::fabs(below[10]) < 1e-6);
+    CHECK(below[21] > 15);            // the first line
+    CHECK(below[25] < below[21] - 6); // the slit
+    CHECK(below[28] > below[25] + 3); // the second line
+    CHECK(std::fabs(below[45]) < 1);  // deeper than 2.5 mm
+    const std::vector<double> tilted = profile(0.866F);
+    MESSAGE("first line " << below[21] << " dB, slit " << below[25] << ", second " << below[28] << ", tilted by 30 degrees "
+                          << tilted[21]);
+    CHECK(tilted[21] < below[21] - 6);
+}

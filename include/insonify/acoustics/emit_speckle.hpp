@@ -43,6 +43,8 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     if (!m.structure.empty() && here.place < line.structures.size()) {
         within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
         within.structure = &line.structures[here.place];
+        within.surfaces = {here.begin, here.end};
+        within.own_surfaces = here.own_surfaces;
         level /= structure_rms(m.structure, within.fnumber);
     }
     model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {

@@ -26,6 +26,9 @@ struct layer {
                           ///< sides: across the line in the slice plane, out of it, and mixed
     float roughness = -1; ///< of that surface: rms height, metres; below 0: the larger one of the two media
     std::uint32_t place = 0; ///< index into the poses of the line
+    /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0 where there
+    /// is none, or where it belongs to the object on its other side.
+    vec2 own_surfaces{0, 0};
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.

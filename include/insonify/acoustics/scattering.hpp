@@ -21,6 +21,8 @@ struct material_line {
     float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
     float fnumber = 2;           ///< of the receiving aperture
     const placed_structure* structure = nullptr; ///< of the medium; null: none
+    vec2 surfaces{0, 0};                         ///< metres along the line at which its layer begins and ends
+    vec2 own_surfaces{0, 0};                     ///< see `layer::own_surfaces`
     vec3 steering{0, 0, 0};                      ///< see `line_frame::steering`
     std::uint32_t frame_number = 0;              ///< where the medium flows; 0 elsewhere
 

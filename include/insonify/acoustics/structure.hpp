@@ -55,6 +55,19 @@ struct structure {
         friend bool operator==(const bundle_layer&, const bundle_layer&) = default;
     };
 
+    /// The sheath of an object, such as the epimysium and the aponeuroses of a muscle: a bright layer below its surface, of two
+    /// parallel lines with a dark slit between them, uneven in thickness and brightness. It adds to the echo power. It lies
+    /// where the surface is the object's own: not around a vessel within, and only once where two objects touch.
+    struct sheath_layer {
+        float thickness = 0;    ///< mean, metres; 0: none
+        float level_db = 20;    ///< amplitude at normal incidence, relative to the speckle of the medium
+        float spread_db = 3;    ///< standard deviation of that level along the surface
+        float waviness = 0.2F;  ///< standard deviation of the angle of its facets, radians
+        float diffuse_db = -14; ///< amplitude that remains at any angle, relative to that at normal incidence
+
+        friend bool operator==(const sheath_layer&, const sheath_layer&) = default;
+    };
+
     variation mottling{};      ///< of everything
     variation grain{};         ///< of the speckle between the sheets
     float wave = 0;            ///< deviation of sheets and bundles from straight, standard deviation in metres
@@ -62,11 +75,12 @@ struct structure {
     sheet_layer sheets{};      ///< short sheets
     sheet_layer septa{};       ///< long ones
     bundle_layer bundles{};    ///< along the fibres
+    sheath_layer sheath{};     ///< below the surface of the object
 
     /// Whether there is any structure.
     INSONIFY_FN constexpr bool empty() const {
         return mottling.deviation_db == 0 && grain.deviation_db == 0 && sheets.fill == 0 && septa.fill == 0 &&
-               bundles.spacing == 0;
+               bundles.spacing == 0 && sheath.thickness == 0;
     }
 
     friend bool operator==(const structure&, const structure&) = default;
@@ -90,7 +104,9 @@ INSONIFY_FN inline bool is_valid(const structure& s) {
     const auto& b = s.bundles;
     return varies(s.mottling) && varies(s.grain) && within(s.wave, 0, 1) && within(s.wave_length, 1e-6F, 10) &&
            has_sheets(s.sheets) && has_sheets(s.septa) && within(b.spacing, 0, 1) && within(b.diameter, 0, b.spacing) &&
-           within(b.level_db, -200, 100);
+           within(b.level_db, -200, 100) && within(s.sheath.thickness, 0, 1) && within(s.sheath.level_db, -200, 100) &&
+           within(s.sheath.spread_db, 0, 40) && within(s.sheath.waviness, 0, pi) &&
+           within(s.sheath.diffuse_db, -200, 0);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -14,8 +14,8 @@ inline constexpr float max_level_number = 2.4494897F;
 
 /// Sine of the angle at which the echo of a sheet has fallen to half its amplitude: the lobe of the aperture (see
 /// `specular_return`, whose half width is 0.53 of the edge's angle), widened by the waviness of the sheet.
-INSONIFY_FN inline float sheet_lobe(const structure::sheet_layer& layer, float fnumber) {
-    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * layer.waviness;
+INSONIFY_FN inline float lobe_of(float waviness, float fnumber) {
+    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * waviness;
     return std::sin(min(std::sqrt(aperture * aperture + facets * facets), pi / 2));
 }
 
@@ -30,7 +30,7 @@ class structure_gains {
     INSONIFY_FN structure_gains(const placed_structure& tissue, vec3 origin, vec3 along, vec3 propagation,
                                 float fnumber, std::uint32_t key)
         : tissue_{tissue}, origin_{origin}, along_{along}, propagation_{propagation}, key_{key},
-          lobe_{sheet_lobe(tissue.of.sheets, fnumber), sheet_lobe(tissue.of.septa, fnumber)} {}
+          lobe_{lobe_of(tissue.of.sheets.waviness, fnumber), lobe_of(tissue.of.septa.waviness, fnumber)} {}
 
     /// Multiplies `count` complex amplitudes, at equal steps from a distance on; metres from the origin of the segment.
     INSONIFY_FN void apply(float first, float step, std::uint32_t count, float* real, float* imaginary) const {

@@ -33,7 +33,7 @@ INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, floa
         return std::exp(neper * of.level_db) * spread * spread;
     };
     constexpr int angles = 16;
-    const float lobe = sheet_lobe(of, fnumber), diffuse = std::exp2(bits_per_decibel * of.diffuse_db);
+    const float lobe = lobe_of(of.waviness, fnumber), diffuse = std::exp2(bits_per_decibel * of.diffuse_db);
     float echo = 0, echo_squared = 0;
     for (int i = 0; i < angles; ++i) {
         const float sine = std::sin((static_cast<float>(i) + 0.5F) / angles * of.turn);

@@ -13,7 +13,7 @@
 namespace insonify::inline INSONIFY_ABI::tissue {
 
 /// Skeletal muscle: the walls of its fascicles, the perimysium, are short bright sheets along the fibres, 2 to 3 mm apart;
-/// brightness varies over 3 to 10 mm.
+/// brightness varies over 3 to 10 mm. Epimysium and aponeuroses are 0.7 to 1.5 mm thick.
 inline constexpr structure muscle_structure{
     .mottling = {3.5F, {8_mm, 4_mm, 4_mm}},
     .grain = {1.8F, {4_mm, 1.5_mm, 1.5_mm}},
@@ -25,6 +25,7 @@ inline constexpr structure muscle_structure{
                .level_db = 24,
                .spread_db = 7.8F,
                .waviness = 0.35F},
+    .sheath = {.thickness = 1_mm},
 };
 
 /// Myocardium: as skeletal muscle, with finer and fainter sheets. Convention.

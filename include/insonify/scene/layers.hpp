@@ -32,7 +32,9 @@ class layer_walk {
             found_.inside.toggle(found_.room[next_].rank);
     }
     /// Crossings at the origin belong to the surface that a path has just left: they are skipped.
-    INSONIFY_FN void skip_departure() {
+    /// @param own_surface  cosine of incidence on that surface, if it is the object's own; else 0
+    INSONIFY_FN void skip_departure(float own_surface) {
+        own_ = own_surface;
         while (next_ < found_.count && found_.room[next_].distance <= touching_distance) ++next_;
     }
 
@@ -41,6 +43,7 @@ class layer_walk {
         if (at_end_) return false;
         const std::uint32_t current = found_.inside.top();
         here = layer_from(current, begin_, met_);
+        here.own_surfaces.x = own_;
         while (next_ < found_.count && found_.room[next_].distance < depth_) {
             group_ = next_;
             const float place = found_.room[group_].distance;
@@ -50,6 +53,8 @@ class layer_walk {
             if (after == current) continue;
             if (incident_) met_ = incidence_at_change(current, after);
             here.end = begin_ = place;
+            here.own_surfaces.y = current < after ? met_.cosine : 0.0F;
+            own_ = after < current ? met_.cosine : 0.0F;
             return true;
         }
         at_end_ = true;
@@ -64,6 +69,8 @@ class layer_walk {
         after.end = begin_;
         return after;
     }
+    /// Whether that surface belongs to the object behind it, not to the one before.
+    INSONIFY_FN bool is_own() const { return own_ > 0; }
     /// How the line meets that surface.
     INSONIFY_FN const surface_incidence& met() const { return met_; }
     /// Applies the crossings at that surface once more: the objects are again those before it.
@@ -107,6 +114,7 @@ class layer_walk {
     std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
     float begin_ = 0;
     surface_incidence met_{};
+    float own_ = 0; // cosine of incidence on the last surface, if it belongs to the object behind it
     bool at_end_ = false;
 };
 

@@ -88,7 +88,7 @@ class path_walk {
         spread_sound(now, limit, spread);
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
-        walk.skip_departure();
+        walk.skip_departure(now.own_surface);
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
             now.path.gains = now.path.gains.next(line_.gains, above);
@@ -173,6 +173,9 @@ class path_walk {
         if (below.curvature != vec3{0, 0, 0} || !now.tube.plane())
             off.tube =
                 now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
+        const float cosine = std::fabs(dot(smooth, along));
+        on.own_surface = walk.is_own() ? cosine : 0.0F;
+        off.own_surface = walk.is_own() ? 0.0F : cosine;
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         if (random) { // one of the two, with the probability of its part: its weight stays
