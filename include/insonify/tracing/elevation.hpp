@@ -45,7 +45,9 @@ inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
 ///     y = +- delta (sigma_f cos psi + g(z) sin psi)
 ///
 /// which are linear in z: both are planes. With psi near 0 they sample the diffraction and hardly tilt; near 90 degrees they
-/// follow the shadow and cross at the focus. Depth is measured along z: on a curved array, along its middle line.
+/// follow the shadow and cross at the focus. Depth is measured along z: where lines diverge, along the middle one. On
+/// a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane that serves all
+/// lines can avoid; the weights are those of the heights that the planes have there: see `along`.
 /// Source: a numerical search for the smallest error in the echoes of half spaces that begin at any height, for linear, convex
 /// and phased arrays. `bench/studies/elevation_planes.cpp` repeats it: the pairs here are within 15 % of the smallest error that
 /// it finds, and their rms height is nearer to the beam's. `tests/tracing/elevation.cpp` measures the errors.
@@ -73,7 +75,17 @@ class elevation_planes {
             planes_[i] = tilted ? elevation_plane{height(0), (height(depth) - height(0)) / depth}
                                 : elevation_plane{height(0.5F * depth), 0};
         }
-        for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
+        make_table();
+    }
+
+    /// The same planes by the depth along a line, with the weights that belong to their heights there.
+    /// @param begin   z of its origin, metres
+    /// @param cosine  of its angle to z
+    elevation_planes along(float begin, float cosine) const {
+        elevation_planes line = *this;
+        for (elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
+        line.make_table();
+        return line;
     }
 
     std::uint32_t count() const { return count_; }
@@ -110,17 +122,22 @@ class elevation_planes {
         return found;
     }
 
-    /// The coherent weights of every sample of a line: plane after plane, each with `samples` weights.
+    /// Appends the coherent weights of every sample of a line: plane after plane, each with `samples` weights.
     void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
-        all.resize(std::size_t{count_} * samples);
+        const std::size_t begin = all.size();
+        all.resize(begin + std::size_t{count_} * samples);
         for (std::uint32_t k = 0; k < samples; ++k) {
             const weights here = at((static_cast<float>(k) + 0.5F) * spacing);
-            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = here.coherent[i];
+            for (std::uint32_t i = 0; i < count_; ++i) all[begin + std::size_t{i} * samples + k] = here.coherent[i];
         }
     }
 
   private:
     static constexpr std::uint32_t depths = 128; // parts of the depth of the image
+
+    void make_table() {
+        for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
+    }
 
     // Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
     // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders between
@@ -167,6 +184,35 @@ class elevation_planes {
     float spacing_;
     elevation_plane planes_[max_elevation_planes] = {};
     weights table_[depths] = {};
+};
+
+/// The elevation planes along each line of a probe. Lines at nearly the same angle share them.
+class planes_of_lines {
+  public:
+    template <transducer Probe>
+    planes_of_lines(const Probe& probe, const elevation_planes& planes) {
+        set_of_line_.assign(probe.lines, 0);
+        std::vector<int> angles; // of the sets
+        const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
+        for (std::uint32_t i = 0; i < probe.lines; ++i) {
+            const ray line = probe.beam(static_cast<float>(i));
+            const int angle = tilted ? static_cast<int>(200 * (1 - line.direction.z) + 0.5F) : 0;
+            std::size_t set = 0;
+            while (set < angles.size() && angles[set] != angle) ++set;
+            set_of_line_[i] = static_cast<std::uint32_t>(set);
+            if (set < angles.size()) continue;
+            angles.push_back(angle);
+            sets_.push_back(tilted ? planes.along(line.origin.z, line.direction.z) : planes);
+        }
+    }
+
+    const std::vector<std::uint32_t>& set_of_line() const { return set_of_line_; }
+    std::size_t sets() const { return sets_.size(); }
+    const elevation_planes& operator[](std::size_t set) const { return sets_[set]; }
+
+  private:
+    std::vector<std::uint32_t> set_of_line_{};
+    std::vector<elevation_planes> sets_{};
 };
 
 } // namespace detail

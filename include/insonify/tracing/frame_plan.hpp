@@ -25,7 +25,8 @@ struct frame_view {
     std::uint32_t samples = 0; ///< along each line
     std::uint32_t planes = 1;  ///< that represent the thickness of the slice
     elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
-    view<const float> plane_weights{};                ///< plane after plane, one weight for each sample
+    view<const std::uint32_t> plane_sets{};           ///< of each line, the number of its set of plane weights
+    view<const float> plane_weights{};                ///< for each set, plane after plane, one weight for each sample
     line_aperture aperture{};                         ///< that receives
     kernel_table_view kernels{};                      ///< of the stages that follow
     std::uint32_t frame_number = 0;                   ///< speckle of flowing media depends on it
@@ -40,6 +41,10 @@ struct frame_view {
         if constexpr (requires { probe.unsteered(0.0F); })
             line.steering = at.direction(beam.direction - probe.unsteered(static_cast<float>(number)).direction);
         return line;
+    }
+    /// The weights of the samples of a line in one of the planes; where there are several.
+    INSONIFY_FN const float* weights(std::uint32_t number, std::uint32_t of_plane) const {
+        return plane_weights.data() + (std::size_t{plane_sets[number]} * planes + of_plane) * samples;
     }
     /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
     INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {
@@ -72,6 +77,7 @@ class frame_plan {
                                 .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
                                 .samples = samples,
                                 .planes = scan.planes,
+                                .plane_sets = made.plane_sets,
                                 .plane_weights = made.plane_weights,
                                 .aperture = made.aperture_view(),
                                 .kernels = made.kernels.view_of(),
@@ -83,6 +89,7 @@ class frame_plan {
   private:
     struct tables {
         std::vector<elevation_plane> plane{};
+        std::vector<std::uint32_t> plane_sets{};
         std::vector<float> plane_weights{}, fnumbers{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
         kernel_table kernels{};
@@ -94,9 +101,12 @@ class frame_plan {
             const elevation_planes planes{beam, count, depth, lines_follow_depth(probe)};
             plane.clear();
             for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
+            const planes_of_lines of_lines{probe, planes};
+            plane_sets = of_lines.set_of_line();
             plane_weights.clear();
-            if (count > 1) planes.weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
-            kernels = make_kernel_table(policy, probe, depth, planes, model);
+            for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
+                of_lines[set].weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
+            kernels = make_kernel_table(policy, probe, depth, of_lines, model);
             constexpr std::uint32_t parts = kernel_table_view::depths;
             fnumber_spacing = depth / parts;
             fnumbers.clear();

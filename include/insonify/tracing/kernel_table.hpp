@@ -18,9 +18,10 @@ struct kernel_table_view {
 
     view<const kernel_sample>
         samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
-    view<const float> plane_heights{};  ///< for each part those of all planes: see `line_kernels`
-    view<const float> plane_weights{};  ///< for each part those of all planes
-    view<const float> random_weights{}; ///< of each plane those of all parts
+    view<const std::uint32_t> sets{};   ///< of each line, the number of its set of planes
+    view<const float> plane_heights{};  ///< for each set and part those of all planes: see `line_kernels`
+    view<const float> plane_weights{};  ///< for each set and part those of all planes
+    view<const float> random_weights{}; ///< of each set and plane those of all parts
     std::uint32_t planes = 1;           ///< elevation planes
     std::uint32_t lines = 0;            ///< of the probe
     std::uint32_t border = 0;           ///< lines further than this from the border share a table
@@ -31,13 +32,14 @@ struct kernel_table_view {
         if (samples.empty()) return {};
         const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
         const std::uint32_t row = nearer < border ? nearer : border;
+        const std::size_t of_set = std::size_t{planes} * depths, set = sets[line] * of_set;
         return {.samples = {samples.data() + std::size_t{row} * depths, depths},
                 .spacing = spacing,
                 .planes = planes,
                 .plane = plane,
-                .plane_heights = plane_heights,
-                .plane_weights = plane_weights,
-                .random_weights = {random_weights.data() + std::size_t{plane} * depths, depths}};
+                .plane_heights = {plane_heights.data() + set, of_set},
+                .plane_weights = {plane_weights.data() + set, of_set},
+                .random_weights = {random_weights.data() + set + std::size_t{plane} * depths, depths}};
     }
 };
 
@@ -52,12 +54,14 @@ class kernel_table {
   public:
     kernel_table() = default; ///< no compensation
 
+    /// @param of_lines          the gains are those of the planes along the middle line
     /// @param speckle, surface  covariance(metres apart in the slice plane and out of it, radians turned, height of the
     ///                          scatterers) of speckle, and of the echoes of rough surfaces
     template <class Policy, transducer Probe, class Speckle, class Surface>
-    kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+    kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& of_lines,
                  const Speckle& speckle, const Surface& surface)
-        : planes_{planes.count()}, lines_{probe.lines}, spacing_{depth / depths} {
+        : planes_{of_lines[0].count()}, lines_{probe.lines}, spacing_{depth / depths}, sets_{of_lines.set_of_line()} {
+        const elevation_planes& planes = of_lines[sets_[probe.lines / 2]];
         const beam_model beam = beam_of(probe, depth);
         // One step of the kernel for each of the depths.
         const detail::lateral_kernel kernel = detail::make_lateral_kernel(
@@ -66,15 +70,20 @@ class kernel_table {
             kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.half_width()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
         for (std::vector<float>* const each : {&plane_heights_, &plane_weights_, &random_weights_})
-            each->resize(std::size_t{depths} * planes_);
+            each->resize(of_lines.sets() * depths * planes_);
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             const elevation_planes::weights weights = planes.at(z);
-            for (std::uint32_t i = 0; i < planes_; ++i) {
-                plane_heights_[k * planes_ + i] = planes[i].height(z);
-                plane_weights_[k * planes_ + i] = weights.coherent[i];
-                random_weights_[std::size_t{i} * depths + k] = weights.random[i] / max(weights.coherent[i], 1e-12F);
+            for (std::size_t set = 0; set < of_lines.sets(); ++set) {
+                const elevation_planes::weights here = of_lines[set].at(z);
+                const std::size_t first = set * depths * planes_;
+                for (std::uint32_t i = 0; i < planes_; ++i) {
+                    plane_heights_[first + k * planes_ + i] = of_lines[set][i].height(z);
+                    plane_weights_[first + k * planes_ + i] = here.coherent[i];
+                    random_weights_[first + std::size_t{i} * depths + k] =
+                        here.random[i] / max(here.coherent[i], 1e-12F);
+                }
             }
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             const auto levels_with = [&](const auto& covariance) {
@@ -100,6 +109,7 @@ class kernel_table {
 
     kernel_table_view view_of() const {
         return {.samples = {samples_.data(), samples_.size()},
+                .sets = sets_,
                 .plane_heights = plane_heights_,
                 .plane_weights = plane_weights_,
                 .random_weights = random_weights_,
@@ -190,12 +200,13 @@ class kernel_table {
     std::uint32_t border_ = 0;
     float spacing_ = 1;
     large_array<kernel_sample> samples_;
+    std::vector<std::uint32_t> sets_;
     std::vector<float> plane_heights_, plane_weights_, random_weights_;
 };
 
 /// The table for a model that states the covariance of its speckle; no compensation for others.
 template <class Policy, transducer Probe, class Model>
-kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
                                const Model& model) {
     if constexpr (requires { model.covariance(depth, depth); })
         return {policy,

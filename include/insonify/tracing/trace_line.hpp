@@ -50,7 +50,7 @@ INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame
         if constexpr (is_average_v<sample_type>) {
             for (sample_type& sample : plane_samples) sample = sample_type{};
             if (!tracer(policy, task, model, scratch, plane_samples)) return false;
-            const float* weight = frame.plane_weights.data() + std::size_t{plane} * frame.samples;
+            const float* weight = frame.weights(number, plane);
             for (std::size_t k = 0; k < out.size(); ++k) out[k] += weight[k] * plane_samples[k];
         }
     }
