@@ -8,14 +8,14 @@ using namespace insonify;
 TEST_CASE("a needle is closed, has its tip where it says, and the volume of a cylinder cut by a plane") {
     for (const float bevel : {12_deg, 30_deg, 90_deg})
         for (const std::uint32_t along : {1U, 20U}) {
-            const float diameter = needle_diameter(22), length = 60_mm;
+            const float diameter = needle_diameter(22), shaft = 60_mm;
             const mesh needle =
-                make_needle(diameter, length, {.bevel = bevel, .segments = 192, .segments_along = along});
+                make_needle(diameter, shaft, {.bevel = bevel, .segments = 192, .segments_along = along});
             CHECK(validate(needle).closed());
             // A plane through the axis's point halfway along the bevel halves what it cuts off.
             const double radius = static_cast<double>(diameter) / 2,
                          cut = radius / std::tan(static_cast<double>(bevel));
-            const double expected = 3.14159265358979 * radius * radius * (static_cast<double>(length) - cut);
+            const double expected = 3.14159265358979 * radius * radius * (static_cast<double>(shaft) - cut);
             MESSAGE("volume ", enclosed_volume(needle) * 1e9, " mm^3 (expected ", expected * 1e9, ")");
             CHECK(enclosed_volume(needle) == doctest::Approx(expected).epsilon(1e-3));
             float furthest = -FLT_MAX, nearest = FLT_MAX;
@@ -27,7 +27,7 @@ TEST_CASE("a needle is closed, has its tip where it says, and the volume of a cy
                     tip = p;
                 }
             }
-            CHECK(nearest == -length);
+            CHECK(nearest == -shaft);
             CHECK(std::fabs(furthest) < 1e-9F);
             if (bevel < 89_deg) CHECK(length(tip - vec3{-diameter / 2, 0, 0}) < 1e-9F);
         }

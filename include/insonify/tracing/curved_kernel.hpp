@@ -24,11 +24,13 @@ class curved_kernel {
         : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
           bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
 
-    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope
-    /// on every line: then the law of plane surfaces is more accurate.
+    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope on
+    /// every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far away, beyond what
+    /// slope and curvature at this place can tell.
     INSONIFY_FN float strength() const {
         const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
-        return curved > 0.01F ? curved : 0.0F;
+        if (!(curved > 0.01F)) return 0;
+        return curved * clamp(3.5F - std::fabs(sine_ / (bend_ * sigma_)), 0, 1);
     }
 
     /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V, wherever that
