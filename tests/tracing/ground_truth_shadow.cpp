@@ -1,4 +1,5 @@
 #include <insonify/acoustics/tissue.hpp>
+#include <insonify/geometry/shapes.hpp>
 #include <insonify/tracing/ground_truth.hpp>
 #include "ground_truth_scenes.hpp"
 #include <cmath>
