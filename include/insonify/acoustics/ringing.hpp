@@ -8,7 +8,7 @@
 
 /// Sound goes to and fro in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
 /// the layer's far surface repeats at its thickness, a ladder of lines that grow fainter. Straight lines get it from here;
-/// `paths` follows the sound itself.
+/// `paths` follows the sound itself. Layers more than 20 degrees from across the line do not ring.
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The surface at which the present layer began.

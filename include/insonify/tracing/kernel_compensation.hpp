@@ -78,8 +78,8 @@ class compensated_echoes {
                         slope);
     }
 
-    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that meets it emits the echo of
-    /// the whole, where the surface is nearest to the probe.
+    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that
+    /// meets it emits the echo of the whole, where the surface is nearest to the probe.
     INSONIFY_FN void curved_surface(const curved_echo& one) const {
         const kernel_sample here = kernels_.at(one.depth);
         // Depth is measured along the lines: where they diverge, a circle around their origin is plane.
