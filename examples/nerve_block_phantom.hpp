@@ -274,7 +274,8 @@ inline insonify::scene nerve_block_phantom() {
     const cord bone{
         .centre = bone_centre, .radii = vec2{bone_radius}, .drift = {0.8_mm, 0.6_mm}, .corner = 0.02F, .around = 80};
     body.add(bone.surface(), tissue::bone, {.priority = 1, .name = "bone"});
-    body.add(make_needle(60_mm), tissue::steel, {.priority = 2, .at = needle_pose(), .name = "needle"});
+    body.add(make_needle(60_mm), tissue::steel,
+             {.priority = 2, .at = needle_pose(), .name = "needle", .crease_angle = 20_deg});
     return body;
 }
 

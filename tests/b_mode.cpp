@@ -52,7 +52,9 @@ TEST_CASE("in the picture blood is darker than muscle, bone is bright and casts 
     // -20 against -6 dB of liver on 60 dB are 0.23, less the 4.6 dB that 4 mm of blood attenuate less than muscle: 0.16.
     CHECK(muscle - blood == doctest::Approx(0.156).epsilon(0.15));
     CHECK(muscle > 0.2F);
-    CHECK(bone > 0.9F);
+    // A ball of 5 mm returns (1 + q^2)^(-1/4) of a plate's echo in either direction, q = 0.3 across the lines and 1.26 out of
+    // the slice: 2.2 dB or 0.037 less.
+    CHECK(bone > 0.9F - 0.037F);
     CHECK(shadow < 0.02F);
     CHECK(behind_blood > beside + 0.03F); // blood attenuates less than muscle
 }

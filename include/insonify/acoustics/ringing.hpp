@@ -8,7 +8,7 @@
 
 /// Sound goes to and fro in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
 /// the layer's far surface repeats at its thickness, a ladder of lines that grow fainter. Straight lines get it from here;
-/// `paths` follows the sound itself.
+/// `paths` follows the sound itself. Layers more than 20 degrees from across the line do not ring.
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The surface at which the present layer began.
@@ -37,6 +37,10 @@ INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, cons
     constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
     const float step = path.shown - near.shown;
     if (near.reflected == 0 || !(step > 0) || step > thickest) return;
+    // Beyond 20 degrees, or where a surface reflects totally, repetitions leave beside the line.
+    constexpr float steepest = 0.36F, total = 0.9999F;
+    if (dot(near.slope, near.slope) > steepest * steepest || dot(far_slope, far_slope) > steepest * steepest) return;
+    if (std::fabs(near.reflected) > total || std::fabs(reflected) > total) return;
     const float ratio = -near.reflected * reflected * amplitude_of_decibels(min(near.lost_db - path.lost_db, 0));
     if (!(std::fabs(ratio) >= least)) return;
     // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.

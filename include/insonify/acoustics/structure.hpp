@@ -60,10 +60,10 @@ struct structure {
     /// where the surface is the object's own: not around a vessel within, and only once where two objects touch.
     struct sheath_layer {
         float thickness = 0;    ///< mean, metres; 0: none
-        float level_db = 20;    ///< amplitude at normal incidence, relative to the speckle of the medium
+        float level_db = 24;    ///< amplitude at normal incidence, relative to the speckle of the medium
         float spread_db = 3;    ///< standard deviation of that level along the surface
-        float waviness = 0.2F;  ///< standard deviation of the angle of its facets, radians
-        float diffuse_db = -14; ///< amplitude that remains at any angle, relative to that at normal incidence
+        float waviness = 0.3F;  ///< standard deviation of the angle of its facets, radians
+        float diffuse_db = -10; ///< amplitude that remains at any angle, relative to that at normal incidence
 
         friend bool operator==(const sheath_layer&, const sheath_layer&) = default;
     };

@@ -18,6 +18,7 @@ struct kernel_sample {
     float lateral_sigma = 0;   ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
     float elevation_sigma = 0; ///< of the beam out of the slice plane, metres; 0: unknown
     float line_spacing = 0;    ///< metres to the next line
+    float divergence = 0;      ///< of neighbouring lines: angle over distance, 1/m
     float speckle_gain = 1;    ///< keeps the rms of speckle
     vec2 speckle_spread{0, 0}; ///< m^2: mean square distance between correlated speckle, across lines and planes
     float speckle_loss =
@@ -79,11 +80,13 @@ class compensated_echoes {
                         slope);
     }
 
-    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that meets it emits the echo of
-    /// the whole, where the surface is nearest to the probe.
+    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that
+    /// meets it emits the echo of the whole, where the surface is nearest to the probe.
     INSONIFY_FN void curved_surface(const curved_echo& one) const {
         const kernel_sample here = kernels_.at(one.depth);
-        const detail::curved_kernel across{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
+        // Depth is measured along the lines: where they diverge, a circle around their origin is plane.
+        const detail::curved_kernel across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence,
+                                           here.lateral_sigma},
             out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
         const float in_lines = across.strength(), in_planes = out_of_slice.strength();
         const auto repeat = [&](float first, vec2 amplitude) {

@@ -93,17 +93,18 @@ class kernel_table {
             const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
                          uncorrelated = levels_with([](vec2, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
-                samples_[std::size_t{line} * depths + k] = {.lateral_sigma =
-                                                                probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
-                                                            .elevation_sigma = beam.elevation_sigma(z),
-                                                            .line_spacing = across.spacing,
-                                                            .speckle_gain = of_speckle.gain[line],
-                                                            .speckle_spread = of_speckle.spread[line],
-                                                            .speckle_loss = of_speckle.loss[line],
-                                                            .surface_gain = of_surface.gain[line],
-                                                            .surface_spread = of_surface.spread[line],
-                                                            .uncorrelated_gain = uncorrelated.gain[line],
-                                                            .plane_thickness = planes.thickness(z)};
+                samples_[std::size_t{line} * depths + k] = {
+                    .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                    .elevation_sigma = beam.elevation_sigma(z),
+                    .line_spacing = across.spacing,
+                    .divergence = across.spacing > 0 ? turned / across.spacing : 0.0F,
+                    .speckle_gain = of_speckle.gain[line],
+                    .speckle_spread = of_speckle.spread[line],
+                    .speckle_loss = of_speckle.loss[line],
+                    .surface_gain = of_surface.gain[line],
+                    .surface_spread = of_surface.spread[line],
+                    .uncorrelated_gain = uncorrelated.gain[line],
+                    .plane_thickness = planes.thickness(z)};
         });
     }
 

@@ -11,12 +11,13 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 ///     b_mode(exec::par_unseq, body, probe, at, {.depth = 40_mm}, physical{}, paths{});
 ///
-/// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened by all
-/// that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image behind it, and a
-/// tilted layer displaces what lies below. Where two paths meet a surface at one point from one direction, sound also goes
-/// out along one and returns along the other: plane layers thus give all of their echoes, as the sum over every sequence of
-/// reflections does, above `min_amplitude`. Directions follow the model's own interface law where it gives one, else Snell's. The face of the probe
-/// is an infinite plane, where paths end. Curved mirrors spread or focus the sound, curved surfaces that refract it do not. Speckle is that of sound which
+/// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened
+/// by all that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image
+/// behind it, and a tilted layer displaces what lies below. Where two paths meet a surface at one point from one
+/// direction, sound also goes out along one and returns along the other: plane layers thus give all of their
+/// echoes, as the sum over every sequence of reflections does, above `min_amplitude`. Directions follow the model's
+/// own interface law where it gives one, else Snell's. The face of the probe is an infinite plane, where paths end.
+/// Curved mirrors spread or focus the sound, curved surfaces that refract it do not. Speckle is that of sound which
 /// returns as it went out.
 struct paths {
     path_settings settings{}; ///< how far they are followed
