@@ -11,6 +11,7 @@
 #include <insonify/signal/gain.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -48,14 +49,15 @@ using looks_of = std::conditional_t<comparable<Model>, memo<char, Model, float>,
 /// Tables and memory of `b_mode`, kept from frame to frame.
 template <transducer Probe, acoustic_model Model = physical<>, class Tracer = straight_lines>
 struct b_mode_workspace {
-    std::vector<trace_workspace<steered<refined<Probe>>, Model, Tracer>> tracing{}; ///< of `trace`, for each look
-    convolve_workspace convolution{};                                               ///< of `convolve`
-    compounding<refined<Probe>> looks{};                                            ///< the last looks
-    detail::looks_of<Model> acquired{};  ///< model and time gain of the looks
-    kept_scan_map<refined<Probe>> map{}; ///< of `scan_convert`
-    iq_lines echoes{};                   ///< received echoes
-    scan_lines lines{};                  ///< brightness
-    image picture{};                     ///< the last image
+    trace_workspace<steered<refined<Probe>>, Model, Tracer> tracing{};       ///< of `trace`
+    std::vector<detail::frame_plan<steered<refined<Probe>>, Model>> plans{}; ///< of `trace`, for each look
+    convolve_workspace convolution{};                                        ///< of `convolve`
+    compounding<refined<Probe>> looks{};                                     ///< the last looks
+    detail::looks_of<Model> acquired{};                                      ///< model and time gain of the looks
+    kept_scan_map<refined<Probe>> map{};                                     ///< of `scan_convert`
+    iq_lines echoes{};                                                       ///< received echoes
+    scan_lines lines{};                                                      ///< brightness
+    image picture{};                                                         ///< the last image
 };
 
 /// Simulates a B-mode image: the whole chain in one call.
@@ -93,12 +95,14 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
                                 settings.tgc > 0 ? settings.tgc : clamp(body.background().attenuation, 50, 100)};
     const auto acquire = [&](std::uint32_t number, const steered<refined<Probe>>& look, const acquisition& scan,
                              scan_lines recycled) {
-        own.echoes = trace(policy, body, look, at, model, scan, own.tracing[number], std::move(own.echoes), how);
+        std::swap(own.tracing.plan, own.plans[number]);
+        own.echoes = trace(policy, body, look, at, model, scan, own.tracing, std::move(own.echoes), how);
+        std::swap(own.tracing.plan, own.plans[number]);
         own.echoes = convolve(policy, std::move(own.echoes), sent, look, {}, own.convolution);
         return tgc(policy, envelope(policy, own.echoes, std::move(recycled)), probe.frequency, gain);
     };
     settings.compound.check();
-    own.tracing.resize(settings.compound.angles);
+    own.plans.resize(settings.compound.angles);
     const auto forget = [&](char&) { own.looks.reset(); };
     if constexpr (detail::comparable<Model>)
         own.acquired(forget, model, gain.attenuation);
