@@ -18,6 +18,7 @@
 #include <array>
 #include <optional>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -134,16 +135,17 @@ using looks_of = std::conditional_t<comparable<Model>, memo<char, Model, tgc_set
 /// Tables and memory of `b_mode`, kept from frame to frame.
 template <transducer Probe, acoustic_model Model = physical<>, class Tracer = straight_lines>
 struct b_mode_workspace {
-    std::vector<trace_workspace<steered<refined<Probe>>, Model, Tracer>> tracing{}; ///< of `trace`, for each look
-    convolve_workspace convolution{};                                               ///< of `convolve`
-    compounding<refined<Probe>> looks{};                                            ///< the last looks
-    detail::looks_of<Model> acquired{};          ///< model and time gain of the looks
-    kept_scan_map<refined<Probe>> map{};         ///< of `scan_convert`
-    iq_lines echoes{};                           ///< received echoes
-    scan_lines lines{};                          ///< brightness
-    image picture{};                             ///< the last image
-    detail::kept_gain<Probe> gain{};             ///< of `tgc`
-    detail::kept_persistence<Probe> smoothing{}; ///< the previous frames
+    trace_workspace<steered<refined<Probe>>, Model, Tracer> tracing{};       ///< of `trace`
+    std::vector<detail::frame_plan<steered<refined<Probe>>, Model>> plans{}; ///< of `trace`, for each look
+    convolve_workspace convolution{};                                        ///< of `convolve`
+    compounding<refined<Probe>> looks{};                                     ///< the last looks
+    detail::looks_of<Model> acquired{};                                      ///< model and time gain of the looks
+    kept_scan_map<refined<Probe>> map{};                                     ///< of `scan_convert`
+    iq_lines echoes{};                                                       ///< received echoes
+    scan_lines lines{};                                                      ///< brightness
+    image picture{};                                                         ///< the last image
+    detail::kept_gain<Probe> gain{};                                         ///< of `tgc`
+    detail::kept_persistence<Probe> smoothing{};                             ///< the previous frames
 };
 
 /// Simulates a B-mode image: the whole chain in one call.
@@ -181,7 +183,9 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
     const auto acquire = [&](std::uint32_t number, const steered<refined<Probe>>& look, acquisition scan,
                              scan_lines recycled) {
         scan.frame = settings.frame;
-        own.echoes = trace(policy, body, look, at, model, scan, own.tracing[number], std::move(own.echoes), how);
+        std::swap(own.tracing.plan, own.plans[number]);
+        own.echoes = trace(policy, body, look, at, model, scan, own.tracing, std::move(own.echoes), how);
+        std::swap(own.tracing.plan, own.plans[number]);
         own.echoes = add_near_field(policy, std::move(own.echoes), body, look, at, settings.near_field);
         own.echoes = convolve(policy, std::move(own.echoes), sent, look, {}, own.convolution);
         own.echoes = add_electronic_noise(
@@ -190,7 +194,7 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
         return tgc(policy, envelope(policy, own.echoes, std::move(recycled)), probe.frequency, gain);
     };
     settings.compound.check();
-    own.tracing.resize(settings.compound.angles);
+    own.plans.resize(settings.compound.angles);
     tgc_settings asked = gain;
     asked.attenuation = settings.tgc;
     const auto forget = [&](char&) { own.looks.reset(); };

@@ -79,13 +79,14 @@ int main() {
     body.build(exec::par);
 
     const linear_array probe{.lines = 128, .width = 40_mm, .frequency = 7.5_MHz};
-    const b_mode_settings settings{.depth = 40_mm, .size = {256, 256}};
+    const b_mode_settings plain{.depth = 40_mm, .size = {256, 256}};
     const auto allocated_by = [&](const auto& policy, const b_mode_settings& settings) {
         b_mode_workspace<linear_array> own;
         const mesh rest = make_sphere({0, 0, 0}, 5_mm, 4);
         constexpr int frames = 8;
+        const int seen = frames * static_cast<int>(settings.compound.angles); // every frame by every look
         long most = 0;
-        for (int i = 0; i < 2 * frames; ++i) {
+        for (int i = 0; i < seen + frames; ++i) {
             const auto frame = static_cast<float>(i % frames);
             const long before = allocations;
             body.place(bone, {.translation = {8_mm, 0, 20_mm - 0.1_mm * frame}});
@@ -93,14 +94,13 @@ int main() {
             for (std::size_t k = 0; k < now.size(); ++k) now[k] = (1 - 0.01F * frame) * rest.positions[k];
             body.update(policy);
             b_mode(policy, body, probe, {.translation = {0, 0.05_mm * frame, 0}}, settings, physical{}, own);
-            if (i >= frames) most = std::max(most, allocations - before);
+            if (i >= seen) most = std::max(most, allocations - before);
         }
         return most;
     };
-    const long sequenced = allocated_by(exec::seq, settings),
-               parallel = allocated_by(exec::par_unseq.threads(2), settings);
+    const long sequenced = allocated_by(exec::seq, plain), parallel = allocated_by(exec::par_unseq.threads(2), plain);
     std::printf("allocations a frame: %ld with seq, %ld with par_unseq; expected 0\n", sequenced, parallel);
-    b_mode_settings all = settings, one = settings;
+    b_mode_settings all = plain, one = plain;
     all.compound = {.angles = 3};
     one.compound = {.angles = 3, .update = compound_settings::update::one};
     const long compounded = allocated_by(exec::par_unseq.threads(2), all),

@@ -29,7 +29,7 @@ vec2 call(const refined<pencil>& probe) {
 #ifdef CALL_probe_steered
 vec2 call(const steered<pencil>& probe) {
     probe.check();
-    return probe == steered<pencil>{probe} ? probe.locate({0, probe.unsteered(0).at(1).z}) : vec2{};
+    return probe == steered<pencil>{probe} ? probe.locate({0, probe.scatterer_axis(0).z}) : vec2{};
 }
 #endif
 #ifdef CALL_probe_transducer

@@ -176,7 +176,8 @@ TEST_CASE("steered lines: the shadow of a strip fills as it does behind a straig
         const double straight = shadow(0, behind);
         for (const float angle : {-15_deg, 10_deg}) {
             const double found = shadow(angle, behind);
-            MESSAGE((behind / 1_mm), " mm behind, at ", (angle / 1_deg), " degrees: ", found, " dB; straight ", straight);
+            MESSAGE((behind / 1_mm), " mm behind, at ", (angle / 1_deg), " degrees: ", found, " dB; straight ",
+                    straight);
             CHECK(std::fabs(found - straight) < 0.5);
         }
     }

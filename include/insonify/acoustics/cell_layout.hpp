@@ -89,8 +89,8 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
         mix_bits(seed * 0x9E3779B9U + line.object + line.plane * 0x85EBCA6BU + line.frame_number * 0xC2B2AE35U);
     const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
     const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
-    // The axes of the grid: along the line and along its elevation, whose sign does not matter. All looks of a compounded
-    // image use the same grid, that of the lines without steering.
+    // The axes of the grid: along the line and along its elevation, whose sign does not matter. Steered lines
+    // use the grid of straight ones, so that the looks of a compounded image see the same scatterers.
     const vec3 towards = lattice_direction(segment.along - line.tilt * line.elevation - line.steering, random),
                view = normalize(towards);
     const vec3 chosen = lattice_direction(line.elevation, mix_bits(random + 1));

@@ -37,7 +37,7 @@ struct line_frame {
     vec3 along{0, 0, 1};     ///< propagation direction
     vec3 elevation{0, 1, 0}; ///< normal of the slice plane
     float tilt = 0;          ///< metres out of the slice plane per metre along the line, in a tilted elevation plane
-    vec3 steering{0, 0, 0};  ///< of a steered line: `along` less the direction that the line has without steering
+    vec3 steering{0, 0, 0};  ///< of a steered line: `along` less its `steered::scatterer_axis`
 
     /// Displacement per metre of the line, longer than 1 where it tilts. A tilt changes the points of a line, not the
     /// propagation: distances, times and angles of incidence are those along `along`.

@@ -19,9 +19,11 @@ struct refined : Probe {
 
     /// The line as a ray in the probe frame.
     INSONIFY_FN ray beam(float line) const { return Probe::beam(coarse(line)); }
-    /// The line without steering, of a probe that is `steered`.
-    INSONIFY_FN ray unsteered(float line) const requires requires(const Probe& probe) { probe.unsteered(0.0F); }
-    { return Probe::unsteered(coarse(line)); }
+    /// Of a probe that is `steered`: see there.
+    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
+        probe.scatterer_axis(0.0F);
+    }
+    { return Probe::scatterer_axis(coarse(line)); }
     /// From {x, z} to {line, depth along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         const vec2 place = Probe::locate(point);

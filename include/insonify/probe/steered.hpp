@@ -37,12 +37,16 @@ struct steered : Probe {
     /// The line as a ray in the probe frame.
     INSONIFY_FN ray beam(float line) const {
         ray turned = Probe::beam(line);
-        const vec3 along = turned.direction;
-        turned.direction = {cosine_ * along.x + sine_ * along.z, along.y, cosine_ * along.z - sine_ * along.x};
+        turned.direction = rotated(turned.direction, sine_, cosine_);
         return turned;
     }
-    /// The same line of the probe.
-    INSONIFY_FN ray unsteered(float line) const { return Probe::beam(line); }
+    /// The direction along which a line sees the grid of scatterers: that of the line without steering, or of the line
+    /// turned back by 10 degrees where it is steered further. So looks of a compounded image see the same scatterers; at
+    /// larger angles to the grid their level would fall.
+    INSONIFY_FN vec3 scatterer_axis(float line) const {
+        const float rest = steering - clamp(steering, -10_deg, 10_deg);
+        return rotated(Probe::beam(line).direction, std::sin(rest), std::cos(rest));
+    }
     /// From {x, z} to {line, depth along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         if (steering == 0) return Probe::locate(point);
@@ -79,6 +83,11 @@ struct steered : Probe {
     = default;
 
   private:
+    // In the slice plane, towards +x.
+    INSONIFY_FN static vec3 rotated(vec3 along, float sine, float cosine) {
+        return {cosine * along.x + sine * along.z, along.y, cosine * along.z - sine * along.x};
+    }
+
     float sine_ = 0, cosine_ = 1;
     bool diverging_ = false;
     vec2 apex_{0, 0};  // of the lines of the probe, {x, z}

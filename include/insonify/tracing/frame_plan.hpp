@@ -38,8 +38,8 @@ struct frame_view {
         const vec3 elevation = at.direction({0, 1, 0});
         line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
                         at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
-        if constexpr (requires { probe.unsteered(0.0F); })
-            line.steering = at.direction(beam.direction - probe.unsteered(static_cast<float>(number)).direction);
+        if constexpr (requires { probe.scatterer_axis(0.0F); })
+            line.steering = at.direction(beam.direction - probe.scatterer_axis(static_cast<float>(number)));
         return line;
     }
     /// The weights of the samples of a line in one of the planes; where there are several.
