@@ -98,36 +98,37 @@ TEST_CASE("tgc: the automatic gain is 2 a f z, up to its limit") {
     CHECK(lines.depth == 0.1F);
     for (std::uint32_t k = 0; k < 1000; ++k) {
         const double db = std::min(2 * 0.7 * 5 * (k + 0.5) * 0.1 / 1000 * 100, 40.0); // 0.7 dB/(cm MHz), 5 MHz
-        REQUIRE(lines(1, k) == doctest::Approx(0.5 * std::pow(10, db / 20)).epsilon(1e-4));
+        REQUIRE(lines(1, k) == doctest::Approx(0.5 * std::pow(10, db / 20)).epsilon(1e-4).scale(1e-30));
     }
-    CHECK(tgc(exec::seq, ones, 5e6F)(0, 499) == doctest::Approx(0.5 * std::pow(10, 24.975 / 20)).epsilon(1e-4));
+    CHECK(tgc(exec::seq, ones, 5e6F)(0, 499) ==
+          doctest::Approx(0.5 * std::pow(10, 24.975 / 20)).epsilon(1e-4).scale(1e-30));
     CHECK(tgc(exec::seq, ones, 0) == ones);
 }
 
 TEST_CASE("tgc: eight sliders from the face to the end add their gain, interpolated linearly") {
     const tgc_settings settings{.attenuation = 0, .sliders = {0, 6, -3, 0, 0, 0, 0, 7}};
     CHECK(settings.gain_db(0, 0.07F, 5e6F) == 0);
-    CHECK(settings.gain_db(0.01F, 0.07F, 5e6F) == doctest::Approx(6));
-    CHECK(settings.gain_db(0.015F, 0.07F, 5e6F) == doctest::Approx(1.5));
-    CHECK(settings.gain_db(0.02F, 0.07F, 5e6F) == doctest::Approx(-3));
-    CHECK(settings.gain_db(0.065F, 0.07F, 5e6F) == doctest::Approx(3.5));
-    CHECK(settings.gain_db(0.07F, 0.07F, 5e6F) == doctest::Approx(7));
+    CHECK(settings.gain_db(0.01F, 0.07F, 5e6F) == doctest::Approx(6).scale(1e-30));
+    CHECK(settings.gain_db(0.015F, 0.07F, 5e6F) == doctest::Approx(1.5).scale(1e-30));
+    CHECK(settings.gain_db(0.02F, 0.07F, 5e6F) == doctest::Approx(-3).scale(1e-30));
+    CHECK(settings.gain_db(0.065F, 0.07F, 5e6F) == doctest::Approx(3.5).scale(1e-30));
+    CHECK(settings.gain_db(0.07F, 0.07F, 5e6F) == doctest::Approx(7).scale(1e-30));
     tgc_settings with_automatic = settings;
     with_automatic.attenuation = 50;
-    CHECK(with_automatic.gain_db(0.01F, 0.07F, 5e6F) == doctest::Approx(6 + 5));
+    CHECK(with_automatic.gain_db(0.01F, 0.07F, 5e6F) == doctest::Approx(6 + 5).scale(1e-30));
 }
 
 TEST_CASE("tgc: a curve replaces the automatic gain") {
     const tgc_settings settings{.sliders = {1, 1, 1, 1, 1, 1, 1, 1}, .curve = {{0.01F, 3}, {0.03F, 13}, {0.04F, 8}}};
-    CHECK(settings.gain_db(0, 0.05F, 5e6F) == doctest::Approx(4));
-    CHECK(settings.gain_db(0.02F, 0.05F, 5e6F) == doctest::Approx(9));
-    CHECK(settings.gain_db(0.035F, 0.05F, 5e6F) == doctest::Approx(11.5));
-    CHECK(settings.gain_db(0.05F, 0.05F, 5e6F) == doctest::Approx(9));
+    CHECK(settings.gain_db(0, 0.05F, 5e6F) == doctest::Approx(4).scale(1e-30));
+    CHECK(settings.gain_db(0.02F, 0.05F, 5e6F) == doctest::Approx(9).scale(1e-30));
+    CHECK(settings.gain_db(0.035F, 0.05F, 5e6F) == doctest::Approx(11.5).scale(1e-30));
+    CHECK(settings.gain_db(0.05F, 0.05F, 5e6F) == doctest::Approx(9).scale(1e-30));
     iq_lines iq{1, 50, 0.05F};
     iq(0, 49) = {3, -4};
     iq = tgc(exec::par, std::move(iq), 5e6F, {.curve = {{0, 20}}});
-    CHECK(iq(0, 49).x == doctest::Approx(30));
-    CHECK(iq(0, 49).y == doctest::Approx(-40));
+    CHECK(iq(0, 49).x == doctest::Approx(30).scale(1e-30));
+    CHECK(iq(0, 49).y == doctest::Approx(-40).scale(1e-30));
 }
 
 TEST_CASE("tgc: settings out of range are refused") {

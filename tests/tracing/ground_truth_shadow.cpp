@@ -77,9 +77,10 @@ TEST_CASE(
         };
         MESSAGE((row.frequency * 1e-6F), " MHz: ", slope(body, label_settings::grid::displayed),
                 " dB a displayed cm, expected ", row.displayed);
-        CHECK(slope(body, label_settings::grid::displayed) == doctest::Approx(row.displayed).epsilon(1e-3));
+        CHECK(slope(body, label_settings::grid::displayed) ==
+              doctest::Approx(row.displayed).epsilon(1e-3).scale(1e-30));
         CHECK(slope(body, label_settings::grid::geometric) ==
-              doctest::Approx(2 * static_cast<double>(row.frequency) * 1e-6).epsilon(1e-4));
-        CHECK(slope(steep, label_settings::grid::geometric) == doctest::Approx(row.steep).epsilon(1e-4));
+              doctest::Approx(2 * static_cast<double>(row.frequency) * 1e-6).epsilon(1e-4).scale(1e-30));
+        CHECK(slope(steep, label_settings::grid::geometric) == doctest::Approx(row.steep).epsilon(1e-4).scale(1e-30));
     }
 }

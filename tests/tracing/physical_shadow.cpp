@@ -53,7 +53,7 @@ TEST_CASE("a shadow floor fills shadows with speckle, and raises no echo of a su
     REQUIRE(bare.size() > 3);
     REQUIRE(bare.size() == filled.size());
     for (std::size_t i = 0; i < 3; ++i) // surfaces
-        CHECK(filled[i].amplitude == doctest::Approx(bare[i].amplitude));
+        CHECK(filled[i].amplitude == doctest::Approx(bare[i].amplitude).scale(1e-30));
     const double speckle_db = filled.back().decibels() - bare.back().decibels();
     MESSAGE("speckle behind 20 mm of bone is raised by ", speckle_db, " dB");
     CHECK(speckle_db > 60);

@@ -15,7 +15,7 @@ struct face_shape {
         circle, ///< lines that leave a circle around the apex along its radii
         point,  ///< lines that leave one point, steered by a plane face along the probe's x
     };
-    form form = form::plane;
+    enum form form = form::plane;
     float radius = 0;  ///< of the circle, metres; else 0
     float incline = 0; ///< of the face under parallel lines: change of y per x, 0 unless they are steered
     float spacing = 0; ///< from line to line: metres, or radians around the apex
