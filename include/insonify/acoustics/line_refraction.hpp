@@ -51,7 +51,9 @@ class line_refraction {
             const vec3 end = last ? vec3{0, 0, 1} : normal_of(i + 1);
             const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
             found.length_factor = clamp(end.z / towards, 0.25F, 4);
-            found.saved = clamp(dot(end, ahead_) / towards, -max_saved, max_saved);
+            // Where ray and line end on a surface that the ray grazes, it is not plane as far as they are apart.
+            const float bound = min(3 * std::sqrt(dot(ahead_, ahead_)), max_saved);
+            found.saved = clamp(dot(end, ahead_) / towards, -bound, bound);
             const float travelled = max(found.length_factor * length - found.saved, 0);
             ahead_ = ahead_ + travelled * direction_ - vec3{0, 0, length};
         }
