@@ -75,9 +75,11 @@ vec2 cell_of(std::vector<double> z) {
     return {width(0, 1), width(1, 0)};
 }
 
-/// Mean cell of four windows at depths of 8 to 25 mm in plain tissue.
+/// Mean cell of four windows at depths of 8 to 25 mm in muscle, along its fibres.
 vec2 cell_of(const linear_array& probe) {
-    const scene body = scene{tissue::liver}.build(exec::par);
+    scene body{tissue::muscle};
+    body.set_background_fibres({1, 0, 0});
+    body.build(exec::par);
     vec2 sum{0, 0};
     const image seen = b_mode(exec::par_unseq, body, probe, pose{},
                               {.depth = 40_mm,

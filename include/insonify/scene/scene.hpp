@@ -4,6 +4,7 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/execution/any_policy.hpp>
+#include <insonify/scene/check_object.hpp>
 #include <insonify/scene/flat_scene.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/object_order.hpp>
@@ -35,7 +36,7 @@ class scene {
   public:
     /// @throws usage_error  for a background out of range: see `is_valid`
     explicit scene(const medium& background = medium{}) : background_{background} {
-        check(background, "scene: the background");
+        detail::check_medium(background, "scene: the background");
     }
 
     /// Adds a closed surface. Call `build` before tracing.
@@ -87,7 +88,7 @@ class scene {
     /// @throws usage_error  for an unknown id or a medium out of range
     void set_medium(object_id id, const medium& inside) {
         const std::size_t index = index_of(id);
-        check(inside, "set_medium: the medium of object '" + objects_[index].name + "'");
+        detail::check_medium(inside, "set_medium: the medium of object '" + objects_[index].name + "'");
         const medium before = std::exchange(objects_[index].inside, inside);
         try {
             if (built_) media_ = detail::distinct_media(background_, objects_, states_);
@@ -196,15 +197,6 @@ class scene {
   private:
     using threads = detail::any_policy<false>; // one instantiation for all policies
 
-    static void check(const medium& m, const std::string& what) {
-        if (!is_valid(m.structure))
-            throw usage_error{what + " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
-                                     "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
-        if (!is_valid(m))
-            throw usage_error{what +
-                              " needs a density and a sound speed above 0, and every value finite and not below 0"};
-    }
-
     // The work of `update`.
     void follow(const threads& policy) {
         require_built();
@@ -282,20 +274,7 @@ class scene {
 };
 
 inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
-    const std::string named = "object '" + settings.name + "': ";
-    check(inside, named + "its medium");
-    if (!is_rigid(settings.at))
-        throw geometry_error{named + "its pose is not a rigid transform; scale the mesh instead"};
-    if (!is_finite(settings.fibres))
-        throw geometry_error{named + "the direction of its fibres is not finite; give three numbers, or leave it out"};
-    if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
-        throw usage_error{named + "`crease_angle` is " + std::to_string(settings.crease_angle) +
-                          " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
-    detail::check_faces(surface, named);
-    for (std::size_t i = 0; i < surface.positions.size(); ++i)
-        if (!is_finite(surface.positions[i]))
-            throw geometry_error{detail::joined(
-                {named, "vertex ", std::to_string(i), " is not finite; repair the mesh (`validate` reports more)"})};
+    detail::check_object(surface, inside, settings);
     const object_id id{next_id_};
     states_.resize(objects_.size() + 1);
     objects_.push_back({.id = id,
