@@ -30,7 +30,7 @@ void check_layers(const std::vector<layer>& layers, const std::vector<stretch>& 
     REQUIRE(layers.size() == expected.size());
     for (std::size_t i = 0; i < layers.size(); ++i) {
         CHECK(layers[i].object == expected[i].object);
-        CHECK(layers[i].begin == doctest::Approx(expected[i].begin).epsilon(tolerance));
+        CHECK(layers[i].begin == doctest::Approx(expected[i].begin).epsilon(tolerance).scale(1e-30));
         CHECK(layers[i].end == (i + 1 < layers.size() ? layers[i + 1].begin : depth));
     }
 }
@@ -79,7 +79,7 @@ TEST_CASE("where surfaces touch, the angle is that of the one that the change of
     REQUIRE(layers.size() == 2);
     CHECK(layers[0].object == scene_test::id(box));
     CHECK(layers[1].object == scene_test::outside);
-    CHECK(layers[1].cosine == doctest::Approx(1));
+    CHECK(layers[1].cosine == doctest::Approx(1).scale(1e-30));
 }
 
 TEST_CASE("where objects overlap the higher priority counts, then the smaller volume, then the later one") {
@@ -166,8 +166,8 @@ TEST_CASE("the cosine of incidence is that between line and surface") {
     const std::vector<layer> layers = scene_test::along(body, {});
     REQUIRE(layers.size() == 3);
     CHECK(layers[0].cosine == 1);
-    CHECK(layers[1].cosine == doctest::Approx(std::cos(30_deg)).epsilon(1e-5));
-    CHECK(layers[1].begin == doctest::Approx(20_mm / std::cos(30_deg)).epsilon(1e-5));
+    CHECK(layers[1].cosine == doctest::Approx(std::cos(30_deg)).epsilon(1e-5).scale(1e-30));
+    CHECK(layers[1].begin == doctest::Approx(20_mm / std::cos(30_deg)).epsilon(1e-5).scale(1e-30));
 }
 
 TEST_CASE("more objects than a machine word has bits keep their order") {
@@ -199,7 +199,7 @@ TEST_CASE("placing moves an object rigidly, at once; moving vertices takes an up
     for (vec3& p : body.positions(box)) p.z += 1_mm; // object coordinates
     body.update(exec::par);
     scene_test::check_layers(scene_test::along(body, {}), {{outside, 0}, {id(box), 16_mm}, {outside, 26_mm}});
-    CHECK(std::as_const(body).positions(box)[0].z == doctest::Approx(body[box].surface.positions[0].z));
+    CHECK(std::as_const(body).positions(box)[0].z == doctest::Approx(body[box].surface.positions[0].z).scale(1e-30));
 }
 
 TEST_CASE("trees follow vertices that moved, however far, as soon as rays are traced") {
@@ -212,7 +212,7 @@ TEST_CASE("trees follow vertices that moved, however far, as soon as rays are tr
     for (vec3& p : now) p.z += 30_mm;
     body.update(exec::par);
     CHECK(body.box(resting).lower == before.lower);
-    CHECK(body.box(moving).upper.z == doctest::Approx(40_mm).epsilon(1e-4));
+    CHECK(body.box(moving).upper.z == doctest::Approx(40_mm).epsilon(1e-4).scale(1e-30));
     std::size_t current = 0;
     for (const object_view& one : body.view_for_slices(exec::par).objects) current += one.tree_is_current;
     CHECK(current == 1);
