@@ -30,8 +30,8 @@ TEST_CASE("make_noise: factors with mean 1 and the signal-to-noise ratio of spec
     for (const std::uint64_t seed : {1ULL, 2ULL, 12345678901234ULL}) {
         CAPTURE(seed);
         const moments m = moments_of(make_noise(exec::par, {512, 384}, {.seed = seed}));
-        CHECK(m.mean == doctest::Approx(1).epsilon(0.005));
-        CHECK(m.mean / m.deviation == doctest::Approx(1.913).epsilon(0.02));
+        CHECK(m.mean == doctest::Approx(1).epsilon(0.005).scale(1e-30));
+        CHECK(m.mean / m.deviation == doctest::Approx(1.913).epsilon(0.02).scale(1e-30));
     }
 }
 
@@ -63,8 +63,8 @@ TEST_CASE("make_noise: `strength` scales the deviation from 1") {
     const image none = make_noise(exec::seq, {50, 50}, {.strength = 0});
     for (const float value : none.pixels) CHECK(value == 1);
     const moments m = moments_of(make_noise(exec::par, {512, 384}, {.strength = 0.5F}));
-    CHECK(m.mean == doctest::Approx(1).epsilon(0.005));
-    CHECK(m.mean / m.deviation == doctest::Approx(2 * 1.913).epsilon(0.02));
+    CHECK(m.mean == doctest::Approx(1).epsilon(0.005).scale(1e-30));
+    CHECK(m.mean / m.deviation == doctest::Approx(2 * 1.913).epsilon(0.02).scale(1e-30));
 }
 
 TEST_CASE("make_noise: bit-equal for equal seeds and any number of threads, different for another seed") {

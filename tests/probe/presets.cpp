@@ -17,16 +17,17 @@ TEST_CASE("presets: the four real probes have the published values") {
                       {presets::p4_2v.frequency, presets::p4_2v.bandwidth, presets::p4_2v.elevation_height,
                        presets::p4_2v.elevation_focus, 2.72, 74, 14, 60}};
     for (const auto& row : rows) {
-        CHECK(row.frequency == doctest::Approx(row.megahertz * 1e6));
-        CHECK(row.bandwidth == doctest::Approx(row.percent / 100));
-        CHECK(row.height == doctest::Approx(row.height_mm * 1e-3));
-        CHECK(row.focus == doctest::Approx(row.focus_mm * 1e-3));
+        CHECK(row.frequency == doctest::Approx(row.megahertz * 1e6).scale(1e-30));
+        CHECK(row.bandwidth == doctest::Approx(row.percent / 100).scale(1e-30));
+        CHECK(row.height == doctest::Approx(row.height_mm * 1e-3).scale(1e-30));
+        CHECK(row.focus == doctest::Approx(row.focus_mm * 1e-3).scale(1e-30));
     }
-    CHECK(presets::l11_5v.width == doctest::Approx(38.4e-3));                                  // 128 x 0.30 mm
-    CHECK(presets::l12_3v.width == doctest::Approx(38.4e-3));                                  // 192 x 0.20 mm
-    CHECK(presets::c5_2v.radius * presets::c5_2v.field_of_view == doctest::Approx(65.024e-3)); // 128 x 0.508 mm
-    CHECK(presets::c5_2v.field_of_view * 180 / std::acos(-1.0F) == doctest::Approx(75.16).epsilon(1e-3));
-    CHECK(presets::p4_2v.width == doctest::Approx(19.2e-3)); // 64 x 0.30 mm
+    CHECK(presets::l11_5v.width == doctest::Approx(38.4e-3).scale(1e-30)); // 128 x 0.30 mm
+    CHECK(presets::l12_3v.width == doctest::Approx(38.4e-3).scale(1e-30)); // 192 x 0.20 mm
+    CHECK(presets::c5_2v.radius * presets::c5_2v.field_of_view ==
+          doctest::Approx(65.024e-3).scale(1e-30)); // 128 x 0.508 mm
+    CHECK(presets::c5_2v.field_of_view * 180 / std::acos(-1.0F) == doctest::Approx(75.16).epsilon(1e-3).scale(1e-30));
+    CHECK(presets::p4_2v.width == doctest::Approx(19.2e-3).scale(1e-30)); // 64 x 0.30 mm
 }
 
 TEST_CASE("presets: the real probes pass their own checks") {

@@ -34,7 +34,7 @@ inline void check_layers(const std::vector<layer>& layers, const std::vector<str
     REQUIRE(layers.size() == expected.size());
     for (std::size_t i = 0; i < layers.size(); ++i) {
         CHECK(layers[i].object == expected[i].object);
-        CHECK(layers[i].begin == doctest::Approx(expected[i].begin).epsilon(tolerance));
+        CHECK(layers[i].begin == doctest::Approx(expected[i].begin).epsilon(tolerance).scale(1e-30));
         CHECK(layers[i].end == (i + 1 < layers.size() ? layers[i + 1].begin : depth));
     }
 }

@@ -172,11 +172,12 @@ TEST_CASE("from inside, the first surface is the one on the way out, and its nor
     const auto out = first_surface(body, {.origin = {0, 0, 2_mm}, .direction = {0, 0, 2}});
     REQUIRE(out);
     CHECK(out->object == ball);
-    CHECK(out->distance == doctest::Approx(4e-3).epsilon(0.01)); // 8 mm in units of a direction of length 2
+    CHECK(out->distance ==
+          doctest::Approx(4e-3).epsilon(0.01).scale(1e-30)); // 8 mm in units of a direction of length 2
     CHECK(out->normal.z > 0.99F);
     const auto in = first_surface(body, {.origin = {0, 0, -30_mm}});
     REQUIRE(in);
-    CHECK(in->distance == doctest::Approx(20e-3).epsilon(0.01));
+    CHECK(in->distance == doctest::Approx(20e-3).epsilon(0.01).scale(1e-30));
     CHECK(in->normal.z < -0.99F);
     CHECK_FALSE(first_surface(body, {.origin = {0, 0, -30_mm}, .max_distance = 19_mm}));
     CHECK_FALSE(first_surface(body, {.origin = {0, 0, -30_mm}, .direction = {0, 0, -1}}));
@@ -232,9 +233,10 @@ TEST_CASE("nearest_surface agrees with all triangles in double precision, on rou
             CAPTURE(i);
             queries_test::compare_nearest(body, id, 0.05F * queries_test::random_point(seed + 1, i));
         }
-    CHECK(nearest_surface(body, ids[3], {0, 0, 0})->distance == doctest::Approx(1e-3));
+    CHECK(nearest_surface(body, ids[3], {0, 0, 0})->distance == doctest::Approx(1e-3).scale(1e-30));
     CHECK(nearest_surface(body, ids[3], {0, 0, 13_mm})->point == vec3{0, 0, 3_mm});
-    CHECK(nearest_surface(body, ids[3], {4_mm, 0, 7_mm})->distance == doctest::Approx(5e-3)); // 3 and 4 mm off an edge
+    CHECK(nearest_surface(body, ids[3], {4_mm, 0, 7_mm})->distance ==
+          doctest::Approx(5e-3).scale(1e-30)); // 3 and 4 mm off an edge
 }
 
 TEST_CASE("an object without faces has no nearest surface, contains nothing and is hit by no ray") {

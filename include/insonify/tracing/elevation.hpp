@@ -186,22 +186,29 @@ class elevation_planes {
     weights table_[depths] = {};
 };
 
-/// The elevation planes along each line of a probe. Lines at nearly the same angle share them.
+/// The elevation planes along each line of a probe. Lines at nearly the same angle share them. Keeps its memory.
 class planes_of_lines {
   public:
+    planes_of_lines() = default;
     template <transducer Probe>
     planes_of_lines(const Probe& probe, const elevation_planes& planes) {
+        assign(probe, planes);
+    }
+
+    template <transducer Probe>
+    void assign(const Probe& probe, const elevation_planes& planes) {
         set_of_line_.assign(probe.lines, 0);
-        std::vector<int> angles; // of the sets
+        sets_.clear();
+        angles_.clear();
         const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const ray line = probe.beam(static_cast<float>(i));
             const int angle = tilted ? static_cast<int>(200 * (1 - line.direction.z) + 0.5F) : 0;
             std::size_t set = 0;
-            while (set < angles.size() && angles[set] != angle) ++set;
+            while (set < angles_.size() && angles_[set] != angle) ++set;
             set_of_line_[i] = static_cast<std::uint32_t>(set);
-            if (set < angles.size()) continue;
-            angles.push_back(angle);
+            if (set < angles_.size()) continue;
+            angles_.push_back(angle);
             sets_.push_back(tilted ? planes.along(line.origin.z, line.direction.z) : planes);
         }
     }
@@ -213,6 +220,7 @@ class planes_of_lines {
   private:
     std::vector<std::uint32_t> set_of_line_{};
     std::vector<elevation_planes> sets_{};
+    std::vector<int> angles_{}; // of the sets
 };
 
 } // namespace detail

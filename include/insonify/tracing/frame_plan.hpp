@@ -92,6 +92,7 @@ class frame_plan {
         std::vector<std::uint32_t> plane_sets{};
         std::vector<float> plane_weights{}, fnumbers{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
+        planes_of_lines of_lines{};
         kernel_table kernels{};
 
         template <class Policy>
@@ -101,7 +102,7 @@ class frame_plan {
             const elevation_planes planes{beam, count, depth, lines_follow_depth(probe)};
             plane.clear();
             for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
-            const planes_of_lines of_lines{probe, planes};
+            of_lines.assign(probe, planes);
             plane_sets = of_lines.set_of_line();
             plane_weights.clear();
             for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
