@@ -280,6 +280,19 @@ struct structure {
         friend bool operator==(const bundle_layer&, const bundle_layer&) = default;
     };
 
+    /// The sheath of an object, such as the epimysium and the aponeuroses of a muscle: a bright layer below its surface, of two
+    /// parallel lines with a dark slit between them, uneven in thickness and brightness. It adds to the echo power. It lies
+    /// where the surface is the object's own: not around a vessel within, and only once where two objects touch.
+    struct sheath_layer {
+        float thickness = 0;    ///< mean, metres; 0: none
+        float level_db = 24;    ///< amplitude at normal incidence, relative to the speckle of the medium
+        float spread_db = 3;    ///< standard deviation of that level along the surface
+        float waviness = 0.3F;  ///< standard deviation of the angle of its facets, radians
+        float diffuse_db = -10; ///< amplitude that remains at any angle, relative to that at normal incidence
+
+        friend bool operator==(const sheath_layer&, const sheath_layer&) = default;
+    };
+
     variation mottling{};      ///< of everything
     variation grain{};         ///< of the speckle between the sheets
     float wave = 0;            ///< deviation of sheets and bundles from straight, standard deviation in metres
@@ -287,11 +300,12 @@ struct structure {
     sheet_layer sheets{};      ///< short sheets
     sheet_layer septa{};       ///< long ones
     bundle_layer bundles{};    ///< along the fibres
+    sheath_layer sheath{};     ///< below the surface of the object
 
     /// Whether there is any structure.
     INSONIFY_FN constexpr bool empty() const {
         return mottling.deviation_db == 0 && grain.deviation_db == 0 && sheets.fill == 0 && septa.fill == 0 &&
-               bundles.spacing == 0;
+               bundles.spacing == 0 && sheath.thickness == 0;
     }
 
     friend bool operator==(const structure&, const structure&) = default;
@@ -315,7 +329,9 @@ INSONIFY_FN inline bool is_valid(const structure& s) {
     const auto& b = s.bundles;
     return varies(s.mottling) && varies(s.grain) && within(s.wave, 0, 1) && within(s.wave_length, 1e-6F, 10) &&
            has_sheets(s.sheets) && has_sheets(s.septa) && within(b.spacing, 0, 1) && within(b.diameter, 0, b.spacing) &&
-           within(b.level_db, -200, 100);
+           within(b.level_db, -200, 100) && within(s.sheath.thickness, 0, 1) && within(s.sheath.level_db, -200, 100) &&
+           within(s.sheath.spread_db, 0, 40) && within(s.sheath.waviness, 0, pi) &&
+           within(s.sheath.diffuse_db, -200, 0);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -673,6 +689,9 @@ struct layer {
                           ///< sides: across the line in the slice plane, out of it, and mixed
     float roughness = -1; ///< of that surface: rms height, metres; below 0: the larger one of the two media
     std::uint32_t place = 0; ///< index into the poses of the line
+    /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0 where there
+    /// is none, or where it belongs to the object on its other side.
+    vec2 own_surfaces{0, 0};
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.
@@ -681,7 +700,7 @@ struct line_frame {
     vec3 along{0, 0, 1};     ///< propagation direction
     vec3 elevation{0, 1, 0}; ///< normal of the slice plane
     float tilt = 0;          ///< metres out of the slice plane per metre along the line, in a tilted elevation plane
-    vec3 steering{0, 0, 0};  ///< of a steered line: `along` less the direction that the line has without steering
+    vec3 steering{0, 0, 0};  ///< of a steered line: `along` less its `steered::scatterer_axis`
 
     /// Displacement per metre of the line, longer than 1 where it tilts. A tilt changes the points of a line, not the
     /// propagation: distances, times and angles of incidence are those along `along`.
@@ -2313,6 +2332,8 @@ struct material_line {
     float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
     float fnumber = 2;           ///< of the receiving aperture
     const placed_structure* structure = nullptr; ///< of the medium; null: none
+    vec2 surfaces{0, 0};                         ///< metres along the line at which its layer begins and ends
+    vec2 own_surfaces{0, 0};                     ///< see `layer::own_surfaces`
     vec3 steering{0, 0, 0};                      ///< see `line_frame::steering`
     std::uint32_t frame_number = 0;              ///< where the medium flows; 0 elsewhere
 
@@ -2516,8 +2537,8 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
         mix_bits(seed * 0x9E3779B9U + line.object + line.plane * 0x85EBCA6BU + line.frame_number * 0xC2B2AE35U);
     const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
     const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
-    // The axes of the grid: along the line and along its elevation, whose sign does not matter. All looks of a compounded
-    // image use the same grid, that of the lines without steering.
+    // The axes of the grid: along the line and along its elevation, whose sign does not matter. Steered lines
+    // use the grid of straight ones, so that the looks of a compounded image see the same scatterers.
     const vec3 towards = lattice_direction(segment.along - line.tilt * line.elevation - line.steering, random),
                view = normalize(towards);
     const vec3 chosen = lattice_direction(line.elevation, mix_bits(random + 1));
@@ -2551,6 +2572,9 @@ INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#ifndef INSONIFY_ACOUSTICS_SHEATH_GAINS_HPP
+#define INSONIFY_ACOUSTICS_SHEATH_GAINS_HPP
+
 #ifndef INSONIFY_ACOUSTICS_STRUCTURE_GAINS_HPP
 #define INSONIFY_ACOUSTICS_STRUCTURE_GAINS_HPP
 
@@ -2602,8 +2626,8 @@ inline constexpr float max_level_number = 2.4494897F;
 
 /// Sine of the angle at which the echo of a sheet has fallen to half its amplitude: the lobe of the aperture (see
 /// `specular_return`, whose half width is 0.53 of the edge's angle), widened by the waviness of the sheet.
-INSONIFY_FN inline float sheet_lobe(const structure::sheet_layer& layer, float fnumber) {
-    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * layer.waviness;
+INSONIFY_FN inline float lobe_of(float waviness, float fnumber) {
+    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * waviness;
     return std::sin(min(std::sqrt(aperture * aperture + facets * facets), pi / 2));
 }
 
@@ -2618,7 +2642,7 @@ class structure_gains {
     INSONIFY_FN structure_gains(const placed_structure& tissue, vec3 origin, vec3 along, vec3 propagation,
                                 float fnumber, std::uint32_t key)
         : tissue_{tissue}, origin_{origin}, along_{along}, propagation_{propagation}, key_{key},
-          lobe_{sheet_lobe(tissue.of.sheets, fnumber), sheet_lobe(tissue.of.septa, fnumber)} {}
+          lobe_{lobe_of(tissue.of.sheets.waviness, fnumber), lobe_of(tissue.of.septa.waviness, fnumber)} {}
 
     /// Multiplies `count` complex amplitudes, at equal steps from a distance on; metres from the origin of the segment.
     INSONIFY_FN void apply(float first, float step, std::uint32_t count, float* real, float* imaginary) const {
@@ -2816,6 +2840,73 @@ class structure_gains {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Factors on the amplitude of speckle in the sheath of an object: see `structure::sheath_layer`.
+class sheath_gains {
+  public:
+    /// @param origin, along  of a segment of a line: metres, and metres of material per metre of the line
+    /// @param fnumber        of the receiving aperture
+    /// @param key            of the object
+    INSONIFY_FN sheath_gains(const structure::sheath_layer& of, vec3 origin, vec3 along, float fnumber,
+                             std::uint32_t key)
+        : of_{of}, origin_{origin}, along_{along}, key_{key}, lobe_{lobe_of(of.waviness, fnumber)} {}
+
+    /// Multiplies complex amplitudes at equal steps from a distance on; metres from the origin of the segment. The arrays have
+    /// room for whole registers.
+    /// @param surface  distance of the surface, metres from the same origin
+    /// @param cosine   of the angle of incidence on it; negative where the line leaves the object
+    INSONIFY_FN void apply(float first, float step, std::uint32_t count, float surface, float cosine, float* real,
+                           float* imaginary) const {
+        const float sine_squared = 1 - min(cosine * cosine, 1), diffuse = amplitude_of_decibels(of_.diffuse_db);
+        const float echo = diffuse + (1 - diffuse) * std::exp2(-sine_squared / (lobe_ * lobe_));
+        const float deepest = 2 * of_.thickness;
+        for (std::uint32_t i = 0; i < count; i += simd_width) {
+            const float depth_first = (first + static_cast<float>(i) * step - surface) * cosine;
+            const float depth_last = depth_first + simd_width * step * cosine;
+            if (min(depth_first, depth_last) > deepest || max(depth_first, depth_last) < 0) continue;
+            const floats distance =
+                floats(first) + floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) * floats(step);
+            const floats depth = (distance - floats(surface)) * floats(cosine);
+            // In units of the thickness, which varies by 20 %.
+            const floats varied = power_of_two<simd_width>(noise(6e-3F, 1, distance) * floats(0.3F));
+            const floats within = depth / (varied * floats(of_.thickness));
+            const float width = min(0.12e-3F / of_.thickness, 0.25F); // of a line, standard deviation
+            const auto line = [&](float place) {
+                const floats away = (within - floats(place)) * floats(1 / width);
+                return power_of_two<simd_width>(away * away * floats(-0.72134752F));
+            };
+            const floats number = noise(3e-3F, 2, distance);
+            const floats level = power_of_two<simd_width>(
+                floats(bits_per_decibel) * multiply_add(number, floats(of_.spread_db), floats(of_.level_db)));
+            const floats other = power_of_two<simd_width>(noise(4e-3F, 3, distance) - floats(0.5F));
+            const floats both = multiply_add(line(0.85F), other, line(0.1F));
+            const floats gain = multiply_add(level * floats(echo), both, floats(1.0F));
+            store(load<simd_width>(real + i) * gain, real + i);
+            store(load<simd_width>(imaginary + i) * gain, imaginary + i);
+        }
+    }
+
+  private:
+    using floats = lanes<simd_width>;
+
+    INSONIFY_FN floats noise(float size, std::uint32_t number, const floats& distance) const {
+        const auto coordinate = [&](int k) {
+            return multiply_add(distance, floats(along_[k] / size), floats(origin_[k] / size));
+        };
+        return value_noise<simd_width>(mix_bits(key_ ^ (number * 0x632BE5ABU)), coordinate(0), coordinate(1),
+                                       coordinate(2));
+    }
+
+    const structure::sheath_layer& of_;
+    vec3 origin_, along_;
+    std::uint32_t key_;
+    float lobe_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #include <type_traits>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -2906,6 +2997,22 @@ struct cell_field {
   private:
     static constexpr std::uint32_t run_length = 128;
 
+    // Multiplies scatterers by the structure of the medium. @param begin  of the segment, metres along the line
+    INSONIFY_FN void apply_structure(const material_line& line, const detail::rest_line& rest, float begin, float first,
+                                     float step, std::uint32_t count, float* real, float* imaginary) const {
+        const std::uint32_t key = mix_bits(seed + line.object);
+        const vec3 propagation = normalize(rest.along - line.tilt * line.elevation);
+        const detail::structure_gains gains{*line.structure, rest.origin, rest.along, propagation, line.fnumber, key};
+        gains.apply(first, step, count, real, imaginary);
+        const structure::sheath_layer& sheath = line.structure->of.sheath;
+        if (!(sheath.thickness > 0)) return;
+        const detail::sheath_gains of_sheath{sheath, rest.origin, rest.along, line.fnumber, key};
+        if (line.own_surfaces.x > 0)
+            of_sheath.apply(first, step, count, line.surfaces.x - begin, line.own_surfaces.x, real, imaginary);
+        if (line.own_surfaces.y > 0)
+            of_sheath.apply(first, step, count, line.surfaces.y - begin, -line.own_surfaces.y, real, imaginary);
+    }
+
     // Covariance of linear interpolation that keeps the power, by distance in cells.
     INSONIFY_FN static float linear_covariance(float cells) {
         // At distances of eighths of a cell, by numerical integration; linear in between.
@@ -2960,13 +3067,9 @@ struct cell_field {
                 store(value.real, real + i);
                 store(value.imaginary, imaginary + i);
             }
-            if (line.structure != nullptr) {
-                const vec3 propagation = normalize(rest.along - line.tilt * line.elevation);
-                detail::structure_gains{*line.structure, rest.origin,  rest.along,
-                                        propagation,     line.fnumber, mix_bits(seed + line.object)}
-                    .apply(static_cast<float>(offset / cells.slots_per_metre),
-                           static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
-            }
+            if (line.structure != nullptr)
+                apply_structure(line, rest, begin, static_cast<float>(offset / cells.slots_per_metre),
+                                static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
             // A slot cut by a border is weighted by the fraction inside.
             const auto weight = [&](std::uint32_t i, double fraction) {
                 real[i] *= static_cast<float>(fraction);
@@ -3420,7 +3523,9 @@ class line_refraction {
             const vec3 end = last ? vec3{0, 0, 1} : normal_of(i + 1);
             const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
             found.length_factor = clamp(end.z / towards, 0.25F, 4);
-            found.saved = clamp(dot(end, ahead_) / towards, -max_saved, max_saved);
+            // Where ray and line end on a surface that the ray grazes, it is not plane as far as they are apart.
+            const float bound = min(3 * std::sqrt(dot(ahead_, ahead_)), max_saved);
+            found.saved = clamp(dot(end, ahead_) / towards, -bound, bound);
             const float travelled = max(found.length_factor * length - found.saved, 0);
             ahead_ = ahead_ + travelled * direction_ - vec3{0, 0, length};
         }
@@ -3556,7 +3661,7 @@ INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, floa
         return std::exp(neper * of.level_db) * spread * spread;
     };
     constexpr int angles = 16;
-    const float lobe = sheet_lobe(of, fnumber), diffuse = std::exp2(bits_per_decibel * of.diffuse_db);
+    const float lobe = lobe_of(of.waviness, fnumber), diffuse = std::exp2(bits_per_decibel * of.diffuse_db);
     float echo = 0, echo_squared = 0;
     for (int i = 0; i < angles; ++i) {
         const float sine = std::sin((static_cast<float>(i) + 0.5F) / angles * of.turn);
@@ -3632,6 +3737,8 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     if (!m.structure.empty() && here.place < line.structures.size()) {
         within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
         within.structure = &line.structures[here.place];
+        within.surfaces = {here.begin, here.end};
+        within.own_surfaces = here.own_surfaces;
         level /= structure_rms(m.structure, within.fnumber);
     }
     model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
@@ -3665,7 +3772,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
 
 /// Sound goes to and fro in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
 /// the layer's far surface repeats at its thickness, a ladder of lines that grow fainter. Straight lines get it from here;
-/// `paths` follows the sound itself.
+/// `paths` follows the sound itself. Layers more than 20 degrees from across the line do not ring.
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The surface at which the present layer began.
@@ -3694,6 +3801,10 @@ INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, cons
     constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
     const float step = path.shown - near.shown;
     if (near.reflected == 0 || !(step > 0) || step > thickest) return;
+    // Beyond 20 degrees, or where a surface reflects totally, repetitions leave beside the line.
+    constexpr float steepest = 0.36F, total = 0.9999F;
+    if (dot(near.slope, near.slope) > steepest * steepest || dot(far_slope, far_slope) > steepest * steepest) return;
+    if (std::fabs(near.reflected) > total || std::fabs(reflected) > total) return;
     const float ratio = -near.reflected * reflected * amplitude_of_decibels(min(near.lost_db - path.lost_db, 0));
     if (!(std::fabs(ratio) >= least)) return;
     // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
@@ -4200,7 +4311,7 @@ struct physical {
 namespace insonify::inline INSONIFY_ABI::tissue {
 
 /// Skeletal muscle: the walls of its fascicles, the perimysium, are short bright sheets along the fibres, 2 to 3 mm apart;
-/// brightness varies over 3 to 10 mm.
+/// brightness varies over 3 to 10 mm. Epimysium and aponeuroses are 0.7 to 1.5 mm thick.
 inline constexpr structure muscle_structure{
     .mottling = {3.5F, {8_mm, 4_mm, 4_mm}},
     .grain = {1.8F, {4_mm, 1.5_mm, 1.5_mm}},
@@ -4212,6 +4323,7 @@ inline constexpr structure muscle_structure{
                .level_db = 24,
                .spread_db = 7.8F,
                .waviness = 0.35F},
+    .sheath = {.thickness = 1_mm},
 };
 
 /// Myocardium: as skeletal muscle, with finer and fainter sheets. Convention.
@@ -5276,9 +5388,11 @@ struct refined : Probe {
 
     /// The line as a ray in the probe frame.
     INSONIFY_FN ray beam(float line) const { return Probe::beam(coarse(line)); }
-    /// The line without steering, of a probe that is `steered`.
-    INSONIFY_FN ray unsteered(float line) const requires requires(const Probe& probe) { probe.unsteered(0.0F); }
-    { return Probe::unsteered(coarse(line)); }
+    /// Of a probe that is `steered`: see there.
+    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
+        probe.scatterer_axis(0.0F);
+    }
+    { return Probe::scatterer_axis(coarse(line)); }
     /// From {x, z} to {line, depth along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         const vec2 place = Probe::locate(point);
@@ -7564,7 +7678,9 @@ class layer_walk {
             found_.inside.toggle(found_.room[next_].rank);
     }
     /// Crossings at the origin belong to the surface that a path has just left: they are skipped.
-    INSONIFY_FN void skip_departure() {
+    /// @param own_surface  cosine of incidence on that surface, if it is the object's own; else 0
+    INSONIFY_FN void skip_departure(float own_surface) {
+        own_ = own_surface;
         while (next_ < found_.count && found_.room[next_].distance <= touching_distance) ++next_;
     }
 
@@ -7573,6 +7689,7 @@ class layer_walk {
         if (at_end_) return false;
         const std::uint32_t current = found_.inside.top();
         here = layer_from(current, begin_, met_);
+        here.own_surfaces.x = own_;
         while (next_ < found_.count && found_.room[next_].distance < depth_) {
             group_ = next_;
             const float place = found_.room[group_].distance;
@@ -7582,6 +7699,8 @@ class layer_walk {
             if (after == current) continue;
             if (incident_) met_ = incidence_at_change(current, after);
             here.end = begin_ = place;
+            here.own_surfaces.y = current < after ? met_.cosine : 0.0F;
+            own_ = after < current ? met_.cosine : 0.0F;
             return true;
         }
         at_end_ = true;
@@ -7596,6 +7715,8 @@ class layer_walk {
         after.end = begin_;
         return after;
     }
+    /// Whether that surface belongs to the object behind it, not to the one before.
+    INSONIFY_FN bool is_own() const { return own_ > 0; }
     /// How the line meets that surface.
     INSONIFY_FN const surface_incidence& met() const { return met_; }
     /// Applies the crossings at that surface once more: the objects are again those before it.
@@ -7639,6 +7760,7 @@ class layer_walk {
     std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
     float begin_ = 0;
     surface_incidence met_{};
+    float own_ = 0; // cosine of incidence on the last surface, if it belongs to the object behind it
     bool at_end_ = false;
 };
 
@@ -7713,6 +7835,80 @@ namespace insonify::inline INSONIFY_ABI {
 template <>
 inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
 }
+#endif
+#ifndef INSONIFY_SCENE_CHECK_OBJECT_HPP
+#define INSONIFY_SCENE_CHECK_OBJECT_HPP
+
+#ifndef INSONIFY_SCENE_OBJECT_HPP
+#define INSONIFY_SCENE_OBJECT_HPP
+
+#include <cstdint>
+#include <string>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Identifies an object of one scene. Ids are never reused.
+enum class object_id : std::uint32_t {};
+
+/// Optional arguments of `scene::add`.
+struct object_settings {
+    int priority = 0;     ///< where objects overlap, the medium of the highest priority applies
+    pose at{};            ///< object to world
+    std::string name{};   ///< for reports, files and error messages; need not be unique
+    vec3 fibres{0, 0, 0}; ///< their direction in coordinates of the object, of any length; 0: the axis of its mesh
+    /// Edges where two faces meet at no more than this are smooth: echoes see a curved surface across them, not facets.
+    /// Radians, 0 to pi; 0: every face is a flat mirror.
+    float crease_angle = 30_deg;
+};
+
+/// A closed surface and the medium inside it, as the scene stores it.
+struct object {
+    object_id id{};              ///< in its scene
+    std::string name{};          ///< may be empty
+    mesh surface;                ///< in object coordinates, metres
+    medium inside{};             ///< what fills it
+    pose at{};                   ///< object to world
+    int priority = 0;            ///< the highest applies where objects overlap
+    vec3 fibres{0, 0, 0};        ///< see `object_settings`
+    float crease_angle = 30_deg; ///< edges up to this angle are smooth, radians: see `object_settings`
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <cstddef>
+#include <string>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// @param what  begins the message, such as "scene: the background"
+/// @throws usage_error  for a medium out of range
+inline void check_medium(const medium& m, const std::string& what) {
+    if (!is_valid(m.structure))
+        throw usage_error{what + " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
+                                 "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
+    if (!is_valid(m))
+        throw usage_error{what + " needs a density and a sound speed above 0, and every value finite and not below 0"};
+}
+
+/// Checks the arguments of `scene::add`, which documents what is thrown.
+inline void check_object(const mesh& surface, const medium& inside, const object_settings& settings) {
+    const std::string named = "object '" + settings.name + "': ";
+    check_medium(inside, named + "its medium");
+    if (!is_rigid(settings.at))
+        throw geometry_error{named + "its pose is not a rigid transform; scale the mesh instead"};
+    if (!is_finite(settings.fibres))
+        throw geometry_error{named + "the direction of its fibres is not finite; give three numbers, or leave it out"};
+    if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
+        throw usage_error{named + "`crease_angle` is " + std::to_string(settings.crease_angle) +
+                          " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
+    check_faces(surface, named);
+    for (std::size_t i = 0; i < surface.positions.size(); ++i)
+        if (!is_finite(surface.positions[i]))
+            throw geometry_error{joined(
+                {named, "vertex ", std::to_string(i), " is not finite; repair the mesh (`validate` reports more)"})};
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #ifndef INSONIFY_SCENE_FLAT_SCENE_HPP
 #define INSONIFY_SCENE_FLAT_SCENE_HPP
@@ -9195,42 +9391,6 @@ bvh(const Policy&, const Container&)
 #ifndef INSONIFY_SCENE_OBJECT_STATE_HPP
 #define INSONIFY_SCENE_OBJECT_STATE_HPP
 
-#ifndef INSONIFY_SCENE_OBJECT_HPP
-#define INSONIFY_SCENE_OBJECT_HPP
-
-#include <cstdint>
-#include <string>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Identifies an object of one scene. Ids are never reused.
-enum class object_id : std::uint32_t {};
-
-/// Optional arguments of `scene::add`.
-struct object_settings {
-    int priority = 0;     ///< where objects overlap, the medium of the highest priority applies
-    pose at{};            ///< object to world
-    std::string name{};   ///< for reports, files and error messages; need not be unique
-    vec3 fibres{0, 0, 0}; ///< their direction in coordinates of the object, of any length; 0: the axis of its mesh
-    /// Edges where two faces meet at no more than this are smooth: echoes see a curved surface across them, not facets.
-    /// Radians, 0 to pi; 0: every face is a flat mirror.
-    float crease_angle = 30_deg;
-};
-
-/// A closed surface and the medium inside it, as the scene stores it.
-struct object {
-    object_id id{};              ///< in its scene
-    std::string name{};          ///< may be empty
-    mesh surface;                ///< in object coordinates, metres
-    medium inside{};             ///< what fills it
-    pose at{};                   ///< object to world
-    int priority = 0;            ///< the highest applies where objects overlap
-    vec3 fibres{0, 0, 0};        ///< see `object_settings`
-    float crease_angle = 30_deg; ///< edges up to this angle are smooth, radians: see `object_settings`
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #ifndef INSONIFY_SCENE_POINT_BOUNDS_HPP
 #define INSONIFY_SCENE_POINT_BOUNDS_HPP
 
@@ -9832,7 +9992,7 @@ class scene {
   public:
     /// @throws usage_error  for a background out of range: see `is_valid`
     explicit scene(const medium& background = medium{}) : background_{background} {
-        check(background, "scene: the background");
+        detail::check_medium(background, "scene: the background");
     }
 
     /// Adds a closed surface. Call `build` before tracing.
@@ -9884,7 +10044,7 @@ class scene {
     /// @throws usage_error  for an unknown id or a medium out of range
     void set_medium(object_id id, const medium& inside) {
         const std::size_t index = index_of(id);
-        check(inside, "set_medium: the medium of object '" + objects_[index].name + "'");
+        detail::check_medium(inside, "set_medium: the medium of object '" + objects_[index].name + "'");
         const medium before = std::exchange(objects_[index].inside, inside);
         try {
             if (built_) media_ = detail::distinct_media(background_, objects_, states_);
@@ -9993,15 +10153,6 @@ class scene {
   private:
     using threads = detail::any_policy<false>; // one instantiation for all policies
 
-    static void check(const medium& m, const std::string& what) {
-        if (!is_valid(m.structure))
-            throw usage_error{what + " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
-                                     "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
-        if (!is_valid(m))
-            throw usage_error{what +
-                              " needs a density and a sound speed above 0, and every value finite and not below 0"};
-    }
-
     // The work of `update`.
     void follow(const threads& policy) {
         require_built();
@@ -10079,20 +10230,7 @@ class scene {
 };
 
 inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
-    const std::string named = "object '" + settings.name + "': ";
-    check(inside, named + "its medium");
-    if (!is_rigid(settings.at))
-        throw geometry_error{named + "its pose is not a rigid transform; scale the mesh instead"};
-    if (!is_finite(settings.fibres))
-        throw geometry_error{named + "the direction of its fibres is not finite; give three numbers, or leave it out"};
-    if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
-        throw usage_error{named + "`crease_angle` is " + std::to_string(settings.crease_angle) +
-                          " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
-    detail::check_faces(surface, named);
-    for (std::size_t i = 0; i < surface.positions.size(); ++i)
-        if (!is_finite(surface.positions[i]))
-            throw geometry_error{detail::joined(
-                {named, "vertex ", std::to_string(i), " is not finite; repair the mesh (`validate` reports more)"})};
+    detail::check_object(surface, inside, settings);
     const object_id id{next_id_};
     states_.resize(objects_.size() + 1);
     objects_.push_back({.id = id,
@@ -10224,12 +10362,16 @@ struct steered : Probe {
     /// The line as a ray in the probe frame.
     INSONIFY_FN ray beam(float line) const {
         ray turned = Probe::beam(line);
-        const vec3 along = turned.direction;
-        turned.direction = {cosine_ * along.x + sine_ * along.z, along.y, cosine_ * along.z - sine_ * along.x};
+        turned.direction = rotated(turned.direction, sine_, cosine_);
         return turned;
     }
-    /// The same line of the probe.
-    INSONIFY_FN ray unsteered(float line) const { return Probe::beam(line); }
+    /// The direction along which a line sees the grid of scatterers: that of the line without steering, or of the line
+    /// turned back by 10 degrees where it is steered further. So looks of a compounded image see the same scatterers; at
+    /// larger angles to the grid their level would fall.
+    INSONIFY_FN vec3 scatterer_axis(float line) const {
+        const float rest = steering - clamp(steering, -10_deg, 10_deg);
+        return rotated(Probe::beam(line).direction, std::sin(rest), std::cos(rest));
+    }
     /// From {x, z} to {line, depth along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         if (steering == 0) return Probe::locate(point);
@@ -10266,6 +10408,11 @@ struct steered : Probe {
     = default;
 
   private:
+    // In the slice plane, towards +x.
+    INSONIFY_FN static vec3 rotated(vec3 along, float sine, float cosine) {
+        return {cosine * along.x + sine * along.z, along.y, cosine * along.z - sine * along.x};
+    }
+
     float sine_ = 0, cosine_ = 1;
     bool diverging_ = false;
     vec2 apex_{0, 0};  // of the lines of the probe, {x, z}
@@ -11915,11 +12062,13 @@ class curved_kernel {
         : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
           bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
 
-    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope
-    /// on every line: then the law of plane surfaces is more accurate.
+    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope on
+    /// every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far away, beyond what
+    /// slope and curvature at this place can tell.
     INSONIFY_FN float strength() const {
         const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
-        return curved > 0.01F ? curved : 0.0F;
+        if (!(curved > 0.01F)) return 0;
+        return curved * clamp(3.5F - std::fabs(sine_ / (bend_ * sigma_)), 0, 1);
     }
 
     /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V, wherever that
@@ -11972,6 +12121,7 @@ struct kernel_sample {
     float lateral_sigma = 0;   ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
     float elevation_sigma = 0; ///< of the beam out of the slice plane, metres; 0: unknown
     float line_spacing = 0;    ///< metres to the next line
+    float divergence = 0;      ///< of neighbouring lines: angle over distance, 1/m
     float speckle_gain = 1;    ///< keeps the rms of speckle
     vec2 speckle_spread{0, 0}; ///< m^2: mean square distance between correlated speckle, across lines and planes
     float speckle_loss =
@@ -12033,11 +12183,13 @@ class compensated_echoes {
                         slope);
     }
 
-    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that meets it emits the echo of
-    /// the whole, where the surface is nearest to the probe.
+    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that
+    /// meets it emits the echo of the whole, where the surface is nearest to the probe.
     INSONIFY_FN void curved_surface(const curved_echo& one) const {
         const kernel_sample here = kernels_.at(one.depth);
-        const detail::curved_kernel across{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
+        // Depth is measured along the lines: where they diverge, a circle around their origin is plane.
+        const detail::curved_kernel across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence,
+                                           here.lateral_sigma},
             out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
         const float in_lines = across.strength(), in_planes = out_of_slice.strength();
         const auto repeat = [&](float first, vec2 amplitude) {
@@ -12240,9 +12392,11 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A path that has not been followed yet: see `paths`.
 struct path_branch {
-    line_frame frame{};        ///< where its next piece begins, and along what
-    echo_path path{};          ///< the state of the sound there
-    detail::ray_tube tube{};   ///< curvature of the wave front there
+    line_frame frame{};      ///< where its next piece begins, and along what
+    echo_path path{};        ///< the state of the sound there
+    detail::ray_tube tube{}; ///< curvature of the wave front there
+    float own_surface =
+        0; ///< cosine of incidence on the surface it leaves, if that is the present object's own; else 0
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
@@ -12466,7 +12620,9 @@ inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
 ///     y = +- delta (sigma_f cos psi + g(z) sin psi)
 ///
 /// which are linear in z: both are planes. With psi near 0 they sample the diffraction and hardly tilt; near 90 degrees they
-/// follow the shadow and cross at the focus. Depth is measured along z: on a curved array, along its middle line.
+/// follow the shadow and cross at the focus. Depth is measured along z: where lines diverge, along the middle one. On
+/// a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane that serves all
+/// lines can avoid; the weights are those of the heights that the planes have there: see `along`.
 /// Source: a numerical search for the smallest error in the echoes of half spaces that begin at any height, for linear, convex
 /// and phased arrays. `bench/studies/elevation_planes.cpp` repeats it: the pairs here are within 15 % of the smallest error that
 /// it finds, and their rms height is nearer to the beam's. `tests/tracing/elevation.cpp` measures the errors.
@@ -12494,7 +12650,17 @@ class elevation_planes {
             planes_[i] = tilted ? elevation_plane{height(0), (height(depth) - height(0)) / depth}
                                 : elevation_plane{height(0.5F * depth), 0};
         }
-        for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
+        make_table();
+    }
+
+    /// The same planes by the depth along a line, with the weights that belong to their heights there.
+    /// @param begin   z of its origin, metres
+    /// @param cosine  of its angle to z
+    elevation_planes along(float begin, float cosine) const {
+        elevation_planes line = *this;
+        for (elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
+        line.make_table();
+        return line;
     }
 
     std::uint32_t count() const { return count_; }
@@ -12531,17 +12697,22 @@ class elevation_planes {
         return found;
     }
 
-    /// The coherent weights of every sample of a line: plane after plane, each with `samples` weights.
+    /// Appends the coherent weights of every sample of a line: plane after plane, each with `samples` weights.
     void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
-        all.resize(std::size_t{count_} * samples);
+        const std::size_t begin = all.size();
+        all.resize(begin + std::size_t{count_} * samples);
         for (std::uint32_t k = 0; k < samples; ++k) {
             const weights here = at((static_cast<float>(k) + 0.5F) * spacing);
-            for (std::uint32_t i = 0; i < count_; ++i) all[std::size_t{i} * samples + k] = here.coherent[i];
+            for (std::uint32_t i = 0; i < count_; ++i) all[begin + std::size_t{i} * samples + k] = here.coherent[i];
         }
     }
 
   private:
     static constexpr std::uint32_t depths = 128; // parts of the depth of the image
+
+    void make_table() {
+        for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
+    }
 
     // Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
     // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders between
@@ -12590,6 +12761,43 @@ class elevation_planes {
     weights table_[depths] = {};
 };
 
+/// The elevation planes along each line of a probe. Lines at nearly the same angle share them. Keeps its memory.
+class planes_of_lines {
+  public:
+    planes_of_lines() = default;
+    template <transducer Probe>
+    planes_of_lines(const Probe& probe, const elevation_planes& planes) {
+        assign(probe, planes);
+    }
+
+    template <transducer Probe>
+    void assign(const Probe& probe, const elevation_planes& planes) {
+        set_of_line_.assign(probe.lines, 0);
+        sets_.clear();
+        angles_.clear();
+        const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
+        for (std::uint32_t i = 0; i < probe.lines; ++i) {
+            const ray line = probe.beam(static_cast<float>(i));
+            const int angle = tilted ? static_cast<int>(200 * (1 - line.direction.z) + 0.5F) : 0;
+            std::size_t set = 0;
+            while (set < angles_.size() && angles_[set] != angle) ++set;
+            set_of_line_[i] = static_cast<std::uint32_t>(set);
+            if (set < angles_.size()) continue;
+            angles_.push_back(angle);
+            sets_.push_back(tilted ? planes.along(line.origin.z, line.direction.z) : planes);
+        }
+    }
+
+    const std::vector<std::uint32_t>& set_of_line() const { return set_of_line_; }
+    std::size_t sets() const { return sets_.size(); }
+    const elevation_planes& operator[](std::size_t set) const { return sets_[set]; }
+
+  private:
+    std::vector<std::uint32_t> set_of_line_{};
+    std::vector<elevation_planes> sets_{};
+    std::vector<int> angles_{}; // of the sets
+};
+
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -12607,9 +12815,10 @@ struct kernel_table_view {
 
     view<const kernel_sample>
         samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
-    view<const float> plane_heights{};  ///< for each part those of all planes: see `line_kernels`
-    view<const float> plane_weights{};  ///< for each part those of all planes
-    view<const float> random_weights{}; ///< of each plane those of all parts
+    view<const std::uint32_t> sets{};   ///< of each line, the number of its set of planes
+    view<const float> plane_heights{};  ///< for each set and part those of all planes: see `line_kernels`
+    view<const float> plane_weights{};  ///< for each set and part those of all planes
+    view<const float> random_weights{}; ///< of each set and plane those of all parts
     std::uint32_t planes = 1;           ///< elevation planes
     std::uint32_t lines = 0;            ///< of the probe
     std::uint32_t border = 0;           ///< lines further than this from the border share a table
@@ -12620,13 +12829,14 @@ struct kernel_table_view {
         if (samples.empty()) return {};
         const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
         const std::uint32_t row = nearer < border ? nearer : border;
+        const std::size_t of_set = std::size_t{planes} * depths, set = sets[line] * of_set;
         return {.samples = {samples.data() + std::size_t{row} * depths, depths},
                 .spacing = spacing,
                 .planes = planes,
                 .plane = plane,
-                .plane_heights = plane_heights,
-                .plane_weights = plane_weights,
-                .random_weights = {random_weights.data() + std::size_t{plane} * depths, depths}};
+                .plane_heights = {plane_heights.data() + set, of_set},
+                .plane_weights = {plane_weights.data() + set, of_set},
+                .random_weights = {random_weights.data() + set + std::size_t{plane} * depths, depths}};
     }
 };
 
@@ -12641,12 +12851,14 @@ class kernel_table {
   public:
     kernel_table() = default; ///< no compensation
 
+    /// @param of_lines          the gains are those of the planes along the middle line
     /// @param speckle, surface  covariance(metres apart in the slice plane and out of it, radians turned, height of the
     ///                          scatterers) of speckle, and of the echoes of rough surfaces
     template <class Policy, transducer Probe, class Speckle, class Surface>
-    kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+    kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& of_lines,
                  const Speckle& speckle, const Surface& surface)
-        : planes_{planes.count()}, lines_{probe.lines}, spacing_{depth / depths} {
+        : planes_{of_lines[0].count()}, lines_{probe.lines}, spacing_{depth / depths}, sets_{of_lines.set_of_line()} {
+        const elevation_planes& planes = of_lines[sets_[probe.lines / 2]];
         const beam_model beam = beam_of(probe, depth);
         // One step of the kernel for each of the depths.
         const detail::lateral_kernel kernel = detail::make_lateral_kernel(
@@ -12655,15 +12867,20 @@ class kernel_table {
             kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.half_width()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
         for (std::vector<float>* const each : {&plane_heights_, &plane_weights_, &random_weights_})
-            each->resize(std::size_t{depths} * planes_);
+            each->resize(of_lines.sets() * depths * planes_);
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             const elevation_planes::weights weights = planes.at(z);
-            for (std::uint32_t i = 0; i < planes_; ++i) {
-                plane_heights_[k * planes_ + i] = planes[i].height(z);
-                plane_weights_[k * planes_ + i] = weights.coherent[i];
-                random_weights_[std::size_t{i} * depths + k] = weights.random[i] / max(weights.coherent[i], 1e-12F);
+            for (std::size_t set = 0; set < of_lines.sets(); ++set) {
+                const elevation_planes::weights here = of_lines[set].at(z);
+                const std::size_t first = set * depths * planes_;
+                for (std::uint32_t i = 0; i < planes_; ++i) {
+                    plane_heights_[first + k * planes_ + i] = of_lines[set][i].height(z);
+                    plane_weights_[first + k * planes_ + i] = here.coherent[i];
+                    random_weights_[first + std::size_t{i} * depths + k] =
+                        here.random[i] / max(here.coherent[i], 1e-12F);
+                }
             }
             const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             const auto levels_with = [&](const auto& covariance) {
@@ -12673,22 +12890,24 @@ class kernel_table {
             const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
                          uncorrelated = levels_with([](vec2, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
-                samples_[std::size_t{line} * depths + k] = {.lateral_sigma =
-                                                                probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
-                                                            .elevation_sigma = beam.elevation_sigma(z),
-                                                            .line_spacing = across.spacing,
-                                                            .speckle_gain = of_speckle.gain[line],
-                                                            .speckle_spread = of_speckle.spread[line],
-                                                            .speckle_loss = of_speckle.loss[line],
-                                                            .surface_gain = of_surface.gain[line],
-                                                            .surface_spread = of_surface.spread[line],
-                                                            .uncorrelated_gain = uncorrelated.gain[line],
-                                                            .plane_thickness = planes.thickness(z)};
+                samples_[std::size_t{line} * depths + k] = {
+                    .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                    .elevation_sigma = beam.elevation_sigma(z),
+                    .line_spacing = across.spacing,
+                    .divergence = across.spacing > 0 ? turned / across.spacing : 0.0F,
+                    .speckle_gain = of_speckle.gain[line],
+                    .speckle_spread = of_speckle.spread[line],
+                    .speckle_loss = of_speckle.loss[line],
+                    .surface_gain = of_surface.gain[line],
+                    .surface_spread = of_surface.spread[line],
+                    .uncorrelated_gain = uncorrelated.gain[line],
+                    .plane_thickness = planes.thickness(z)};
         });
     }
 
     kernel_table_view view_of() const {
         return {.samples = {samples_.data(), samples_.size()},
+                .sets = sets_,
                 .plane_heights = plane_heights_,
                 .plane_weights = plane_weights_,
                 .random_weights = random_weights_,
@@ -12779,12 +12998,13 @@ class kernel_table {
     std::uint32_t border_ = 0;
     float spacing_ = 1;
     large_array<kernel_sample> samples_;
+    std::vector<std::uint32_t> sets_;
     std::vector<float> plane_heights_, plane_weights_, random_weights_;
 };
 
 /// The table for a model that states the covariance of its speckle; no compensation for others.
 template <class Policy, transducer Probe, class Model>
-kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float depth, const elevation_planes& planes,
+kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
                                const Model& model) {
     if constexpr (requires { model.covariance(depth, depth); })
         return {policy,
@@ -12826,7 +13046,8 @@ struct frame_view {
     std::uint32_t samples = 0; ///< along each line
     std::uint32_t planes = 1;  ///< that represent the thickness of the slice
     elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
-    view<const float> plane_weights{};                ///< plane after plane, one weight for each sample
+    view<const std::uint32_t> plane_sets{};           ///< of each line, the number of its set of plane weights
+    view<const float> plane_weights{};                ///< for each set, plane after plane, one weight for each sample
     line_aperture aperture{};                         ///< that receives
     kernel_table_view kernels{};                      ///< of the stages that follow
     std::uint32_t frame_number = 0;                   ///< speckle of flowing media depends on it
@@ -12838,9 +13059,13 @@ struct frame_view {
         const vec3 elevation = at.direction({0, 1, 0});
         line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
                         at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
-        if constexpr (requires { probe.unsteered(0.0F); })
-            line.steering = at.direction(beam.direction - probe.unsteered(static_cast<float>(number)).direction);
+        if constexpr (requires { probe.scatterer_axis(0.0F); })
+            line.steering = at.direction(beam.direction - probe.scatterer_axis(static_cast<float>(number)));
         return line;
+    }
+    /// The weights of the samples of a line in one of the planes; where there are several.
+    INSONIFY_FN const float* weights(std::uint32_t number, std::uint32_t of_plane) const {
+        return plane_weights.data() + (std::size_t{plane_sets[number]} * planes + of_plane) * samples;
     }
     /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
     INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {
@@ -12873,6 +13098,7 @@ class frame_plan {
                                 .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
                                 .samples = samples,
                                 .planes = scan.planes,
+                                .plane_sets = made.plane_sets,
                                 .plane_weights = made.plane_weights,
                                 .aperture = made.aperture_view(),
                                 .kernels = made.kernels.view_of(),
@@ -12884,8 +13110,10 @@ class frame_plan {
   private:
     struct tables {
         std::vector<elevation_plane> plane{};
+        std::vector<std::uint32_t> plane_sets{};
         std::vector<float> plane_weights{}, fnumbers{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
+        planes_of_lines of_lines{};
         kernel_table kernels{};
 
         template <class Policy>
@@ -12895,9 +13123,12 @@ class frame_plan {
             const elevation_planes planes{beam, count, depth, lines_follow_depth(probe)};
             plane.clear();
             for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
+            of_lines.assign(probe, planes);
+            plane_sets = of_lines.set_of_line();
             plane_weights.clear();
-            if (count > 1) planes.weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
-            kernels = make_kernel_table(policy, probe, depth, planes, model);
+            for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
+                of_lines[set].weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
+            kernels = make_kernel_table(policy, probe, depth, of_lines, model);
             constexpr std::uint32_t parts = kernel_table_view::depths;
             fnumber_spacing = depth / parts;
             fnumbers.clear();
@@ -14044,7 +14275,7 @@ INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame
         if constexpr (is_average_v<sample_type>) {
             for (sample_type& sample : plane_samples) sample = sample_type{};
             if (!tracer(policy, task, model, scratch, plane_samples)) return false;
-            const float* weight = frame.plane_weights.data() + std::size_t{plane} * frame.samples;
+            const float* weight = frame.weights(number, plane);
             for (std::size_t k = 0; k < out.size(); ++k) out[k] += weight[k] * plane_samples[k];
         }
     }
@@ -14068,7 +14299,7 @@ struct face_shape {
         circle, ///< lines that leave a circle around the apex along its radii
         point,  ///< lines that leave one point, steered by a plane face along the probe's x
     };
-    form form = form::plane;
+    enum form form = form::plane;
     float radius = 0;  ///< of the circle, metres; else 0
     float incline = 0; ///< of the face under parallel lines: change of y per x, 0 unless they are steered
     float spacing = 0; ///< from line to line: metres, or radians around the apex
@@ -15144,6 +15375,7 @@ line_grid<typename Model::sample_type> trace_slice(const Policy& policy, const s
 #include <array>
 #include <optional>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -15260,16 +15492,17 @@ using looks_of = std::conditional_t<comparable<Model>, memo<char, Model, tgc_set
 /// Tables and memory of `b_mode`, kept from frame to frame.
 template <transducer Probe, acoustic_model Model = physical<>, class Tracer = straight_lines>
 struct b_mode_workspace {
-    std::vector<trace_workspace<steered<refined<Probe>>, Model, Tracer>> tracing{}; ///< of `trace`, for each look
-    convolve_workspace convolution{};                                               ///< of `convolve`
-    compounding<refined<Probe>> looks{};                                            ///< the last looks
-    detail::looks_of<Model> acquired{};          ///< model and time gain of the looks
-    kept_scan_map<refined<Probe>> map{};         ///< of `scan_convert`
-    iq_lines echoes{};                           ///< received echoes
-    scan_lines lines{};                          ///< brightness
-    image picture{};                             ///< the last image
-    detail::kept_gain<Probe> gain{};             ///< of `tgc`
-    detail::kept_persistence<Probe> smoothing{}; ///< the previous frames
+    trace_workspace<steered<refined<Probe>>, Model, Tracer> tracing{};       ///< of `trace`
+    std::vector<detail::frame_plan<steered<refined<Probe>>, Model>> plans{}; ///< of `trace`, for each look
+    convolve_workspace convolution{};                                        ///< of `convolve`
+    compounding<refined<Probe>> looks{};                                     ///< the last looks
+    detail::looks_of<Model> acquired{};                                      ///< model and time gain of the looks
+    kept_scan_map<refined<Probe>> map{};                                     ///< of `scan_convert`
+    iq_lines echoes{};                                                       ///< received echoes
+    scan_lines lines{};                                                      ///< brightness
+    image picture{};                                                         ///< the last image
+    detail::kept_gain<Probe> gain{};                                         ///< of `tgc`
+    detail::kept_persistence<Probe> smoothing{};                             ///< the previous frames
 };
 
 /// Simulates a B-mode image: the whole chain in one call.
@@ -15307,7 +15540,9 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
     const auto acquire = [&](std::uint32_t number, const steered<refined<Probe>>& look, acquisition scan,
                              scan_lines recycled) {
         scan.frame = settings.frame;
-        own.echoes = trace(policy, body, look, at, model, scan, own.tracing[number], std::move(own.echoes), how);
+        std::swap(own.tracing.plan, own.plans[number]);
+        own.echoes = trace(policy, body, look, at, model, scan, own.tracing, std::move(own.echoes), how);
+        std::swap(own.tracing.plan, own.plans[number]);
         own.echoes = add_near_field(policy, std::move(own.echoes), body, look, at, settings.near_field);
         own.echoes = convolve(policy, std::move(own.echoes), sent, look, {}, own.convolution);
         own.echoes = add_electronic_noise(
@@ -15316,7 +15551,7 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
         return tgc(policy, envelope(policy, own.echoes, std::move(recycled)), probe.frequency, gain);
     };
     settings.compound.check();
-    own.tracing.resize(settings.compound.angles);
+    own.plans.resize(settings.compound.angles);
     tgc_settings asked = gain;
     asked.attenuation = settings.tgc;
     const auto forget = [&](char&) { own.looks.reset(); };
@@ -15554,7 +15789,7 @@ namespace detail {
 /// The pulse after the receive filter, and the aperture after apodization.
 template <class Array>
 constexpr Array in_use(Array array, float fnumber) {
-    constexpr float filter = 2.1_MHz;
+    constexpr float filter = 3.75_MHz;
     if (filter < array.bandwidth * array.frequency) array.bandwidth = filter / array.frequency;
     if (array.fnumber < fnumber) array.fnumber = fnumber;
     return array;
@@ -15562,15 +15797,14 @@ constexpr Array in_use(Array array, float fnumber) {
 
 } // namespace detail
 
-/// A transducer as a scanner uses it: with a receive filter of 2.1 MHz at -6 dB and an apodized aperture, which give speckle
-/// cells as coarse as in clinical pictures. A narrower `bandwidth` or a larger `fnumber` of the transducer stays.
+/// A transducer as a scanner uses it: with a receive filter of 3.75 MHz at -6 dB and an apodized aperture, which give
+/// images of muscle as coarse as clinical ones. A narrower `bandwidth` or a larger `fnumber` of the transducer stays.
 ///
 ///     b_mode(exec::par_unseq, body, presets::in_use(presets::l11_5v), at)
 ///
-/// Linear arrays get F/5.5, the width of an F/3 aperture with strong apodization. At 7 to 9 MHz and depths of 8 to 25 mm
-/// the -6 dB widths of the autocovariance are then about 0.26 mm along the lines and 0.94 to 0.74 mm across them.
-/// Source: autocovariance of 300 clinical pictures of muscle by four scanners, 0.23 to 0.33 mm and 0.7 to 1.1 mm.
-constexpr linear_array in_use(const linear_array& transducer) { return detail::in_use(transducer, 5.5F); }
+/// Linear arrays get F/3.5. `tests/in_use.cpp` measures the cells of muscle, along its fibres, as was done on 300 clinical
+/// pictures of muscle by four scanners: 0.23 to 0.33 mm along the lines, 0.7 to 1.1 mm across them.
+constexpr linear_array in_use(const linear_array& transducer) { return detail::in_use(transducer, 3.5F); }
 /// The same with F/3. Convention.
 constexpr convex_array in_use(const convex_array& transducer) { return detail::in_use(transducer, 3); }
 /// The same with F/3. Convention.
@@ -17254,7 +17488,7 @@ class path_walk {
         spread_sound(now, limit, spread);
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
-        walk.skip_departure();
+        walk.skip_departure(now.own_surface);
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
             now.path.gains = now.path.gains.next(line_.gains, above);
@@ -17339,6 +17573,9 @@ class path_walk {
         if (below.curvature != vec3{0, 0, 0} || !now.tube.plane())
             off.tube =
                 now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
+        const float cosine = std::fabs(dot(smooth, along));
+        on.own_surface = walk.is_own() ? cosine : 0.0F;
+        off.own_surface = walk.is_own() ? 0.0F : cosine;
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         if (random) { // one of the two, with the probability of its part: its weight stays
@@ -17464,12 +17701,13 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 ///     b_mode(exec::par_unseq, body, probe, at, {.depth = 40_mm}, physical{}, paths{});
 ///
-/// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened by all
-/// that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image behind it, and a
-/// tilted layer displaces what lies below. Where two paths meet a surface at one point from one direction, sound also goes
-/// out along one and returns along the other: plane layers thus give all of their echoes, as the sum over every sequence of
-/// reflections does, above `min_amplitude`. Directions follow the model's own interface law where it gives one, else Snell's. The face of the probe
-/// is an infinite plane, where paths end. Curved mirrors spread or focus the sound, curved surfaces that refract it do not. Speckle is that of sound which
+/// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened
+/// by all that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image
+/// behind it, and a tilted layer displaces what lies below. Where two paths meet a surface at one point from one
+/// direction, sound also goes out along one and returns along the other: plane layers thus give all of their
+/// echoes, as the sum over every sequence of reflections does, above `min_amplitude`. Directions follow the model's
+/// own interface law where it gives one, else Snell's. The face of the probe is an infinite plane, where paths end.
+/// Curved mirrors spread or focus the sound, curved surfaces that refract it do not. Speckle is that of sound which
 /// returns as it went out.
 struct paths {
     path_settings settings{}; ///< how far they are followed
