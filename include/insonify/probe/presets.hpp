@@ -50,7 +50,7 @@ namespace detail {
 /// The pulse after the receive filter, and the aperture after apodization.
 template <class Array>
 constexpr Array in_use(Array array, float fnumber) {
-    constexpr float filter = 3.75_MHz;
+    constexpr float filter = 3.1_MHz;
     if (filter < array.bandwidth * array.frequency) array.bandwidth = filter / array.frequency;
     if (array.fnumber < fnumber) array.fnumber = fnumber;
     return array;
@@ -58,18 +58,18 @@ constexpr Array in_use(Array array, float fnumber) {
 
 } // namespace detail
 
-/// A transducer as a scanner uses it: with a receive filter of 3.75 MHz at -6 dB and an apodized aperture, which give
+/// A transducer as a scanner uses it: with a receive filter of 3.1 MHz at -6 dB and an apodized aperture of F/2.5, which give
 /// images of muscle as coarse as clinical ones. A narrower `bandwidth` or a larger `fnumber` of the transducer stays.
 ///
 ///     b_mode(exec::par_unseq, body, presets::in_use(presets::l11_5v), at)
 ///
-/// Linear arrays get F/3.5. `tests/in_use.cpp` measures the cells of muscle, along its fibres, as was done on 300 clinical
+/// `tests/in_use.cpp` measures the cells of muscle, along its fibres, as was done on 300 clinical
 /// pictures of muscle by four scanners: 0.23 to 0.33 mm along the lines, 0.7 to 1.1 mm across them.
-constexpr linear_array in_use(const linear_array& transducer) { return detail::in_use(transducer, 3.5F); }
-/// The same with F/3. Convention.
-constexpr convex_array in_use(const convex_array& transducer) { return detail::in_use(transducer, 3); }
-/// The same with F/3. Convention.
-constexpr phased_array in_use(const phased_array& transducer) { return detail::in_use(transducer, 3); }
+constexpr linear_array in_use(const linear_array& transducer) { return detail::in_use(transducer, 2.5F); }
+/// The same. Convention.
+constexpr convex_array in_use(const convex_array& transducer) { return detail::in_use(transducer, 2.5F); }
+/// The same. Convention.
+constexpr phased_array in_use(const phased_array& transducer) { return detail::in_use(transducer, 2.5F); }
 
 } // namespace insonify::inline INSONIFY_ABI::presets
 #endif
