@@ -4,6 +4,7 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/paths.hpp>
+#include "plain.hpp"
 #include <doctest/doctest.h>
 
 using namespace insonify;
@@ -27,8 +28,10 @@ float mean(const image& picture, vec2 from, vec2 to) {
 }
 
 scene phantom() {
-    scene body{tissue::muscle};
-    body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 5), tissue::blood);
+    scene body{plain(tissue::muscle)};
+    medium faint = tissue::blood;
+    faint.backscatter = amplitude_of_decibels(-20);
+    body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 5), faint);
     body.add(make_sphere({8_mm, 0, 20_mm}, 5_mm, 5), tissue::bone);
     body.build(exec::par);
     return body;
@@ -57,6 +60,17 @@ TEST_CASE("in the picture blood is darker than muscle, bone is bright and casts 
     CHECK(bone > 0.9F - 0.037F);
     CHECK(shadow < 0.02F);
     CHECK(behind_blood > beside + 0.03F); // blood attenuates less than muscle
+}
+
+TEST_CASE("blood is nearly black in muscle") {
+    scene body{tissue::muscle};
+    body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 5), tissue::blood);
+    body.build(exec::par);
+    const image picture =
+        b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, {.depth = 40_mm, .size = {256, 256}});
+    const float blood = b_mode_test::mean(picture, {-10_mm, 13_mm}, {-6_mm, 17_mm});
+    MESSAGE("blood ", blood, ", muscle ", b_mode_test::mean(picture, {0, 13_mm}, {12_mm, 17_mm}));
+    CHECK(blood < 0.05F);
 }
 
 TEST_CASE("the picture is the same on any number of threads and each time, and all of it is grey") {
@@ -104,8 +118,10 @@ TEST_CASE("a clip in one workspace shows what pictures drawn one by one show, wh
 
 TEST_CASE(
     "a bright object entering the frame changes nothing beside it, but for the part of the aperture that it covers") {
-    scene body{tissue::muscle};
-    body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 5), tissue::blood);
+    scene body{plain(tissue::muscle)};
+    medium faint = tissue::blood;
+    faint.backscatter = amplitude_of_decibels(-20);
+    body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 5), faint);
     body.build(exec::par);
     const scene bright = b_mode_test::phantom();
     const auto beside = [&](const scene& of, std::uint32_t directions) {

@@ -5,6 +5,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
+#include "plain.hpp"
 #include <doctest/doctest.h>
 
 using namespace insonify;
@@ -13,7 +14,7 @@ namespace compounded_picture_test {
 namespace {
 
 scene phantom() {
-    scene body{tissue::muscle};
+    scene body{plain(tissue::muscle)};
     body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 4), tissue::blood);
     body.add(make_sphere({8_mm, 0, 20_mm}, 5_mm, 4), tissue::bone);
     return std::move(body).build(exec::par);
@@ -55,7 +56,7 @@ double contrast(const image& picture) {
 } // namespace
 
 TEST_CASE("compounding: five angles over 20 degrees leave less than 0.75 of the contrast of speckle") {
-    const scene muscle = scene{tissue::muscle}.build(exec::par);
+    const scene muscle = scene{plain(tissue::muscle)}.build(exec::par);
     const linear_array fine{.lines = 256, .width = 38_mm, .frequency = 9_MHz};
     b_mode_settings of{.depth = 40_mm, .size = {380, 400}};
     const image one = b_mode(exec::par_unseq, muscle, fine, pose{}, of);

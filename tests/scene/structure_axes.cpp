@@ -61,7 +61,7 @@ TEST_CASE("scene: the structure of an object and of the background follow the fi
     const object_id calf = body.add(make_box({0, 0, 0}, {60_mm, 90_mm, 20_mm}), tissue::muscle, {.fibres = {1, 0, 0}});
     const object_id plain = body.add(make_box({0, 0, 30_mm}, {60_mm, 90_mm, 50_mm}), tissue::bone);
     body.build(exec::seq);
-    body.set_background_fibres({0, 0, 2});
+    body.set_background_fibres({0, 0, 2}, {0, 3, 0});
     const auto of = [&](object_id id) {
         const scene_view flat = body.view_for_rays(exec::seq);
         std::size_t place = 1;
@@ -75,6 +75,8 @@ TEST_CASE("scene: the structure of an object and of the background follow the fi
     body.set_medium(plain, tissue::tendon);
     CHECK(of(plain).of == tissue::tendon.structure);
     CHECK(parallel(of(plain).axes[0], {0, 1, 0}) > 0.9999F);
+    CHECK(parallel(body.view_for_rays(exec::seq).structures[0].axes[2], {0, 1, 0}) > 0.9999F);
     CHECK_THROWS_AS(body.set_background_fibres({0, 0, 0}), usage_error);
+    CHECK_THROWS_AS(body.set_background_fibres({0, 0, 1}), usage_error); // parallel to z
     CHECK_THROWS_AS(body.add(make_box({0, 0, 0}, {1, 1, 1}), tissue::muscle, {.fibres = {NAN, 0, 0}}), geometry_error);
 }

@@ -5,6 +5,7 @@
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/tracing/trace.hpp>
+#include "../plain.hpp"
 #include "shaded_lines.hpp"
 #include <algorithm>
 #include <cmath>
@@ -137,7 +138,7 @@ TEST_CASE("speckle behind a needle adds up, although sound that went through it 
     using namespace aperture_shading_test;
     // A wire of steel across the slice, 20 mm above: what comes past it fills the shadow, at the depth it has there.
     const linear_array probe{.lines = 256, .width = 38_mm, .frequency = 7.5_MHz};
-    scene needle{tissue::muscle}, none{tissue::muscle};
+    scene needle{plain(tissue::muscle)}, none{plain(tissue::muscle)};
     needle.add(make_cylinder({0, -20_mm, 8_mm}, {0, 20_mm, 8_mm}, 0.4_mm, 48), tissue::steel);
     needle.build(exec::par);
     none.build(exec::par);

@@ -40,7 +40,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     within.tilt = line.frame.tilt;
     within.frame_number = m.flowing ? line.frame_number : 0;
     within.steering = place.local_direction(line.frame.steering);
-    if (!m.structure.empty() && here.place < line.structures.size()) {
+    if (!m.structure.empty() && here.place < line.structures.size() && line.structures[here.place].of == m.structure) {
         within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
         within.structure = &line.structures[here.place];
         within.surfaces = {here.begin, here.end};

@@ -75,12 +75,14 @@ class scene {
         expire();
     }
 
-    /// Sets the direction of the fibres of the background, in the world; by default they run along the longest side of
-    /// `box()` as built. @throws usage_error  for a direction that is 0 or not finite
-    void set_background_fibres(vec3 direction) {
-        if (!is_finite(direction) || direction == vec3{0, 0, 0})
-            throw usage_error{"set_background_fibres: the direction must be finite and not 0, such as {1, 0, 0}"};
-        background_fibres_ = direction;
+    /// Sets the axes of the structure of the background, in the world: along its fibres, and where it is flattest. By
+    /// default x and z. @throws usage_error  for directions that are 0, parallel or not finite
+    void set_background_fibres(vec3 along, vec3 flat = {0, 0, 1}) {
+        if (!is_finite(along) || !is_finite(flat) || length(cross(along, flat)) <= 1e-3F * length(along) * length(flat))
+            throw usage_error{"set_background_fibres: the directions must be finite, not 0 and not parallel, such as "
+                              "{1, 0, 0} and {0, 0, 1}"};
+        background_axes_ =
+            detail::aligned(mat3{normalize(along), normalize(cross(flat, along)), normalize(flat)}, along);
         place_background();
     }
 
@@ -229,7 +231,7 @@ class scene {
     }
 
     void place_background() {
-        background_structure_ = {background_.structure, detail::aligned(detail::axes_of(box()), background_fibres_)};
+        background_structure_ = {background_.structure, background_axes_};
         expire();
     }
 
@@ -260,7 +262,7 @@ class scene {
     }
 
     medium background_;
-    vec3 background_fibres_{0, 0, 0};
+    mat3 background_axes_{1};
     placed_structure background_structure_{};
     std::vector<object> objects_{};
     mutable std::vector<detail::object_state> states_{}; // of each object; trees follow when rays need them
