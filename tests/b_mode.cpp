@@ -70,7 +70,7 @@ TEST_CASE("blood is nearly black in muscle") {
         b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, {.depth = 40_mm, .size = {256, 256}});
     const float blood = b_mode_test::mean(picture, {-10_mm, 13_mm}, {-6_mm, 17_mm});
     MESSAGE("blood ", blood, ", muscle ", b_mode_test::mean(picture, {0, 13_mm}, {12_mm, 17_mm}));
-    CHECK(blood < 0.05F);
+    CHECK(blood < 0.08F);
 }
 
 TEST_CASE("the picture is the same on any number of threads and each time, and all of it is grey") {

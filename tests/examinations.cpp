@@ -2,6 +2,7 @@
 #include <insonify/examinations.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <cmath>
+#include "plain.hpp"
 #include <doctest/doctest.h>
 
 using namespace insonify;
@@ -16,7 +17,7 @@ double mean_grey(const examination<Probe>& how, const medium& tissue) {
     settings.background = -1;
     settings.size = {160, 0};
     settings.planes = 1;
-    const image picture = b_mode(exec::par_unseq, scene{tissue}.build(exec::par), how.probe, pose{}, settings);
+    const image picture = b_mode(exec::par_unseq, scene{plain(tissue)}.build(exec::par), how.probe, pose{}, settings);
     double sum = 0, count = 0;
     for (const float grey : picture.pixels)
         if (grey >= 0) {

@@ -21,7 +21,7 @@ const row published[] = {
     // clang-format off
     {"water", 1.479, 0.05425, 0},
     {"saline", 1.511, 0.055, 0},
-    {"blood", 1.662, 1.035, 0.1},
+    {"blood", 1.662, 1.035, 0.0316228}, // -30 dB, flowing: Shung et al. 1976
     {"fat", 1.353, 3, 0.501187},
     {"skin", 1.804, 6, 1.41254},
     {"muscle", 1.698, 5, 0.501187},
