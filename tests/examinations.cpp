@@ -1,8 +1,8 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/examinations.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <cmath>
 #include "plain.hpp"
+#include <cmath>
 #include <doctest/doctest.h>
 
 using namespace insonify;
