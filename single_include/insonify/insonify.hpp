@@ -15488,7 +15488,8 @@ class kept_persistence {
 
 /// The model and the time gain, as set, that looks were acquired with. Models that cannot be compared count as the same.
 template <class Model>
-using looks_of = std::conditional_t<comparable<Model>, memo<char, Model, tgc_settings>, memo<char, tgc_settings>>;
+using looks_of = std::conditional_t<comparable<Model>, memo<char, Model, float, b_mode_settings::time_gain_settings>,
+                                    memo<char, float, b_mode_settings::time_gain_settings>>;
 
 } // namespace detail
 
@@ -15555,13 +15556,11 @@ const image& b_mode(const Policy& policy, const scene& body, const Probe& probe,
     };
     settings.compound.check();
     own.plans.resize(settings.compound.angles);
-    tgc_settings asked = gain;
-    asked.attenuation = settings.tgc;
     const auto forget = [&](char&) { own.looks.reset(); };
     if constexpr (detail::comparable<Model>)
-        own.acquired(forget, model, asked);
+        own.acquired(forget, model, settings.tgc, settings.time_gain);
     else
-        own.acquired(forget, asked);
+        own.acquired(forget, settings.tgc, settings.time_gain);
     own.lines = own.looks(policy, fine, {.depth = settings.depth, .samples = samples, .planes = settings.planes},
                           settings.compound, acquire, std::move(own.lines));
     own.lines = log_compress(policy, std::move(own.lines),
