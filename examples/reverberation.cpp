@@ -1,4 +1,4 @@
-// Reverberation: a steel needle in muscle, by straight lines, and by paths, which add its comet tail.
+// Reverberation: a steel needle in muscle, by straight lines without ringing, and by paths, which add its comet tail.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 
@@ -24,7 +24,7 @@ int main() {
         return lines;
     };
     const scan_lines straight =
-        draw("needle_straight.png", trace(exec::par_unseq, body, probe, pose{}, physical<>{}, scan));
+        draw("needle_straight.png", trace(exec::par_unseq, body, probe, pose{}, physical<>{.min_ringing = 1}, scan));
     const scan_lines bouncing = draw(
         "needle_paths.png", trace_paths(exec::par_unseq, body, probe, pose{}, physical<>{}, scan, {.bounces = 20}));
 

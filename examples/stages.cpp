@@ -7,7 +7,9 @@
 
 int main() {
     using namespace insonify;
-    scene body{tissue::liver};
+    medium even = tissue::liver; // without mottling, so that levels at two depths can be compared
+    even.structure = structure{};
+    scene body{even};
     body.add(make_cylinder({-15_mm, -60_mm, 45_mm}, {-15_mm, 60_mm, 45_mm}, 12_mm, 96), tissue::bile);
     body.add(make_cylinder({20_mm, -60_mm, 75_mm}, {20_mm, 60_mm, 75_mm}, 10_mm, 96), tissue::bone);
     body.build(exec::par);
