@@ -30,10 +30,10 @@ struct b_mode_settings {
         /// When a `tgc` of 0 is chosen: at the first frame of a workspace, and where the probe or the depth changes; or
         /// at every frame, so that the gain follows the probe. Without a workspace each picture chooses.
         enum class choice { first_frame, every_frame };
-        choice chosen = choice::first_frame;
-        float max_db = 60;              ///< limit of the automatic gain
-        std::array<float, 8> sliders{}; ///< dB at eight depths from 0 to the end of the lines; linear between
-        std::vector<tgc_point> curve{}; ///< replaces the automatic gain; points in order of depth, linear between
+        choice chosen = choice::first_frame; ///< when it is chosen
+        float max_db = 60;                   ///< limit of the automatic gain
+        std::array<float, 8> sliders{};      ///< dB at eight depths from 0 to the end of the lines; linear between
+        std::vector<tgc_point> curve{};      ///< replaces the automatic gain; points in order of depth, linear between
 
         friend bool operator==(const time_gain_settings&, const time_gain_settings&) = default;
     };

@@ -471,19 +471,20 @@ struct placed_structure {
     };
     /// A layer of sheets.
     struct sheets {
-        lattice lattices[structure::max_lattices] = {};
-        std::uint32_t count = 0; ///< of lattices; 0: no sheets
-        float diffuse = 0;       ///< amplitude of `diffuse_db`
-        structure::sheet_layer of{};
+        lattice lattices[structure::max_lattices] = {}; ///< each turned about the fibres
+        std::uint32_t count = 0;                        ///< of lattices; 0: no sheets
+        float diffuse = 0;                              ///< amplitude of `diffuse_db`
+        structure::sheet_layer of{};                    ///< as set
     };
 
-    structure of{};
+    structure of{};        ///< as set
     mat3 axes{1};          ///< columns x, y and z of `structure`, in coordinates of the object
     sheets layers[2] = {}; ///< `structure::sheets` and `structure::septa`
 
-    placed_structure() = default;
+    placed_structure() = default; ///< none
 
-    /// @param axes  orthonormal columns: along the fibres, across, and where the object is flattest
+    /// @param s           of the medium
+    /// @param directions  orthonormal columns: along the fibres, across, and where the object is flattest
     INSONIFY_FN placed_structure(const structure& s, const mat3& directions) : of{s}, axes{directions} {
         place(s.sheets, 0x51ED270BU, layers[0]);
         place(s.septa, 0xA3C59AC3U, layers[1]);
@@ -5373,6 +5374,7 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const Probe& p
 #ifndef INSONIFY_PROBE_REFINED_HPP
 #define INSONIFY_PROBE_REFINED_HPP
 
+#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -5384,7 +5386,7 @@ struct refined : Probe {
 
     /// @param rays_per_line  at least 1; the number of lines is rounded
     refined(const Probe& probe, float rays_per_line)
-        : Probe{probe}, lines{static_cast<std::uint32_t>(static_cast<float>(probe.lines) * rays_per_line + 0.5F)},
+        : Probe{probe}, lines{static_cast<std::uint32_t>(std::lround(static_cast<float>(probe.lines) * rays_per_line))},
           rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}
 
     /// The line as a ray in the probe frame.
@@ -11933,7 +11935,7 @@ struct near_field_settings {
         in_gas, ///< lines that start in gas: the reverberation alone, and nothing below it
         all     ///< the same, and on all lines ringing and the echo of the skin, which repeats once or twice
     };
-    lines shown = lines::in_gas;
+    lines shown = lines::in_gas;    ///< which lines have them
     float lens_thickness = 0.6e-3F; ///< metres; the lines are 1540/1020 times as far apart. Convention: 0.5 to 1 mm
     float back_reflection = 0.5F;   ///< amplitude that the back of the lens reflects, 0 to below 1. Convention
     float ring_down_db = -30;       ///< level of the ringing at the face, `no_level_db`: none. Convention
@@ -12583,6 +12585,7 @@ struct elevation_plane {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -12781,7 +12784,7 @@ class planes_of_lines {
         const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const ray line = probe.beam(static_cast<float>(i));
-            const int angle = tilted ? static_cast<int>(200 * (1 - line.direction.z) + 0.5F) : 0;
+            const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
             std::size_t set = 0;
             while (set < angles_.size() && angles_[set] != angle) ++set;
             set_of_line_[i] = static_cast<std::uint32_t>(set);
@@ -15390,10 +15393,10 @@ struct b_mode_settings {
         /// When a `tgc` of 0 is chosen: at the first frame of a workspace, and where the probe or the depth changes; or
         /// at every frame, so that the gain follows the probe. Without a workspace each picture chooses.
         enum class choice { first_frame, every_frame };
-        choice chosen = choice::first_frame;
-        float max_db = 60;              ///< limit of the automatic gain
-        std::array<float, 8> sliders{}; ///< dB at eight depths from 0 to the end of the lines; linear between
-        std::vector<tgc_point> curve{}; ///< replaces the automatic gain; points in order of depth, linear between
+        choice chosen = choice::first_frame; ///< when it is chosen
+        float max_db = 60;                   ///< limit of the automatic gain
+        std::array<float, 8> sliders{};      ///< dB at eight depths from 0 to the end of the lines; linear between
+        std::vector<tgc_point> curve{};      ///< replaces the automatic gain; points in order of depth, linear between
 
         friend bool operator==(const time_gain_settings&, const time_gain_settings&) = default;
     };

@@ -19,19 +19,20 @@ struct placed_structure {
     };
     /// A layer of sheets.
     struct sheets {
-        lattice lattices[structure::max_lattices] = {};
-        std::uint32_t count = 0; ///< of lattices; 0: no sheets
-        float diffuse = 0;       ///< amplitude of `diffuse_db`
-        structure::sheet_layer of{};
+        lattice lattices[structure::max_lattices] = {}; ///< each turned about the fibres
+        std::uint32_t count = 0;                        ///< of lattices; 0: no sheets
+        float diffuse = 0;                              ///< amplitude of `diffuse_db`
+        structure::sheet_layer of{};                    ///< as set
     };
 
-    structure of{};
+    structure of{};        ///< as set
     mat3 axes{1};          ///< columns x, y and z of `structure`, in coordinates of the object
     sheets layers[2] = {}; ///< `structure::sheets` and `structure::septa`
 
-    placed_structure() = default;
+    placed_structure() = default; ///< none
 
-    /// @param axes  orthonormal columns: along the fibres, across, and where the object is flattest
+    /// @param s           of the medium
+    /// @param directions  orthonormal columns: along the fibres, across, and where the object is flattest
     INSONIFY_FN placed_structure(const structure& s, const mat3& directions) : of{s}, axes{directions} {
         place(s.sheets, 0x51ED270BU, layers[0]);
         place(s.septa, 0xA3C59AC3U, layers[1]);

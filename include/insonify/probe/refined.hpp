@@ -3,6 +3,7 @@
 
 #include <insonify/core/memo.hpp>
 #include <insonify/probe/transducer.hpp>
+#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -14,7 +15,7 @@ struct refined : Probe {
 
     /// @param rays_per_line  at least 1; the number of lines is rounded
     refined(const Probe& probe, float rays_per_line)
-        : Probe{probe}, lines{static_cast<std::uint32_t>(static_cast<float>(probe.lines) * rays_per_line + 0.5F)},
+        : Probe{probe}, lines{static_cast<std::uint32_t>(std::lround(static_cast<float>(probe.lines) * rays_per_line))},
           rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}
 
     /// The line as a ray in the probe frame.

@@ -5,6 +5,7 @@
 #include <insonify/core/view.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/tracing/elevation_plane.hpp>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -203,7 +204,7 @@ class planes_of_lines {
         const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const ray line = probe.beam(static_cast<float>(i));
-            const int angle = tilted ? static_cast<int>(200 * (1 - line.direction.z) + 0.5F) : 0;
+            const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
             std::size_t set = 0;
             while (set < angles_.size() && angles_[set] != angle) ++set;
             set_of_line_[i] = static_cast<std::uint32_t>(set);

@@ -22,7 +22,7 @@ struct near_field_settings {
         in_gas, ///< lines that start in gas: the reverberation alone, and nothing below it
         all     ///< the same, and on all lines ringing and the echo of the skin, which repeats once or twice
     };
-    lines shown = lines::in_gas;
+    lines shown = lines::in_gas;    ///< which lines have them
     float lens_thickness = 0.6e-3F; ///< metres; the lines are 1540/1020 times as far apart. Convention: 0.5 to 1 mm
     float back_reflection = 0.5F;   ///< amplitude that the back of the lens reflects, 0 to below 1. Convention
     float ring_down_db = -30;       ///< level of the ringing at the face, `no_level_db`: none. Convention
