@@ -18,7 +18,7 @@ bool call(scan_lines& lines, iq_lines& echoes, label_lines& labels) {
 }
 #endif
 #ifdef CALL_probe_presets
-float call(const linear_array& probe) { return presets::in_use(probe, 3).bandwidth; }
+float call(const linear_array& probe) { return presets::in_use(probe).bandwidth; }
 #endif
 #ifdef CALL_probe_refined
 vec2 call(const refined<pencil>& probe) {
