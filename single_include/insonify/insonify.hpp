@@ -10352,6 +10352,7 @@ struct steered : Probe {
     explicit steered(const Probe& probe, float radians = 0)
         : Probe{probe}, steering{radians}, sine_{std::sin(radians)}, cosine_{std::cos(radians)} {
         if constexpr (requires { this->fnumber; }) this->fnumber /= cosine_;
+        if (probe.lines == 0) return; // `check` refuses it
         // Two lines that are neither the same nor opposite, also in a full circle.
         const ray first = probe.beam(-0.5F), second = probe.beam(0.25F * static_cast<float>(probe.lines) - 0.5F);
         const vec2 from{first.origin.x, first.origin.z}, to{second.origin.x, second.origin.z};
@@ -10577,8 +10578,10 @@ class compounding {
                 located(middle, (static_cast<float>(k) + 0.5F) * scan_.depth / static_cast<float>(scan_.samples));
             const float place = at.y / made.scan.depth * static_cast<float>(made.scan.samples) - 0.5F;
             const float above = clamp(std::floor(place), 0, last);
-            made.rows.push_back(angle == 0 ? row{0, k, 0}
-                                           : row{at.x, static_cast<std::uint32_t>(above), clamp(place - above, 0, 1)});
+            const float straight = min(static_cast<float>(k), last); // the lower sample exists also at the end
+            made.rows.push_back(angle == 0
+                                    ? row{0, static_cast<std::uint32_t>(straight), static_cast<float>(k) - straight}
+                                    : row{at.x, static_cast<std::uint32_t>(above), clamp(place - above, 0, 1)});
         }
         made.weighted.resize(std::size_t{probe_->lines} * scan_.samples);
         return made;

@@ -22,6 +22,7 @@ struct steered : Probe {
     explicit steered(const Probe& probe, float radians = 0)
         : Probe{probe}, steering{radians}, sine_{std::sin(radians)}, cosine_{std::cos(radians)} {
         if constexpr (requires { this->fnumber; }) this->fnumber /= cosine_;
+        if (probe.lines == 0) return; // `check` refuses it
         // Two lines that are neither the same nor opposite, also in a full circle.
         const ray first = probe.beam(-0.5F), second = probe.beam(0.25F * static_cast<float>(probe.lines) - 0.5F);
         const vec2 from{first.origin.x, first.origin.z}, to{second.origin.x, second.origin.z};

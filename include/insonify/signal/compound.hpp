@@ -157,8 +157,10 @@ class compounding {
                 located(middle, (static_cast<float>(k) + 0.5F) * scan_.depth / static_cast<float>(scan_.samples));
             const float place = at.y / made.scan.depth * static_cast<float>(made.scan.samples) - 0.5F;
             const float above = clamp(std::floor(place), 0, last);
-            made.rows.push_back(angle == 0 ? row{0, k, 0}
-                                           : row{at.x, static_cast<std::uint32_t>(above), clamp(place - above, 0, 1)});
+            const float straight = min(static_cast<float>(k), last); // the lower sample exists also at the end
+            made.rows.push_back(angle == 0
+                                    ? row{0, static_cast<std::uint32_t>(straight), static_cast<float>(k) - straight}
+                                    : row{at.x, static_cast<std::uint32_t>(above), clamp(place - above, 0, 1)});
         }
         made.weighted.resize(std::size_t{probe_->lines} * scan_.samples);
         return made;
