@@ -70,7 +70,10 @@ scene load(const simulate_options& chosen) {
             known += std::string{known.empty() ? "" : ", "} + each.name;
         throw usage_error{"--background: there is no tissue '" + chosen.background + "'; known are " + known};
     }
-    return load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background});
+    scene body = load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background});
+    const auto direction = [](const std::array<float, 3>& of) { return vec3{of[0], of[1], of[2]}; };
+    body.set_background_fibres(direction(chosen.fibres), direction(chosen.layers));
+    return body;
 }
 
 pose pose_of(const simulate_options& chosen, const scene& body) {
