@@ -18434,6 +18434,10 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
 
     obj_medium found{.inside = density && sound_speed ? medium{} : *known};
     medium& m = found.inside;
+    if (known) {
+        m.structure = known->structure;
+        m.roughness = known->roughness;
+    }
     m.density = density.value_or(m.density);
     m.sound_speed = sound_speed.value_or(m.sound_speed);
     if (const auto decibels_per_cm = value("attenuation")) m.attenuation = 100 * *decibels_per_cm;
@@ -18441,7 +18445,6 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     if (const auto decibels = value("backscatter_db")) m.backscatter = amplitude_of_decibels(*decibels);
     if (const auto micrometres = value("roughness_um")) m.roughness = 1e-6F * *micrometres;
     if (const auto per_cubic_mm = value("scatterers_per_mm3")) m.scatterer_density = 1e9F * *per_cubic_mm;
-    if (known) m.structure = known->structure;
     if (const auto like = text("structure")) {
         const std::optional<medium> other = tissue::find(*like);
         if (!other && *like != "none")
