@@ -7751,7 +7751,8 @@ class layer_walk {
         const crossing& at = found_.room[surface];
         surface_incidence met = incidence_at(line_, at.distance, scene_.objects[at.rank], at.primitive);
         const std::uint32_t owner = before < after ? before : after; // of the boundary
-        met.roughness = scene_.media[scene_.objects[owner].medium].roughness;
+        const float own = scene_.media[scene_.objects[owner].medium].roughness;
+        met.roughness = own > 0 ? own : -1; // one without a roughness of its own: the larger of the two media
         return met;
     }
 
@@ -18434,10 +18435,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
 
     obj_medium found{.inside = density && sound_speed ? medium{} : *known};
     medium& m = found.inside;
-    if (known) {
-        m.structure = known->structure;
-        m.roughness = known->roughness;
-    }
+    if (known) m.structure = known->structure;
     m.density = density.value_or(m.density);
     m.sound_speed = sound_speed.value_or(m.sound_speed);
     if (const auto decibels_per_cm = value("attenuation")) m.attenuation = 100 * *decibels_per_cm;

@@ -136,10 +136,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
 
     obj_medium found{.inside = density && sound_speed ? medium{} : *known};
     medium& m = found.inside;
-    if (known) {
-        m.structure = known->structure;
-        m.roughness = known->roughness;
-    }
+    if (known) m.structure = known->structure;
     m.density = density.value_or(m.density);
     m.sound_speed = sound_speed.value_or(m.sound_speed);
     if (const auto decibels_per_cm = value("attenuation")) m.attenuation = 100 * *decibels_per_cm;

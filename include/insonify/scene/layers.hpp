@@ -102,7 +102,8 @@ class layer_walk {
         const crossing& at = found_.room[surface];
         surface_incidence met = incidence_at(line_, at.distance, scene_.objects[at.rank], at.primitive);
         const std::uint32_t owner = before < after ? before : after; // of the boundary
-        met.roughness = scene_.media[scene_.objects[owner].medium].roughness;
+        const float own = scene_.media[scene_.objects[owner].medium].roughness;
+        met.roughness = own > 0 ? own : -1; // one without a roughness of its own: the larger of the two media
         return met;
     }
 
