@@ -141,7 +141,7 @@ TEST_CASE(
     const linear_array probe{.lines = 256, .width = 38_mm, .frequency = 7.5_MHz};
     const double wavelengths = 20e-3 * 7.5e6 / 1540;
     medium polished = tissue::steel;
-    polished.roughness = 0;
+    polished.roughness = 1e-9F; // a mirror
     for (const std::uint32_t gauge : {18U, 22U, 25U}) {
         const float diameter = needle_diameter(gauge);
         const double flat = peak(needle(diameter, 0, 48, 0, polished), probe, 1);
