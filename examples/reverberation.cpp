@@ -8,7 +8,7 @@ using namespace insonify;
 
 int main() {
     medium smooth_steel = tissue::steel;
-    smooth_steel.roughness = 0;
+    smooth_steel.roughness = 0.001_um; // a mirror; 0 would leave it to the muscle
     scene body{tissue::muscle};
     body.add(make_cylinder({0, -20_mm, 12_mm}, {0, 20_mm, 12_mm}, 0.6_mm, 192),
              smooth_steel); // normal to the slice plane
