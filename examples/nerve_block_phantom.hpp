@@ -4,7 +4,8 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
-#include <insonify/probe/linear_array.hpp>
+#include <insonify/examinations.hpp>
+#include <insonify/geometry/needle.hpp>
 #include <insonify/scene/scene.hpp>
 #include <string>
 
@@ -115,50 +116,6 @@ struct cord {
     }
 };
 
-/// A short sheet of connective tissue, thicker in the middle than at its edges.
-/// @param middle  {x, z} of its centre at y
-/// @param bend    deviation from a plane, metres along z, at -1 to 1 across
-template <class Middle, class Bend>
-mesh make_sheet(float width, float thickness, const Middle& middle, const Bend& bend) {
-    return make_along_limb(-half_length + 1_mm, half_length - 1_mm, 12, 14, [&](float y, float turn) -> vec2 {
-        const float across = turn < 0.5F ? 4 * turn - 1 : 3 - 4 * turn;
-        const float half = 0.5F * thickness * std::sqrt(1 - across * across);
-        return middle(y) + vec2{0.5F * width * across, bend(across) + (turn < 0.5F ? -half : half)};
-    });
-}
-
-/// Perimysium, the sheets between the fascicles of both muscles: rows of short, slightly tilted sheets.
-inline void add_perimysium(scene& body) {
-    std::uint64_t drawn = 0;
-    const auto uniform = [&](float low, float high) { return low + (high - low) * hash_uniform(2011, drawn++); };
-    const auto add_row = [&](float level, float slope, const auto& inside) {
-        for (float x = uniform(-29_mm, -23_mm); x < 22_mm;) {
-            const float width = uniform(4_mm, 9.5_mm);
-            const vec2 at{x + 0.5F * width, level + uniform(-0.5_mm, 0.5_mm)};
-            const float tilt = slope + uniform(-0.03F, 0.03F), phase = uniform(0, 1), drift = uniform(1_mm, 3_mm);
-            x += width + uniform(0.5_mm, 4_mm);
-            const vec2 reach{0.5F * width, 0.5F * width * tilt};
-            if (!inside(at - reach) || !inside(at) || !inside(at + reach)) continue;
-            const auto middle = [&](float y) {
-                const float turn = 2 * pi * (y / 45_mm + phase);
-                return at + vec2{drift * std::sin(turn), 0.3_mm * std::cos(turn)};
-            };
-            const auto bend = [&](float across) {
-                return 0.5F * width * (tilt * across + 0.03F * std::sin(3 * across + 2 * pi * phase));
-            };
-            body.add(make_sheet(width, uniform(0.1_mm, 0.2_mm), middle, bend), tissue::fascia, {.name = "perimysium"});
-        }
-    };
-    for (float z = 9.5_mm; z < 22_mm; z += 1.25_mm)
-        add_row(z, 0.05F, [](vec2 p) {
-            return p.y > upper_muscle_top(p.x, 0) + 0.8_mm && p.y < upper_muscle_bottom(p.x, 0) - 0.7_mm;
-        });
-    for (float z = 21_mm; z < 46_mm; z += 1.8_mm)
-        add_row(z, -0.13F, [](vec2 p) {
-            return p.y > lower_muscle_top(p.x, 0) + 0.8_mm && length(p - bone_centre) > bone_radius + 2_mm;
-        });
-}
-
 /// A nerve: hypoechoic fascicles in hyperechoic connective tissue, in a sheath (the "honeycomb").
 inline void add_nerve(scene& body) {
     constexpr medium sheath{1075, 1630, 1.2_dB_per_cm, 1, 2.2F * tissue::nerve.backscatter, 20_um};
@@ -187,43 +144,16 @@ inline void add_nerve(scene& body) {
         }
 }
 
-/// An injection needle of 22 gauge: a steel tube with a bevel of 30 degrees. Its axis is z, its tip is at z = 0 on the
-/// side of +x, and the bevel faces -x.
-inline mesh make_needle(float length) {
-    constexpr std::uint32_t around = 32;
-    constexpr float outer = 0.359_mm, inner = 0.2065_mm, bevel = 1.73F; // the cotangent of 30 degrees
-    mesh needle;
-    for (std::uint32_t i = 0; i < around; ++i) {
-        const float angle = 2 * pi * static_cast<float>(i) / around;
-        const vec3 out{std::cos(angle), std::sin(angle), 0};
-        const auto cut = [&](float radius) { return bevel * (radius * out.x - outer); };
-        for (const float radius : {outer, inner}) {
-            needle.positions.push_back(radius * out + vec3{0, 0, -length});
-            needle.positions.push_back(radius * out + vec3{0, 0, cut(radius)});
-        }
-        // vertices of each angle: 0 outer rear, 1 outer front, 2 inner rear, 3 inner front
-        const std::uint32_t a = 4 * i, b = 4 * ((i + 1) % around);
-        const auto add_quad = [&](std::uint32_t p, std::uint32_t q) {
-            needle.faces.insert(needle.faces.end(), {{a + p, b + p, b + q}, {a + p, b + q, a + q}});
-        };
-        add_quad(0, 1);
-        add_quad(1, 3);
-        add_quad(3, 2);
-        add_quad(2, 0);
-    }
-    return needle;
-}
-
-/// The pose of the needle: its tip at a point, advancing to the right.
+/// The pose of the needle: its tip at a point, advancing to the right, its bevel towards the skin.
 /// @param down   angle to the skin, radians
 /// @param aside  angle to the slice plane, radians
 inline pose needle_at(vec3 tip, float down, float aside) {
     const vec3 advance{std::cos(down) * std::cos(aside), -std::sin(aside), std::sin(down) * std::cos(aside)};
-    return look_at(tip, tip + advance, {-std::sin(down), 0, std::cos(down)});
+    return look_at(tip, tip + advance, {std::sin(down), 0, -std::cos(down)});
 }
 
 /// Its pose in the phantom: the tip at the nerve, within a degree of the slice plane of a probe at `pose{}`.
-inline pose needle_pose() { return needle_at({0.35_mm, 0, 15.5_mm}, 38_deg, 1_deg); }
+inline pose needle_pose() { return needle_at({0, 0, 15.3_mm}, 22_deg, 1_deg); }
 
 } // namespace nerve_block
 
@@ -239,8 +169,10 @@ inline insonify::scene nerve_block_phantom() {
     body.add(make_layer(32_mm, skin_top, below(52_mm)), tissue::skin, {.name = "skin"});
     body.add(make_layer(31_mm, fat_top, below(51_mm)), tissue::fat, {.name = "fat"});
     body.add(make_layer(30_mm, fascia_top, below(50_mm)), tissue::fascia, {.name = "fascia"});
-    body.add(make_layer(29_mm, upper_muscle_top, upper_muscle_bottom), tissue::muscle, {.name = "upper muscle"});
-    body.add(make_layer(29_mm, lower_muscle_top, below(49_mm)), tissue::muscle, {.name = "lower muscle"});
+    body.add(make_layer(29_mm, upper_muscle_top, upper_muscle_bottom), tissue::muscle,
+             {.name = "upper muscle", .fibres = {1, 0, 0.05F}});
+    body.add(make_layer(29_mm, lower_muscle_top, below(49_mm)), tissue::muscle,
+             {.name = "lower muscle", .fibres = {1, 0, -0.13F}});
 
     const auto add_fat_fascia = [&](float thickness, const auto& middle) {
         body.add(make_layer(
@@ -258,7 +190,6 @@ inline insonify::scene nerve_block_phantom() {
         return 6.5_mm - 0.8_mm * step(x, -10_mm, 3_mm) + 1.3_mm * step(x, 5_mm, 6_mm) +
                0.15_mm * wave(x, y, 18_mm, 60_mm, 0.3F);
     });
-    add_perimysium(body);
 
     const auto add_vessel = [&](const cord& lumen, float wall, const std::string& name) {
         cord outer = lumen;
@@ -274,8 +205,9 @@ inline insonify::scene nerve_block_phantom() {
     const cord bone{
         .centre = bone_centre, .radii = vec2{bone_radius}, .drift = {0.8_mm, 0.6_mm}, .corner = 0.02F, .around = 80};
     body.add(bone.surface(), tissue::bone, {.priority = 1, .name = "bone"});
-    body.add(make_needle(60_mm), tissue::steel,
-             {.priority = 2, .at = needle_pose(), .name = "needle", .crease_angle = 20_deg});
+    body.add(
+        make_needle(needle_diameter(22), 60_mm), tissue::steel,
+        {.priority = 2, .at = needle_pose(), .name = "needle", .crease_angle = 12_deg}); // its bevel has an edge at 15
     return body;
 }
 

@@ -22,7 +22,7 @@ struct simulate_options {
     std::array<float, 3> lateral{1, 0, 0};
     std::string law = "paper";
     std::optional<float> tgc{};
-    std::uint32_t planes = 7;
+    std::uint32_t planes = 7, looks = 3;
     std::array<std::uint32_t, 2> size{768, 0};
     std::string output = "out";
 };
@@ -86,6 +86,7 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         "time gain compensation of the B-mode image in dB/(cm MHz) (the background's attenuation, 0.5 to 1)")
         ->check(positive_number());
     add("--planes", into.planes, "COUNT", "elevation planes of the B-mode image (slice thickness): 1, 3, 5 or 7 (7)");
+    add("--looks", into.looks, "COUNT", "looks at angles within 16 degrees, averaged for the B-mode image (3)");
 }
 
 #endif
