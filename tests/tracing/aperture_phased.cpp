@@ -2,6 +2,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/tracing/trace.hpp>
+#include "shaded_lines.hpp"
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -12,29 +13,9 @@ using namespace insonify;
 namespace aperture_phased_test {
 namespace {
 
-/// A model whose samples are what arrives: x for surfaces, y for speckle.
-struct arrival_model {
-    using sample_type = vec2;
-    physical<> model{};
+using aperture_shading_test::absorber, aperture_shading_test::arrival_model, aperture_shading_test::body,
+    aperture_shading_test::most_uneven, aperture_shading_test::scan;
 
-    std::uint32_t samples(float, float) const { return detail::aperture_shading::steps; }
-    void arrivals(const traced_line& line, float spacing, view<vec2> out) const { model.arrivals(line, spacing, out); }
-    template <class Policy>
-    void operator()(const Policy&, const traced_line& line, float spacing, view<vec2> out) const {
-        model.arrivals(line, spacing, out);
-        for (std::size_t k = 0; k < out.size(); ++k) {
-            const float along = out[k].x;
-            const aperture_gain gain =
-                line.gains.at_steps.empty() ? aperture_gain{} : line.gains.at_steps[k]; // at the end of sample k
-            out[k] = {line.gains.amplitude(along, gain.surfaces), line.gains.amplitude(along, gain.speckle)};
-        }
-    }
-    friend bool operator==(const arrival_model&, const arrival_model&) = default;
-};
-
-constexpr medium body{.density = 1000, .sound_speed = 1540};
-constexpr medium absorber{.density = 1000, .sound_speed = 1540, .attenuation = 1e7F, .attenuation_power = 0};
-constexpr acquisition scan{.depth = 64_mm, .samples = 64}; // sample k ends at k + 1 mm
 constexpr phased_array fine{.lines = 512, .width = 20_mm, .frequency = 5_MHz, .focus = 30_mm};
 
 /// The fraction of the aperture |e| < z / 2F from which a straight line reaches a point at a distance from the face's middle
@@ -101,25 +82,13 @@ TEST_CASE("phased array: the edge of a shadow is as wide as its aperture makes i
 
 TEST_CASE("phased array: without obstacles, and behind shells around the middle of its face, gains are 1") {
     using namespace aperture_phased_test;
-    const auto most_uneven = [](const scene& s) {
-        const iq_lines shaded = trace(exec::par_unseq, s, phased_array{}, pose{}, arrival_model{}, scan),
-                       alone = trace(exec::par_unseq, s, phased_array{}, pose{}, arrival_model{}, scan,
-                                     straight_lines{.directions = 1});
-        float worst = 0;
-        for (std::size_t i = 0; i < shaded.values.size(); ++i) {
-            if (!(alone.values[i].x > 1e-9F)) continue;
-            worst = std::max(worst, std::fabs(shaded.values[i].x / alone.values[i].x - 1));
-            worst = std::max(worst, std::fabs(shaded.values[i].y / alone.values[i].y - 1));
-        }
-        return worst;
-    };
     const scene muscle = scene{tissue::muscle}.build(exec::par);
-    CHECK(most_uneven(muscle) < 1e-4F);
+    CHECK(most_uneven(muscle, phased_array{}, pose{}, scan) < 1e-4F);
     scene shells{tissue::muscle};
     shells.add(make_sphere({0, 0, 0}, 50_mm, 7), tissue::fat);
     shells.add(make_sphere({0, 0, 0}, 35_mm, 7), tissue::liver);
     shells.build(exec::par);
-    const float uneven = most_uneven(shells);
+    const float uneven = most_uneven(shells, phased_array{}, pose{}, scan);
     MESSAGE("shells: gains of 1 within ", uneven);
     CHECK(uneven < 0.01F); // the shells are polyhedra
 }

@@ -29,20 +29,6 @@ double rise(const std::vector<double>& row, double spacing) {
     return (place(0.9) - place(0.1)) * spacing;
 }
 
-/// The largest deviation of all gains from 1.
-template <class Probe>
-float most_uneven(const scene& s, const Probe& probe, const pose& at, const acquisition& how) {
-    const iq_lines shaded = trace(exec::par_unseq, s, probe, at, arrival_model{}, how);
-    const iq_lines alone = trace(exec::par_unseq, s, probe, at, arrival_model{}, how, straight_lines{.directions = 1});
-    float worst = 0;
-    for (std::size_t i = 0; i < shaded.values.size(); ++i) {
-        if (!(alone.values[i].x > 1e-9F)) continue;
-        worst = std::max(worst, std::fabs(shaded.values[i].x / alone.values[i].x - 1));
-        worst = std::max(worst, std::fabs(shaded.values[i].y / alone.values[i].y - 1));
-    }
-    return worst;
-}
-
 } // namespace
 } // namespace aperture_shading_test
 

@@ -5,6 +5,8 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/trace.hpp>
+#include <algorithm>
+#include <cmath>
 
 /// Scenes and probes whose shadows are known.
 namespace aperture_shading_test {
@@ -45,6 +47,20 @@ inline scene sheet(float from, float to, float depth, const medium& of) {
     s.add(make_box({from, -30_mm, depth - 0.1_mm}, {to, 30_mm, depth}), of);
     s.build(exec::par);
     return s;
+}
+
+/// The largest deviation of all gains from 1.
+template <class Probe>
+float most_uneven(const scene& s, const Probe& probe, const pose& at, const acquisition& how) {
+    const iq_lines shaded = trace(exec::par_unseq, s, probe, at, arrival_model{}, how);
+    const iq_lines alone = trace(exec::par_unseq, s, probe, at, arrival_model{}, how, straight_lines{.directions = 1});
+    float worst = 0;
+    for (std::size_t i = 0; i < shaded.values.size(); ++i) {
+        if (!(alone.values[i].x > 1e-9F)) continue;
+        worst = std::max(worst, std::fabs(shaded.values[i].x / alone.values[i].x - 1));
+        worst = std::max(worst, std::fabs(shaded.values[i].y / alone.values[i].y - 1));
+    }
+    return worst;
 }
 
 } // namespace aperture_shading_test

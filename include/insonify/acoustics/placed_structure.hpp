@@ -42,7 +42,6 @@ struct placed_structure {
     // Lattices turn by 2.4 rad, the golden angle, from one to the next, but not out of the range of the normals. They tilt to
     // either side by turns.
     INSONIFY_FN void place(const structure::sheet_layer& layer, std::uint32_t key, sheets& to) const {
-        to.of = layer;
         to.count = layer.fill > 0 ? layer.lattices : 0;
         to.diffuse = amplitude_of_decibels(layer.diffuse_db);
         float scale = 1;

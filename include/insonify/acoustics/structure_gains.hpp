@@ -81,9 +81,10 @@ class structure_gains {
             if (tissue_.of.bundles.spacing > 0) between = between * bundles(distance, aside);
             store(between, gain + i);
         }
+        const structure::sheet_layer* const of[] = {&tissue_.of.sheets, &tissue_.of.septa};
         for (int layer = 0; layer < 2; ++layer)
             for (std::uint32_t k = 0; k < tissue_.layers[layer].count; ++k) {
-                const sheet_line sheets{tissue_.layers[layer], tissue_.layers[layer].lattices[k], *this, lobe_[layer]};
+                const sheet_line sheets{*of[layer], tissue_.layers[layer], k, *this, lobe_[layer]};
                 for (std::uint32_t i = 0; i < needed; i += simd_width)
                     sheets.add(distances(first, spacing, i), load<simd_width>(slow[2] + i), gain + i);
             }
@@ -139,12 +140,14 @@ class structure_gains {
         float facing_y, facing_z; // components of the direction of propagation
         float per_lobe, diffuse;
 
-        INSONIFY_FN sheet_line(const placed_structure::sheets& all, const placed_structure::lattice& own,
-                               const structure_gains& line, float lobe)
-            : of{all.of}, cell{own.cell}, aside{own.aside}, key{own.key ^ line.key_}, facing_y{dot(own.axes[1],
-                                                                                                   line.propagation_)},
-              facing_z{dot(own.axes[2], line.propagation_)}, per_lobe{1 / (lobe * lobe)}, diffuse{all.diffuse} {
-            for (int i = 0; i < 3; ++i) place[i] = {dot(own.cells[i], line.origin_), dot(own.cells[i], line.along_)};
+        INSONIFY_FN sheet_line(const structure::sheet_layer& layer, const placed_structure::sheets& all,
+                               std::uint32_t k, const structure_gains& line, float lobe)
+            : of{layer}, cell{all.lattices[k].cell}, aside{all.lattices[k].aside}, key{all.lattices[k].key ^ line.key_},
+              facing_y{dot(all.lattices[k].axes[1], line.propagation_)},
+              facing_z{dot(all.lattices[k].axes[2], line.propagation_)}, per_lobe{1 / (lobe * lobe)}, diffuse{
+                                                                                                          all.diffuse} {
+            const mat3& cells = all.lattices[k].cells;
+            for (int i = 0; i < 3; ++i) place[i] = {dot(cells[i], line.origin_), dot(cells[i], line.along_)};
         }
 
         // Adds the amplitude of the sheet, if there is one, in the cell of each point.
