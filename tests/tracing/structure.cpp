@@ -1,0 +1,112 @@
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/tracing/trace.hpp>
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <vector>
+
+using namespace insonify;
+
+/// What the structure of tissue does to echoes: along and across the fibres, when objects, probes and tissue move.
+namespace structure_in_echoes_test {
+namespace {
+
+constexpr linear_array probe{.lines = 128, .width = 30_mm, .frequency = 7.5_MHz};
+constexpr acquisition scan{.depth = 40_mm, .samples = 1344};
+
+scene muscle_box(const pose& at = {}) {
+    scene body{medium{.density = 1075, .sound_speed = 1580, .attenuation = 100}};
+    body.add(make_box({-60_mm, -60_mm, -10_mm}, {60_mm, 60_mm, 60_mm}), tissue::muscle,
+             {.at = at, .fibres = {1, 0, 0}});
+    body.build(exec::par);
+    return body;
+}
+
+iq_lines echoes_of(const scene& body, const pose& at) {
+    return trace(exec::par_unseq, body, probe, at, physical{}, scan);
+}
+
+/// Mean decibels in blocks of 1 mm along the lines and three lines: what is larger than a resolution cell.
+std::vector<double> levels(const iq_lines& lines) {
+    constexpr std::uint32_t across = 3, along = 34;
+    std::vector<double> found;
+    for (std::uint32_t i = 0; i + across <= lines.count; i += across)
+        for (std::uint32_t k = 0; k + along <= lines.samples; k += along) {
+            double power = 0;
+            for (std::uint32_t a = 0; a < across; ++a)
+                for (std::uint32_t b = 0; b < along; ++b)
+                    power += static_cast<double>(dot(lines(i + a, k + b), lines(i + a, k + b)));
+            found.push_back(10 * std::log10(power));
+        }
+    return found;
+}
+
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+    double x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+    const auto n = static_cast<double>(a.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        x += a[i], y += b[i], xx += a[i] * a[i], yy += b[i] * b[i], xy += a[i] * b[i];
+    }
+    return (xy / n - x * y / n / n) / std::sqrt((xx / n - x * x / n / n) * (yy / n - y * y / n / n));
+}
+
+struct sheared { // the tissue now at p was at rest where this says
+    vec3 operator()(std::uint32_t, vec3 p) const { return {p.x - 3_mm, p.y, p.z}; }
+};
+
+} // namespace
+
+TEST_CASE("structure follows its object: the same echoes where object and probe are moved together") {
+    const iq_lines still = echoes_of(muscle_box(), pose{});
+    const pose moved = look_at({30_mm, -20_mm, 10_mm}, {31_mm, -18_mm, 40_mm}, {1, 0.3F, 0});
+    const iq_lines also = echoes_of(muscle_box(moved), moved);
+    const double same = correlation(levels(still), levels(also));
+    MESSAGE("moved together: correlation of levels ", same, ", expected 1");
+    CHECK(same > 0.995);
+}
+
+TEST_CASE("structure follows tissue that deforms") {
+    const scene body = muscle_box();
+    const iq_lines rest = echoes_of(body, {.translation = {-3_mm, 0, 0}});
+    const physical<fresnel, gaussian_field<sheared>> model{};
+    const iq_lines shifted = trace(exec::par_unseq, body, probe, pose{}, model, scan);
+    const double same = correlation(levels(rest), levels(shifted));
+    MESSAGE("tissue shifted by 3 mm under the probe: correlation with the probe shifted back ", same, ", expected 1");
+    CHECK(same > 0.99);
+}
+
+TEST_CASE("a probe that slides or turns a little sees the same fascicles") {
+    const scene body = muscle_box();
+    const iq_lines first = echoes_of(body, pose{});
+    // By a block of three lines: the same places, seen by other lines.
+    const float block = 3 * probe.width / static_cast<float>(probe.lines);
+    std::vector<double> slid = levels(echoes_of(body, {.translation = {block, 0, 0}})), before = levels(first);
+    const std::size_t column = slid.size() / (probe.lines / 3);
+    before.erase(before.begin(), before.begin() + static_cast<std::ptrdiff_t>(column));
+    slid.resize(before.size());
+    const double slides = correlation(before, slid);
+    const float turn = 2_deg;
+    const double turns = correlation(
+        levels(first), levels(echoes_of(body, look_at({0, 0, 0}, {0, 0, 1}, {std::cos(turn), std::sin(turn), 0}))));
+    MESSAGE("correlation of levels: slid by a block ", slides, ", turned by 2 degrees ", turns);
+    CHECK(slides > 0.9);
+    CHECK(turns > 0.7);
+}
+
+TEST_CASE("structure: echoes are the same on any number of threads, and scalar and SIMD agree") {
+    const scene body = muscle_box();
+    const auto trace_by = [&](const auto& policy) { return trace(policy, body, probe, pose{}, physical{}, scan); };
+    const iq_lines one = trace_by(exec::par.threads(1));
+    CHECK(trace_by(exec::par.threads(3)) == one);
+    const iq_lines lanes = trace_by(exec::par_unseq);
+    float largest = 0, worst = 0;
+    for (std::size_t i = 0; i < one.values.size(); ++i) {
+        largest = std::max(largest, length(one.values[i]));
+        worst = std::max(worst, length(one.values[i] - lanes.values[i]));
+    }
+    CHECK(worst < 1e-4F * largest);
+}
+
+} // namespace structure_in_echoes_test
