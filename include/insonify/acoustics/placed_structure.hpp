@@ -1,7 +1,7 @@
 #ifndef INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
 #define INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
 
-#include <insonify/acoustics/structure.hpp>
+#include <insonify/acoustics/structure_rms.hpp>
 #include <insonify/core/decibels.hpp>
 #include <cmath>
 
@@ -36,19 +36,32 @@ struct placed_structure {
     INSONIFY_FN placed_structure(const structure& s, const mat3& directions) : of{s}, axes{directions} {
         place(s.sheets, 0x51ED270BU, layers[0]);
         place(s.septa, 0xA3C59AC3U, layers[1]);
+        for (std::uint32_t i = 0; i < fnumbers; ++i)
+            rms_[i] = detail::structure_rms(s, std::exp2(static_cast<float>(i) / steps));
+    }
+
+    /// The rms of the factor on amplitude over a large volume, where the beam runs along z; the F-number is that of the
+    /// receiving aperture.
+    INSONIFY_FN float rms(float fnumber) const {
+        const float place = clamp(steps * std::log2(fnumber), 0, static_cast<float>(fnumbers - 1));
+        const auto above = static_cast<std::uint32_t>(place);
+        const std::uint32_t next = above + 1 < fnumbers ? above + 1 : above;
+        return rms_[above] + (place - static_cast<float>(above)) * (rms_[next] - rms_[above]);
     }
 
   private:
-    // Lattices turn by 2.4 rad, the golden angle, from one to the next, but not out of the range of the normals. They tilt to
-    // either side by turns.
+    static constexpr float steps = 4;             // of the F-number, in each doubling
+    static constexpr std::uint32_t fnumbers = 17; // from 1 to 16
+    float rms_[fnumbers] = {};
+
+    // Lattices turn by 2.4 rad, the golden angle, from one to the next, where normals may have any direction across the fibres.
     INSONIFY_FN void place(const structure::sheet_layer& layer, std::uint32_t key, sheets& to) const {
         to.count = layer.fill > 0 ? layer.lattices : 0;
         to.diffuse = amplitude_of_decibels(layer.diffuse_db);
         float scale = 1;
         for (std::uint32_t k = 0; k < to.count; ++k, scale *= 0.8F) {
-            const float turn = 2.4F * static_cast<float>(k) * layer.turn / (pi / 2);
-            const float steep = 0.3F + 0.7F * static_cast<float>(k * 5 % 6) / 5;
-            const float tilt = (k % 2 == 0 ? steep : -steep) * layer.tilt;
+            const float turn = layer.turn < pi / 2 ? 0.0F : 2.4F * static_cast<float>(k);
+            const float tilt = detail::tilt_of_lattice(layer, k);
             const float c = std::cos(turn), s = std::sin(turn);
             const vec3 across = c * axes[1] - s * axes[2], upright = s * axes[1] + c * axes[2];
             const float ct = std::cos(tilt), st = std::sin(tilt);

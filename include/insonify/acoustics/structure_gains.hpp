@@ -8,19 +8,8 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-inline constexpr float bits_per_decibel = 0.16609640F; // log2(10) / 20
-/// Largest value of the random numbers that sheets take their levels from: a sum of two uniform ones, of variance 1.
-inline constexpr float max_level_number = 2.4494897F;
-
-/// Sine of the angle at which the echo of a sheet has fallen to half its amplitude: the lobe of the aperture (see
-/// `specular_return`, whose half width is 0.53 of the edge's angle), widened by the waviness of the sheet.
-INSONIFY_FN inline float lobe_of(float waviness, float fnumber) {
-    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * waviness;
-    return std::sin(min(std::sqrt(aperture * aperture + facets * facets), pi / 2));
-}
-
 /// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not normalised:
-/// `structure_rms` is their rms value.
+/// `placed_structure::rms` is their rms value.
 class structure_gains {
   public:
     /// @param origin, along  of the segment: metres, and metres of material per metre of the line
@@ -154,9 +143,13 @@ class structure_gains {
         INSONIFY_FN INSONIFY_INLINE void add(const floats& distance, const floats& wave, float* gain) const {
             const floats one(1.0F), half(0.5F), zero(0.0F);
             const auto cells = [&](int k) { return multiply_add(wave, floats(aside[k]), place[k].at(distance)); };
-            const floats y = cells(1), z = cells(2);
-            const bits row = floor_bits<simd_width>(y), layer = floor_bits<simd_width>(z);
-            const bits column = mix_lanes<simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + key);
+            // Layers of cells are shifted at random, rows within a layer and cells within a row too.
+            const floats z = cells(2) + floats(static_cast<float>(key & 0xFFFFU) * 0x1p-16F);
+            const bits layer = floor_bits<simd_width>(z);
+            const bits of_layer = mix_lanes<simd_width>(layer * 0xC2B2AE35U + key);
+            const floats y = cells(1) + fraction(of_layer, 0, 16);
+            const bits row = floor_bits<simd_width>(y);
+            const bits column = mix_lanes<simd_width>(row * 0x85EBCA6BU + of_layer);
             const floats x = cells(0) + fraction(column, 0, 16);
             const bits number = floor_bits<simd_width>(x);
             const bits a = mix_lanes<simd_width>(column + number * 0x9E3779B9U);
@@ -179,10 +172,12 @@ class structure_gains {
                 return at - floats_of<simd_width>(whole) - multiply_add(one - (e + e), random, e);
             };
             const floats from_x = from_centre(x, number, half_length, fraction(a, 24, 8));
-            const floats from_y =
-                floats(cell.y) * from_centre(y, row, half_width * cosine * floats(1 / cell.y), fraction(b, 0, 7));
-            const floats from_z =
-                floats(cell.z) * from_centre(z, layer, half_width * abs(sine) * floats(1 / cell.z), fraction(b, 7, 7));
+            const floats margin(1.5F *
+                                of.thickness); // so that little of the profile is cut off at the sides of the cell
+            const floats wide = half_width * cosine + margin * abs(sine),
+                         high = half_width * abs(sine) + margin * cosine;
+            const floats from_y = floats(cell.y) * from_centre(y, row, wide * floats(1 / cell.y), fraction(b, 0, 7));
+            const floats from_z = floats(cell.z) * from_centre(z, layer, high * floats(1 / cell.z), fraction(b, 7, 7));
 
             // Its outline and profile, which ends at four standard deviations: most points are outside.
             const floats across = from_y * sine + from_z * cosine,
@@ -191,7 +186,9 @@ class structure_gains {
             const auto inside = full && zero < outline && abs(across) < floats(4 * of.thickness);
             if (bits_of(inside) == 0) return;
 
-            const floats level_number = (fraction(b, 22, 5) + fraction(b, 27, 5) - one) * floats(max_level_number);
+            const floats steps = floats_of<simd_width>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
+            const floats level_number =
+                multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
             const floats level = multiply_add(level_number, floats(bits_per_decibel * of.spread_db),
                                               floats(bits_per_decibel * of.level_db));
             const floats profile = across * across * floats(-0.72134752F / (of.thickness * of.thickness));
@@ -206,9 +203,11 @@ class structure_gains {
     // 1 between the bundles, their level inside.
     INSONIFY_FN INSONIFY_INLINE floats bundles(const floats& distance, const floats& aside) const {
         const structure::bundle_layer& of = tissue_.of.bundles;
-        const floats y = along_axis(tissue_.axes[1], of.spacing).at(distance) + aside * floats(0.7F / of.spacing),
-                     z = along_axis(tissue_.axes[2], of.spacing).at(distance) + aside * floats(1 / of.spacing);
-        const bits row = floor_bits<simd_width>(y), layer = floor_bits<simd_width>(z);
+        const floats z = along_axis(tissue_.axes[2], of.spacing).at(distance) + aside * floats(1 / of.spacing);
+        const bits layer = floor_bits<simd_width>(z), row_bits = mix_lanes<simd_width>(layer * 0x9E3779B9U + key_);
+        const floats y = along_axis(tissue_.axes[1], of.spacing).at(distance) + aside * floats(0.7F / of.spacing) +
+                         fraction(row_bits, 0, 16); // each row by itself, or bundles would be in columns
+        const bits row = floor_bits<simd_width>(y);
         const bits random = mix_lanes<simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (key_ ^ 0x2545F491U));
         const float largest = 0.5F * of.diameter / of.spacing;
         const floats radius = floats(largest) * multiply_add(fraction(random, 0, 8), floats(0.4F), floats(0.6F));

@@ -1,7 +1,7 @@
 #ifndef INSONIFY_ACOUSTICS_STRUCTURE_RMS_HPP
 #define INSONIFY_ACOUSTICS_STRUCTURE_RMS_HPP
 
-#include <insonify/acoustics/structure_gains.hpp>
+#include <insonify/acoustics/sheet_lobe.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -32,22 +32,26 @@ INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, floa
         const float spread = b > 1e-3F ? std::sinh(b) / b : 1.0F;
         return std::exp(neper * of.level_db) * spread * spread;
     };
-    constexpr int angles = 16;
     const float lobe = lobe_of(of.waviness, fnumber), diffuse = std::exp2(bits_per_decibel * of.diffuse_db);
-    float echo = 0, echo_squared = 0;
-    for (int i = 0; i < angles; ++i) {
-        const float sine = std::sin((static_cast<float>(i) + 0.5F) / angles * of.turn);
-        const float one = diffuse + (1 - diffuse) * std::exp2(-sine * sine / (lobe * lobe));
-        echo += one / angles;
-        echo_squared += one * one / angles;
-    }
+    // Over the angles of the normals, in a lattice that is tilted.
+    const auto echo_of = [&](float tilt) {
+        constexpr int angles = 16;
+        two_moments echo{0, 0};
+        for (int i = 0; i < angles; ++i) {
+            const float facing = std::cos((static_cast<float>(i) + 0.5F) / angles * of.turn) * std::cos(tilt);
+            const float one = diffuse + (1 - diffuse) * std::exp2((facing * facing - 1) / (lobe * lobe));
+            echo = {echo.mean + one / angles, echo.square + one * one / angles};
+        }
+        return echo;
+    };
     constexpr float length = 0.75F * 0.725F, width = 0.8F * 0.8F; // means, in cells
     two_moments sum{0, 0};
     float scale = 1;
     for (std::uint32_t k = 0; k < of.lattices; ++k, scale *= 0.8F) {
         const float area = 0.25F * length * width * of.fill * of.thickness / (scale * of.cell.z);
-        const float mean = level(1) * 2.5066283F * area * 2.4674011F * echo;
-        const float square = level(2) * 1.7724539F * area * 1.7777778F * echo_squared;
+        const two_moments echo = echo_of(tilt_of_lattice(of, k));
+        const float mean = level(1) * 2.5066283F * area * 2.4674011F * echo.mean;
+        const float square = level(2) * 1.7724539F * area * 1.7777778F * echo.square;
         sum = {sum.mean + mean, sum.square + square + 2 * sum.mean * mean};
     }
     return sum;
