@@ -26,21 +26,25 @@ int main(int argc, char** argv) {
         if (argc > 1) return 0;
 
         // The image must show a bright bone surface with a shadow below, and blood darker than muscle.
-        const auto grey_at = [&](float x, float z) { // mean of 9 x 3 pixels
-            const float pitch = nerve_block::probe.width / static_cast<float>(picture.size.x);
-            const auto column = static_cast<std::uint32_t>(x / pitch + 0.5F * static_cast<float>(picture.size.x));
-            const auto row = static_cast<std::uint32_t>(z / pitch);
-            float sum = 0;
-            for (std::uint32_t i = 0; i < 27; ++i) sum += picture(column - 4 + i % 9, row - 1 + i / 9) / 27;
-            return sum;
+        const float pitch = nerve_block::probe.width / static_cast<float>(picture.size.x);
+        const auto mean_grey = [&](vec2 from, vec2 to) { // of a rectangle, in metres from the left and from the top
+            float sum = 0, count = 0;
+            for (auto y = static_cast<std::uint32_t>(from.y / pitch); static_cast<float>(y) * pitch < to.y; ++y)
+                for (auto x = static_cast<std::uint32_t>(from.x / pitch); static_cast<float>(x) * pitch < to.x; ++x) {
+                    sum += picture(x, y);
+                    ++count;
+                }
+            return sum / count;
         };
-        float bone = 0;                               // at a displayed depth of 28 mm
-        for (float x = 10_mm; x < 12_mm; x += 0.2_mm) // a rough surface has speckle, too
-            for (float z = 27_mm; z < 29_mm; z += 0.1_mm) bone = std::max(bone, grey_at(x, z));
-        const float shadow = grey_at(11_mm, 35_mm);
-        const float blood = grey_at(-9_mm, 17_mm), muscle = grey_at(9_mm, 26_mm);
+        float bone = 0; // a rough surface has speckle, too: the brightest place near its top
+        for (float x = 29_mm; x < 31_mm; x += pitch)
+            for (float z = 27_mm; z < 29_mm; z += pitch)
+                bone = std::max(bone, mean_grey({x - 0.3_mm, z - 0.1_mm}, {x + 0.3_mm, z + 0.1_mm}));
+        const float shadow = mean_grey({28_mm, 34_mm}, {32_mm, 36_mm});
+        const float blood = mean_grey({9_mm, 16_mm}, {11_mm, 18_mm});
+        const float muscle = mean_grey({26_mm, 14_mm}, {36_mm, 22_mm}); // bundles, dark, and the sheets between them
         std::printf("bone %.2f, its shadow %.2f, muscle %.2f, blood %.2f\n", bone, shadow, muscle, blood);
-        return bone > 0.8F && shadow < 0.1F && muscle > 0.3F && blood < 0.7F * muscle ? 0 : 1;
+        return bone > 0.8F && shadow < 0.1F && muscle > 0.15F && blood < 0.25F * muscle ? 0 : 1;
     } catch (const std::exception& e) {
         std::fprintf(stderr, "first_image: %s\n", e.what());
         return 2;
