@@ -1,0 +1,98 @@
+// Values along lines and images, as views of numpy.
+#include "bindings.hpp"
+#include <cstring>
+
+namespace insonify_python {
+
+namespace {
+
+/// The values of lines as an array of count x samples; complex numbers where they are pairs.
+template <class Value>
+struct array_number {
+    using type = Value;
+};
+template <>
+struct array_number<vec2> {
+    using type = std::complex<float>;
+};
+
+template <class Value>
+void bind_line_grid(py::module_& module, const char* name, const char* page) {
+    using lines = line_grid<Value>;
+    using number = typename array_number<Value>::type;
+    static_assert(sizeof(number) == sizeof(Value));
+    py::class_<lines>(module, name, page)
+        .def(py::init([](const py::array_t<number, py::array::c_style | py::array::forcecast>& values, float depth) {
+                 if (values.ndim() != 2)
+                     throw usage_error{"lines are made of an array with a row for each line, not of " +
+                                       std::to_string(values.ndim()) + " dimensions"};
+                 lines made{static_cast<std::uint32_t>(values.shape(0)), static_cast<std::uint32_t>(values.shape(1)),
+                            depth};
+                 if (!made.values.empty())
+                     std::memcpy(static_cast<void*>(made.values.data()), values.data(),
+                                 sizeof(Value) * made.values.size());
+                 return made;
+             }),
+             py::arg("values"), py::arg("depth"), "Copies an array with a row for each line; depth in metres.")
+        .def_readonly("count", &lines::count, "number of lines")
+        .def_readonly("samples", &lines::samples, "depth samples of each line")
+        .def_readonly("depth", &lines::depth, "from the face to the end of the last sample, metres")
+        .def_property_readonly(
+            "values",
+            [](const py::object& self) {
+                auto& own = py::cast<lines&>(self);
+                return array_over(reinterpret_cast<number*>(own.values.data()), {own.count, own.samples}, self);
+            },
+            "count x samples, a view without a copy")
+        .def("__array__",
+             [](const py::object& self, const py::args& how) { return self.attr("values").attr("__array__")(*how); })
+        .def("__eq__", [](const lines& one, const lines& other) { return one == other; })
+        .def("__repr__", [name = std::string{name}](const lines& self) {
+            return "<" + name + " of " + std::to_string(self.count) + " lines of " + std::to_string(self.samples) +
+                   " samples>";
+        });
+}
+
+template <class Picture>
+void bind_picture(py::module_& module, const char* name, const char* page) {
+    py::class_<Picture>(module, name, page)
+        .def_property_readonly(
+            "size", [](const Picture& self) { return self.size; }, "columns, rows")
+        .def_property_readonly(
+            "pixels",
+            [](const py::object& self) {
+                auto& own = py::cast<Picture&>(self);
+                return array_over(own.pixels.data(), {own.size.y, own.size.x}, self);
+            },
+            "rows x columns, from the top; a view without a copy")
+        .def("__array__",
+             [](const py::object& self, const py::args& how) { return self.attr("pixels").attr("__array__")(*how); })
+        .def("__eq__", [](const Picture& one, const Picture& other) { return one == other; })
+        .def("__repr__", [name = std::string{name}](const Picture& self) {
+            return "<" + name + " of " + std::to_string(self.size.x) + " x " + std::to_string(self.size.y) + " pixels>";
+        });
+}
+
+} // namespace
+
+void bind_grids(py::module_& module) {
+    bind_line_grid<float>(module, "scan_lines", "Real values along lines: envelope, brightness, angles.");
+    bind_line_grid<vec2>(module, "iq_lines", "Complex baseband echoes along lines.");
+    bind_line_grid<label_id>(module, "label_lines", "The object at each sample.");
+    bind_picture<image>(module, "image", "A greyscale image: 0 black to 1 white.");
+    bind_picture<label_image>(module, "label_image", "The object at each pixel.");
+    py::class_<scan_map>(module, "scan_map", "Interpolation table of scan_convert, and pixel to millimetre.")
+        .def_property_readonly(
+            "size", [](const scan_map& self) { return self.size; }, "columns, rows")
+        .def_readonly("pitch", &scan_map::pitch, "width of a pixel, metres")
+        .def(
+            "point", [](const scan_map& self, vec2 pixel) { return self.point(pixel); }, py::arg("pixel"),
+            "From pixel coordinates to (x, z) in the slice plane, metres.")
+        .def("pixel", &scan_map::pixel, py::arg("point"),
+             "From (x, z) in the slice plane, metres, to pixel coordinates.");
+    module.def(
+        "write_png", [](const std::string& path, const image& picture) { write_png(path, picture); }, py::arg("path"),
+        py::arg("picture"), py::call_guard<py::gil_scoped_release>(), "Writes an 8-bit greyscale PNG file.");
+}
+
+} // namespace insonify_python

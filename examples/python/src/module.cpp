@@ -1,0 +1,29 @@
+// The Python module `insonify`: the library's names and settings, with numpy arrays where C++ has vectors.
+#define INSONIFY_IMPLEMENTATION
+#include "bindings.hpp"
+
+PYBIND11_MODULE(insonify, module) {
+    using namespace insonify_python;
+    module.doc() = "Ultrasound images of triangle meshes by ray tracing.\n\n"
+                   "Everything is in SI units; multiply by `mm`, `MHz`, `deg` or `dB_per_cm`: depth=40 * mm.";
+    module.attr("m") = 1.0;
+    module.attr("cm") = 1e-2;
+    module.attr("mm") = 1e-3;
+    module.attr("um") = 1e-6;
+    module.attr("kHz") = 1e3;
+    module.attr("MHz") = 1e6;
+    module.attr("deg") = 3.14159265358979323846 / 180;
+    module.attr("dB_per_cm") = 100.0;
+    module.attr("background_label") = background_label;
+    module.attr("no_level_db") = no_level_db;
+    bind_errors(module);
+    bind_media(module);
+    bind_grids(module);
+    bind_scene(module);
+    bind_probes(module);
+    bind_settings(module);
+    bind_stages(module);
+    bind_linear_array(module);
+    bind_convex_array(module);
+    bind_phased_array(module);
+}

@@ -1,0 +1,64 @@
+#ifndef INSONIFY_PYTHON_PROBE_FUNCTIONS_HPP
+#define INSONIFY_PYTHON_PROBE_FUNCTIONS_HPP
+
+#include "bindings.hpp"
+
+namespace insonify_python {
+
+/// The functions that depend on the type of the probe, as overloads. Each type has a file of its own, for they take the
+/// compiler most of its time.
+template <class Probe>
+void bind_probe_functions(py::module_& module) {
+    module.def(
+        "b_mode",
+        [](const scene& body, const Probe& probe, const pose& at, const b_mode_settings& settings,
+           const physical<>& model, const std::string& policy) {
+            return run(policy, [&](const auto& chosen) { return b_mode(chosen, body, probe, at, settings, model); });
+        },
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("settings") = b_mode_settings{},
+        py::arg("model") = physical<>{}, py::kw_only(), py::arg("policy") = "par_unseq",
+        "A B-mode image: the whole chain in one call.");
+    module.def(
+        "trace",
+        [](const scene& body, const Probe& probe, const pose& at, const physical<>& model, const acquisition& settings,
+           const std::string& policy) {
+            return run(policy, [&](const auto& chosen) { return trace(chosen, body, probe, at, model, settings); });
+        },
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("model"), py::arg("settings"), py::kw_only(),
+        py::arg("policy") = "par_unseq", "What the probe receives along its lines, before `convolve`.");
+    module.def(
+        "convolve",
+        [](const iq_lines& echoes, const Probe& probe, const std::string& policy) {
+            return run(policy,
+                       [&](const auto& chosen) { return convolve(chosen, echoes, nominal_pulse(probe), probe); });
+        },
+        py::arg("echoes"), py::arg("probe"), py::kw_only(), py::arg("policy") = "par_unseq",
+        "Convolves traced echoes with the pulse and the beam of the probe.");
+    module.def(
+        "make_scan_map",
+        [](const Probe& probe, const acquisition& scan, const scan_convert_settings& settings,
+           const std::string& policy) {
+            return run(policy, [&](const auto& chosen) { return make_scan_map(chosen, probe, scan, settings); });
+        },
+        py::arg("probe"), py::arg("scan"), py::arg("settings") = scan_convert_settings{}, py::kw_only(),
+        py::arg("policy") = "par_unseq", "The interpolation table of scan_convert.");
+    module.def(
+        "ground_truth",
+        [](const scene& body, const Probe& probe, const pose& at, const label_settings& settings,
+           const physical<>& model, const std::string& policy) {
+            return run(policy,
+                       [&](const auto& chosen) { return ground_truth(chosen, body, probe, at, settings, model); });
+        },
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("settings"), py::arg("model") = physical<>{},
+        py::kw_only(), py::arg("policy") = "par_unseq", "Labels, surfaces, angles, shadows and depths of a frame.");
+    module.def(
+        "diagnose",
+        [](const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
+            return diagnose(body, probe, at, scan).sentence;
+        },
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("scan"), py::call_guard<py::gil_scoped_release>(),
+        "Why a picture is empty, in a sentence; empty where nothing is wrong.");
+}
+
+} // namespace insonify_python
+#endif

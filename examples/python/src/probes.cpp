@@ -1,0 +1,47 @@
+// Probes and presets.
+#include "bindings.hpp"
+
+namespace insonify_python {
+
+namespace {
+
+template <class Probe>
+settings_class<Probe> bind_probe(py::module_& module, const char* name, const char* page) {
+    settings_class<Probe> bound{module, name, page};
+    bound.member("lines", &Probe::lines, "scan lines of a frame")
+        .member("frequency", &Probe::frequency, "carrier frequency, hertz")
+        .member("fnumber", &Probe::fnumber, "depth over active aperture, in the lateral direction")
+        .member("focus", &Probe::focus, "transmit focus, metres; 0: half the depth of the image")
+        .member("elevation_height", &Probe::elevation_height, "height of the aperture, metres")
+        .member("elevation_focus", &Probe::elevation_focus, "depth of the elevation focus, metres")
+        .member("bandwidth", &Probe::bandwidth, "fractional bandwidth of echoes at -6 dB")
+        .member("side_lobes", &Probe::side_lobes, "amplitude of the first side lobe; 0: none");
+    return bound;
+}
+
+} // namespace
+
+void bind_probes(py::module_& module) {
+    bind_probe<linear_array>(module, "linear_array", "Flat array of parallel lines: for vessels, nerves and muscles.")
+        .member("width", &linear_array::width, "width of the face, metres");
+    bind_probe<convex_array>(module, "convex_array", "Curved array, its lines normal to the face: for the abdomen.")
+        .member("radius", &convex_array::radius, "radius of the face, metres")
+        .member("field_of_view", &convex_array::field_of_view, "angle between the ends of the face, radians");
+    bind_probe<phased_array>(module, "phased_array",
+                             "Small flat array that steers its lines from its centre: for the heart.")
+        .member("width", &phased_array::width, "width of the face, metres")
+        .member("field_of_view", &phased_array::field_of_view, "angle between the ends of the sector, radians");
+
+    struct preset_table {};
+    py::class_<preset_table>{module, "presets", "Transducers, by their names: copies, to be changed freely."}
+        .def_property_readonly_static("l11_5v", [](const py::object&) { return presets::l11_5v; })
+        .def_property_readonly_static("l12_3v", [](const py::object&) { return presets::l12_3v; })
+        .def_property_readonly_static("c5_2v", [](const py::object&) { return presets::c5_2v; })
+        .def_property_readonly_static("p4_2v", [](const py::object&) { return presets::p4_2v; })
+        .def_static("in_use", py::overload_cast<const linear_array&>(&presets::in_use), py::arg("transducer"),
+                    "A transducer with the pulse and the aperture of a scanner in use.")
+        .def_static("in_use", py::overload_cast<const convex_array&>(&presets::in_use), py::arg("transducer"))
+        .def_static("in_use", py::overload_cast<const phased_array&>(&presets::in_use), py::arg("transducer"));
+}
+
+} // namespace insonify_python

@@ -1,0 +1,227 @@
+// Poses, meshes and the scene.
+#include "bindings.hpp"
+#include <cstring>
+
+namespace insonify_python {
+
+namespace {
+
+using float_array = py::array_t<float, py::array::c_style | py::array::forcecast>;
+using index_array = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
+
+mesh make_mesh(const float_array& positions, const index_array& faces) {
+    if (positions.ndim() != 2 || positions.shape(1) != 3 || faces.ndim() != 2 || faces.shape(1) != 3)
+        throw usage_error{"a mesh needs an array of N x 3 positions in metres and one of M x 3 vertex indices"};
+    mesh made;
+    made.positions.resize(static_cast<std::size_t>(positions.shape(0)));
+    if (!made.positions.empty())
+        std::memcpy(static_cast<void*>(made.positions.data()), positions.data(), sizeof(vec3) * made.positions.size());
+    made.faces.resize(static_cast<std::size_t>(faces.shape(0)));
+    const std::int64_t* index = faces.data();
+    for (uvec3& face : made.faces)
+        for (int corner = 0; corner < 3; ++corner, ++index) {
+            if (*index < 0 || *index >= positions.shape(0))
+                throw geometry_error{"a face names vertex " + std::to_string(*index) + ", but the mesh has " +
+                                     std::to_string(positions.shape(0)) + "; indices start at 0"};
+            face[corner] = static_cast<std::uint32_t>(*index);
+        }
+    return made;
+}
+
+py::array_t<float> matrix_of(const pose& at) {
+    py::array_t<float> made({4, 4});
+    auto m = made.mutable_unchecked<2>();
+    for (int row = 0; row < 4; ++row)
+        for (int column = 0; column < 4; ++column)
+            m(row, column) = row == 3      ? (column == 3 ? 1.0F : 0.0F)
+                             : column == 3 ? at.translation[row]
+                                           : at.rotation[column][row];
+    return made;
+}
+
+pose pose_of(const float_array& matrix) {
+    if (matrix.ndim() != 2 || matrix.shape(0) != 4 || matrix.shape(1) != 4)
+        throw usage_error{"a pose is made of a 4 x 4 matrix"};
+    const auto m = matrix.unchecked<2>();
+    pose made;
+    for (int row = 0; row < 3; ++row) {
+        made.translation[row] = m(row, 3);
+        for (int column = 0; column < 3; ++column) made.rotation[column][row] = m(row, column);
+    }
+    if (!is_rigid(made)) throw geometry_error{"the matrix of a pose must be a rotation and a translation, in metres"};
+    return made;
+}
+
+void bind_meshes(py::module_& module) {
+    py::class_<pose>(module, "pose", "Rigid transform from local to world coordinates.")
+        .def(py::init<>())
+        .def(py::init(&pose_of), py::arg("matrix"), "4 x 4 matrix, from local to world, metres")
+        .def_property_readonly("matrix", &matrix_of, "4 x 4, from local to world: a copy")
+        .def_property_readonly(
+            "translation", [](const pose& self) { return self.translation; }, "metres")
+        .def("point", &pose::point, py::arg("p"), "From local to world coordinates.")
+        .def("local_point", &pose::local_point, py::arg("p"), "From world to local coordinates.")
+        .def("__matmul__", [](const pose& outer, const pose& inner) { return outer * inner; })
+        .def("__eq__", [](const pose& one, const pose& other) { return one == other; })
+        .def("__repr__", [](const pose& self) {
+            return "pose(" + py::cast<std::string>(py::repr(matrix_of(self).attr("tolist")())) + ")";
+        });
+    module.def(
+        "inverse", [](const pose& self) { return inverse(self); }, py::arg("pose"), "The inverse transform.");
+    module.def("look_at", &look_at, py::arg("from_"), py::arg("towards"), py::arg("lateral"),
+               "Pose of a probe at `from_` that faces `towards` a point, its array along `lateral`.");
+
+    py::class_<mesh>(module, "mesh", "Indexed triangle mesh; faces are counter-clockwise seen from outside.")
+        .def(py::init(&make_mesh), py::arg("positions"), py::arg("faces"), "Copies N x 3 metres and M x 3 indices.")
+        .def_property_readonly(
+            "positions",
+            [](const py::object& self) {
+                auto& own = py::cast<mesh&>(self);
+                return array_over(reinterpret_cast<float*>(own.positions.data()),
+                                  {static_cast<py::ssize_t>(own.positions.size()), 3}, self);
+            },
+            "N x 3, metres: a view without a copy")
+        .def_property_readonly(
+            "faces",
+            [](const py::object& self) {
+                auto& own = py::cast<mesh&>(self);
+                return array_over(reinterpret_cast<std::uint32_t*>(own.faces.data()),
+                                  {static_cast<py::ssize_t>(own.faces.size()), 3}, self);
+            },
+            "M x 3, vertex indices: a view without a copy");
+    module.def("make_box", &make_box, py::arg("lower"), py::arg("upper"), py::arg("subdivisions") = 0, "A box.");
+    module.def("make_sphere", &make_sphere, py::arg("centre"), py::arg("radius"), py::arg("subdivisions") = 4,
+               "A sphere.");
+    module.def("make_cylinder", &make_cylinder, py::arg("from_"), py::arg("to"), py::arg("radius"),
+               py::arg("segments") = 64, py::arg("segments_along") = 1, "A closed cylinder.");
+    module.def(
+        "make_needle",
+        [](float diameter, float length, float bevel) { return make_needle(diameter, length, {.bevel = bevel}); },
+        py::arg("diameter"), py::arg("length"), py::arg("bevel") = needle_settings{}.bevel,
+        "A solid needle along z with its tip at the origin; the bevel faces +x.");
+    module.def("needle_diameter", &needle_diameter, py::arg("gauge"),
+               "Outer diameter of a needle of 18 to 25 gauge, metres.");
+    module.def(
+        "load_obj", [](const std::string& path, float unit) { return load_obj(path, {.unit = unit}); }, py::arg("path"),
+        py::arg("unit"),
+        "Loads all faces of an OBJ file as one mesh; `unit` is the length of 1 in the file, such as mm.");
+    module.def(
+        "validate", [](const mesh& surface) { return explain(validate(surface)); }, py::arg("mesh"),
+        "What is wrong with a mesh, in a sentence.");
+}
+
+/// The arrays of vertices that were handed out and still exist, as pairs of an id and a weak reference.
+py::list held_views(const py::object& self) {
+    py::list held;
+    if (py::hasattr(self, "_views"))
+        for (const py::handle entry : self.attr("_views"))
+            if (!entry[py::int_(1)]().is_none()) held.append(entry);
+    self.attr("_views") = held;
+    return held;
+}
+
+py::array positions_of(const py::object& self, std::uint32_t id) {
+    const std::span<vec3> places = py::cast<scene&>(self).positions(object_id{id});
+    py::array made =
+        array_over(reinterpret_cast<float*>(places.data()), {static_cast<py::ssize_t>(places.size()), 3}, self);
+    held_views(self).append(py::make_tuple(id, py::weakref(made)));
+    return made;
+}
+
+/// Vertices that an array still refers to must not be freed.
+void remove_from(const py::object& self, std::uint32_t id) {
+    for (const py::handle entry : held_views(self))
+        if (py::cast<std::uint32_t>(entry[py::int_(0)]) == id)
+            throw usage_error{"scene::remove: an array of positions(" + std::to_string(id) +
+                              ") is still in use; delete it first"};
+    py::cast<scene&>(self).remove(object_id{id});
+}
+
+} // namespace
+
+void bind_scene(py::module_& module) {
+    bind_meshes(module);
+    const auto id_of = [](std::uint32_t id) { return object_id{id}; };
+    py::class_<scene>(module, "scene", py::dynamic_attr(),
+                      "Closed surfaces, each filled with a medium, in a background.")
+        .def(py::init<const medium&>(), py::arg("background") = medium{})
+        .def(
+            "add",
+            [](scene& self, const mesh& surface, const medium& inside, int priority, const pose& at, std::string name,
+               vec3 fibres, float crease_angle) {
+                return static_cast<std::uint32_t>(self.add(surface, inside,
+                                                           {.priority = priority,
+                                                            .at = at,
+                                                            .name = std::move(name),
+                                                            .fibres = fibres,
+                                                            .crease_angle = crease_angle}));
+            },
+            py::arg("mesh"), py::arg("medium"), py::kw_only(), py::arg("priority") = 0, py::arg("at") = pose{},
+            py::arg("name") = "", py::arg("fibres") = vec3{0, 0, 0},
+            py::arg("crease_angle") = object_settings{}.crease_angle,
+            "Adds a closed surface and returns its id, which is also its label.")
+        .def("remove", &remove_from, py::arg("id"), "Call build afterwards.")
+        .def(
+            "place", [=](scene& self, std::uint32_t id, const pose& at) { self.place(id_of(id), at); }, py::arg("id"),
+            py::arg("at"), "Moves an object; call update afterwards.")
+        .def(
+            "set_medium",
+            [=](scene& self, std::uint32_t id, const medium& inside) { self.set_medium(id_of(id), inside); },
+            py::arg("id"), py::arg("medium"))
+        .def("set_background_fibres", &scene::set_background_fibres, py::arg("along"), py::arg("flat") = vec3{0, 0, 1})
+        .def("positions", &positions_of, py::arg("id"),
+             "Vertices of an object, N x 3, in its own coordinates: a view to write into, then call update. Ask again "
+             "after add or remove.")
+        .def(
+            "build",
+            [](py::object self, const std::string& policy) {
+                auto& own = py::cast<scene&>(self);
+                run(policy, [&](const auto& chosen) { own.build(chosen); });
+                return self;
+            },
+            py::arg("policy") = "par", "Needed after add and remove; returns the scene.")
+        .def(
+            "update",
+            [](scene& self, const std::string& policy) {
+                run(policy, [&](const auto& chosen) { self.update(chosen); });
+            },
+            py::arg("policy") = "par", "Needed after moving objects or vertices.")
+        .def(
+            "find",
+            [](const scene& self, const std::string& name) -> std::optional<std::uint32_t> {
+                const auto found = self.find(name);
+                return found ? std::optional{static_cast<std::uint32_t>(*found)} : std::nullopt;
+            },
+            py::arg("name"), "The id of the object of a name, or None.")
+        .def(
+            "box",
+            [](const scene& self) {
+                return std::pair{self.box().lower, self.box().upper};
+            },
+            "Lower and upper corner of all objects.")
+        .def(
+            "object_at",
+            [](const scene& self, vec3 point) -> std::optional<std::uint32_t> {
+                const auto found = object_at(self, point);
+                return found ? std::optional{static_cast<std::uint32_t>(*found)} : std::nullopt;
+            },
+            py::arg("point"), "The object that gives the medium at a point, or None.")
+        .def_property_readonly(
+            "names",
+            [](const scene& self) {
+                py::dict names;
+                for (const object& one : self.objects()) names[py::int_(static_cast<std::uint32_t>(one.id))] = one.name;
+                return names;
+            },
+            "Name of each object, by its id.")
+        .def_property_readonly("is_built", &scene::is_built);
+    module.def(
+        "load_obj_scene",
+        [](const std::string& path, float unit, const medium& background) {
+            return load_obj_scene(path, {.unit = unit, .background = background});
+        },
+        py::arg("path"), py::arg("unit"), py::arg("background") = tissue::water,
+        "Loads an OBJ file; its materials are media. `unit` is the length of 1 in the file, such as mm.");
+}
+
+} // namespace insonify_python
