@@ -54,7 +54,7 @@ def settings_of(kind):
 
 
 def members(kind):
-    settings = "**kwargs" in (kind.__init__.__doc__ or "")
+    settings = "**kwargs) -> None" in (kind.__init__.__doc__ or "")
     if settings:
         yield f"    def __init__(self, *, {', '.join(f'{name}: Any = ...' for name in settings_of(kind))}) -> None: ..."
     for name, member in sorted(vars(kind).items()):
