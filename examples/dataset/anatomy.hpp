@@ -1,0 +1,166 @@
+#ifndef INSONIFY_DATASET_ANATOMY_HPP
+#define INSONIFY_DATASET_ANATOMY_HPP
+
+#include "../nerve_block_phantom.hpp"
+#include "sample.hpp"
+#include <algorithm>
+#include <optional>
+
+namespace dataset {
+
+/// The names that labels stand for: 0 is the background, then the objects of all anatomies in alphabetical order, the
+/// needle last. Objects of one name have one label.
+struct label_names {
+    static constexpr std::uint8_t outside = 255; ///< outside the field of view
+    std::vector<std::string> names{"background"};
+
+    std::uint8_t of(const std::string& name) const {
+        const auto found = std::find(names.begin(), names.end(), name);
+        return static_cast<std::uint8_t>(found - names.begin());
+    }
+};
+
+/// The anatomies as they were loaded.
+class anatomies {
+  public:
+    /// @throws io_error, usage_error  for a file that cannot be used, or without the object of `around`
+    explicit anatomies(const description& d) {
+        if (d.anatomy.empty()) {
+            originals_.push_back(nerve_block_phantom());
+            originals_.back().remove(*originals_.back().find("needle")); // each sample has its own, or none
+            files_.emplace_back("nerve block phantom");
+        }
+        for (const std::string& file : d.anatomy) {
+            originals_.push_back(
+                load_obj_scene(file, {.unit = d.unit * 1_mm, .background = *tissue::find(d.background)}));
+            files_.push_back(file);
+        }
+        std::vector<std::string> found;
+        for (std::size_t i = 0; i < originals_.size(); ++i) {
+            for (const object& one : originals_[i].objects()) found.push_back(name_of(one));
+            if (!originals_[i].find(d.around)) {
+                std::string known;
+                for (const object& one : originals_[i].objects()) known += (known.empty() ? "" : ", ") + name_of(one);
+                throw usage_error{"--around: " + files_[i] + " has no object '" + d.around + "'; it has " + known};
+            }
+        }
+        std::sort(found.begin(), found.end());
+        found.erase(std::unique(found.begin(), found.end()), found.end());
+        labels_.names.insert(labels_.names.end(), found.begin(), found.end());
+        if (labels_.of("needle") == labels_.names.size()) labels_.names.emplace_back("needle");
+        if (labels_.names.size() >= label_names::outside)
+            throw usage_error{"--anatomy: more than 253 names of objects; labels are 8-bit"};
+    }
+
+    const label_names& labels() const { return labels_; }
+    const std::vector<std::string>& files() const { return files_; }
+    static std::string name_of(const object& one) {
+        return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id)) : one.name;
+    }
+
+    /// The anatomy of a sample: scaled, bent, with its own media; and the pose of the probe on it.
+    std::pair<scene, pose> make(const description& d, const sample& s) const {
+        const scene& original = originals_[s.anatomy];
+        std::uint64_t next = 1000; // beyond those of draw_sample
+        scene body{varied(original.background(), d, s, next)};
+        const vec3 middle = original.box().centre();
+        const bending bend{d, s};
+        for (const object& one : original.objects()) {
+            mesh surface = one.surface;
+            for (vec3& p : surface.positions) {
+                const vec3 scaled = s.scale * (one.at.point(p) - middle);
+                p = scaled + bend(scaled);
+            }
+            body.add(std::move(surface), varied(one.inside, d, s, next),
+                     {.priority = one.priority,
+                      .name = name_of(one),
+                      .fibres = one.at.direction(one.fibres),
+                      .crease_angle = one.crease_angle});
+        }
+        body.build(exec::seq);
+        const pose at = place_probe(body, d, s);
+        if (s.needle) {
+            add_needle(body, s, at);
+            body.build(exec::seq);
+        }
+        return {std::move(body), at};
+    }
+
+  private:
+    /// A smooth displacement: waves along three directions.
+    struct bending {
+        vec3 direction[3]{}, wave[3]{};
+        float phase[3]{}, amplitude = 0;
+
+        bending(const description& d, const sample& s) {
+            amplitude = s.bend * 1_mm * std::sqrt(2.0F / 3);
+            for (std::uint64_t i = 0; i < 3; ++i) {
+                const auto random = [&](std::uint64_t k) { return hash_normal(s.seed, 2000 + 10 * i + k); };
+                const vec2 a = random(0), b = random(1), c = random(2);
+                direction[i] = normalize(vec3{a.x, a.y, b.x});
+                wave[i] = normalize(vec3{b.y, c.x, c.y}) * (2 * pi / (d.bend_length * 1_mm));
+                phase[i] = 2 * pi * hash_uniform(s.seed, 2000 + 10 * i + 9);
+            }
+        }
+        vec3 operator()(vec3 p) const {
+            vec3 sum{0, 0, 0};
+            for (int i = 0; i < 3; ++i) sum += amplitude * std::sin(dot(wave[i], p) + phase[i]) * direction[i];
+            return sum;
+        }
+    };
+
+    static medium varied(medium one, const description& d, const sample& s, std::uint64_t& next) {
+        const auto factor = [&] { return d.media.from + (d.media.to - d.media.from) * hash_uniform(s.seed, next++); };
+        one.attenuation *= factor();
+        one.backscatter *= factor();
+        return one;
+    }
+
+    /// On the surface of the object `around`, facing inwards.
+    static pose place_probe(const scene& body, const description& d, const sample& s) {
+        const object_id on = *body.find(d.around);
+        const aabb box = body.box(on);
+        const vec3 from = normalize(vec3{d.from[0], d.from[1], d.from[2]}),
+                   lateral{d.lateral[0], d.lateral[1], d.lateral[2]};
+        const pose straight = look_at(box.centre() + from, box.centre(), lateral); // z inwards
+        const float spread = s.spread * 1_deg, azimuth = s.azimuth * 1_deg;
+        const vec3 outwards = straight.direction(
+            {std::sin(spread) * std::cos(azimuth), std::sin(spread) * std::sin(azimuth), -std::cos(spread)});
+        const vec3 shift = straight.direction({s.along * 1_mm, s.across * 1_mm, 0});
+        const float far = length(box.size());
+        const auto hit = first_surface(body, {.origin = box.centre() + shift + far * outwards, .direction = -outwards},
+                                       [=](object_id id) { return id == on; });
+        // A ray that misses leaves the probe on the box, looking at its middle: the sample shows no anatomy, and says so.
+        const vec3 place = hit ? hit->point : box.centre() + shift + 0.5F * far * outwards;
+        const vec3 inwards = hit ? -hit->normal : -outwards;
+        const pose on_surface =
+            look_at(place - s.standoff * 1_mm * inwards, place + inwards,
+                    std::fabs(dot(normalize(lateral), inwards)) < 0.99F ? lateral : straight.rotation[1]);
+        const auto turned = [](float degrees, int axis) {
+            const float c = std::cos(degrees * 1_deg), n = std::sin(degrees * 1_deg);
+            const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+            mat3 m{1};
+            m[i][i] = m[j][j] = c;
+            m[i][j] = n;
+            m[j][i] = -n;
+            return pose{m, {0, 0, 0}};
+        };
+        return on_surface * turned(s.turn, 2) * turned(s.tilt, 0) * turned(s.rock, 1);
+    }
+
+    /// In the plane of the image, from the left, its tip below the middle of the face.
+    static void add_needle(scene& body, const sample& s, const pose& probe) {
+        const float angle = s.needle_angle * 1_deg;
+        const vec3 tip = probe.point({0, 0, s.needle_depth * 1_mm});
+        const vec3 along = probe.direction({std::cos(angle), 0, std::sin(angle)});
+        body.add(make_needle(needle_diameter(s.gauge), 100_mm), tissue::steel,
+                 {.priority = 100, .at = look_at(tip, tip + along, probe.direction({0, 1, 0})), .name = "needle"});
+    }
+
+    std::vector<scene> originals_;
+    std::vector<std::string> files_;
+    label_names labels_;
+};
+
+} // namespace dataset
+#endif
