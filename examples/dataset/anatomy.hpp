@@ -38,7 +38,7 @@ class anatomies {
         std::vector<std::string> found;
         for (std::size_t i = 0; i < originals_.size(); ++i) {
             for (const object& one : originals_[i].objects()) found.push_back(name_of(one));
-            if (!originals_[i].find(d.around)) {
+            if (!d.around.empty() && !originals_[i].find(d.around)) {
                 std::string known;
                 for (const object& one : originals_[i].objects()) known += (known.empty() ? "" : ", ") + name_of(one);
                 throw usage_error{"--around: " + files_[i] + " has no object '" + d.around + "'; it has " + known};
@@ -116,10 +116,10 @@ class anatomies {
         return one;
     }
 
-    /// On the surface of the object `around`, facing inwards.
+    /// On the surface of the object `around`, or of the first, facing inwards.
     static pose place_probe(const scene& body, const description& d, const sample& s) {
-        const object_id on = *body.find(d.around);
-        const aabb box = body.box(on);
+        const std::optional<object_id> on = body.find(d.around);
+        const aabb box = on ? body.box(*on) : body.box();
         const vec3 from = normalize(vec3{d.from[0], d.from[1], d.from[2]}),
                    lateral{d.lateral[0], d.lateral[1], d.lateral[2]};
         const pose straight = look_at(box.centre() + from, box.centre(), lateral); // z inwards
@@ -129,7 +129,7 @@ class anatomies {
         const vec3 shift = straight.direction({s.along * 1_mm, s.across * 1_mm, 0});
         const float far = length(box.size());
         const auto hit = first_surface(body, {.origin = box.centre() + shift + far * outwards, .direction = -outwards},
-                                       [=](object_id id) { return id == on; });
+                                       [=](object_id id) { return !on || id == *on; });
         // A ray that misses leaves the probe on the box, looking at its middle: the sample shows no anatomy, and says so.
         const vec3 place = hit ? hit->point : box.centre() + shift + 0.5F * far * outwards;
         const vec3 inwards = hit ? -hit->normal : -outwards;

@@ -59,7 +59,7 @@ struct description {
     range bend{0, 0}; ///< rms of a smooth random displacement
     float bend_length = 60;
 
-    std::string around = "skin";                   ///< name of the object that the probe is placed on
+    std::string around{}; ///< name of the object that the probe is placed on; empty: the first that it meets
     std::array<float, 3> from{0, 0, -1};           ///< direction from which the probe looks
     std::array<float, 3> lateral{1, 0, 0};         ///< of the array
     range spread{0, 30};                           ///< angle between the probe's place and `from`, degrees
@@ -149,9 +149,13 @@ inline void add_options(CLI::App& app, description& d) {
     varies("--scale", d.scale, "Factor of all lengths of the anatomy");
     varies("--bend", d.bend, "Rms of a smooth random displacement of the anatomy, mm");
     option("--bend-length", d.bend_length, "Its wavelength, mm");
-    option("--around", d.around, "Name of the object whose surface the probe is placed on");
-    option("--from", d.from, "Direction from the middle of that object to the probe");
-    option("--lateral", d.lateral, "Direction of the array");
+    option("--around", d.around,
+           "Name of the object whose surface the probe is placed on; without: the first that it meets");
+    const auto direction = [&](const char* name, std::array<float, 3>& value, const char* help) {
+        app.add_option(name, value, help)->delimiter(',')->capture_default_str();
+    };
+    direction("--from", d.from, "Direction from the middle of that object to the probe, such as 0,-1,0");
+    direction("--lateral", d.lateral, "Direction of the array");
     varies("--spread", d.spread, "Angle between the direction of the probe and --from, degrees");
     varies("--along", d.along, "Shift of the probe along its array, mm");
     varies("--across", d.across, "Shift of the probe across it, mm");
