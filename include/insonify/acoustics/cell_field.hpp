@@ -1,8 +1,7 @@
 #ifndef INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 #define INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 
-#include <insonify/acoustics/cell_layout.hpp>
-#include <insonify/acoustics/sheath_gains.hpp>
+#include <insonify/acoustics/structured_line.hpp>
 #include <insonify/core/error.hpp>
 #include <type_traits>
 
@@ -94,22 +93,6 @@ struct cell_field {
   private:
     static constexpr std::uint32_t run_length = 128;
 
-    // Multiplies scatterers by the structure of the medium. @param begin  of the segment, metres along the line
-    INSONIFY_FN void apply_structure(const material_line& line, const detail::rest_line& rest, float begin, float first,
-                                     float step, std::uint32_t count, float* real, float* imaginary) const {
-        const std::uint32_t key = mix_bits(seed + line.object);
-        const vec3 propagation = normalize(rest.along - line.tilt * line.elevation);
-        const detail::structure_gains gains{*line.structure, rest.origin, rest.along, propagation, line.fnumber, key};
-        gains.apply(first, step, count, real, imaginary);
-        const structure::sheath_layer& sheath = line.structure->of.sheath;
-        if (!(sheath.thickness > 0)) return;
-        const detail::sheath_gains of_sheath{sheath, rest.origin, rest.along, line.fnumber, key};
-        if (line.own_surfaces.x > 0)
-            of_sheath.apply(first, step, count, line.surfaces.x - begin, line.own_surfaces.x, real, imaginary);
-        if (line.own_surfaces.y > 0)
-            of_sheath.apply(first, step, count, line.surfaces.y - begin, -line.own_surfaces.y, real, imaginary);
-    }
-
     // Covariance of linear interpolation that keeps the power, by distance in cells.
     INSONIFY_FN static float linear_covariance(float cells) {
         // At distances of eighths of a cell, by numerical integration; linear in between.
@@ -130,6 +113,7 @@ struct cell_field {
         const double position = static_cast<double>(detail::view_slabs::position(segment.origin));
         const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(segment.along));
         const bool ascending = slabs_per_metre > 0;
+        detail::structured_line structure{line, segment, begin, end, mix_bits(seed + line.object)};
         double slab = std::floor(position);
         for (float from = begin; from < end; slab += ascending ? 1 : -1) {
             const double border = slab + (ascending ? 1 : 0);
@@ -139,15 +123,15 @@ struct cell_field {
                            end);
             const detail::rest_line rest{segment.origin + (from - begin) * segment.along, segment.along};
             if (to > from)
-                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), line, rest, from, to,
+                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
                              emit);
             from = to;
         }
     }
 
     template <class Emit>
-    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, const material_line& line,
-                                  const detail::rest_line& rest, float begin, float end, Emit&& emit) const {
+    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line& structure, float begin,
+                                  float end, Emit&& emit) const {
         const double from = cells.slot, to = from + static_cast<double>(end - begin) * cells.slots_per_metre;
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
         const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
@@ -164,9 +148,8 @@ struct cell_field {
                 store(value.real, real + i);
                 store(value.imaginary, imaginary + i);
             }
-            if (line.structure != nullptr)
-                apply_structure(line, rest, begin, static_cast<float>(offset / cells.slots_per_metre),
-                                static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
+            structure.apply(begin + static_cast<float>(offset / cells.slots_per_metre),
+                            static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
             // A slot cut by a border is weighted by the fraction inside.
             const auto weight = [&](std::uint32_t i, double fraction) {
                 real[i] *= static_cast<float>(fraction);
