@@ -16,8 +16,9 @@ constexpr float fnumber = 3;
 std::vector<float> gains_along(const placed_structure& tissue, vec3 origin, vec3 along, std::uint32_t count = 400,
                                std::uint32_t key = 7) {
     std::vector<float> real(count, 1.0F), imaginary(count, 1.0F);
-    detail::gain_window{0.1_mm * static_cast<float>(count)}.multiply({tissue, origin, along, along, fnumber, key}, 0,
-                                                                     0.1_mm, count, real.data(), imaginary.data());
+    const detail::structure_gains gains{tissue, origin, along, along, fnumber, key};
+    detail::gain_window{gains, 0.1_mm * static_cast<float>(count)}.multiply(0, 0.1_mm, count, real.data(),
+                                                                            imaginary.data());
     return real;
 }
 
@@ -161,8 +162,9 @@ TEST_CASE("structure: a sheath lies below the surface, 0.7 to 1.5 mm thick, and 
         std::vector<double> power(80);
         for (std::uint32_t key = 0; key < 400; ++key) {
             std::vector<float> real(80, 1.0F), imaginary(80, 1.0F);
-            detail::sheath_gains{sheath, {0.3_mm, 0.2_mm, 0}, {0, 0, 1}, structure_test::fnumber, key}.apply(
-                0, 0.1_mm, 80, 2_mm, cosine, real.data(), imaginary.data());
+            detail::sheath_gains{sheath, {0.3_mm, 0.2_mm, 0}, {0, 0, 1}, structure_test::fnumber, key, 8_mm, 2_mm,
+                                 cosine}
+                .apply(0, 0.1_mm, 80, real.data(), imaginary.data());
             for (std::size_t i = 0; i < power.size(); ++i)
                 power[i] += static_cast<double>(real[i]) * static_cast<double>(real[i]) / 400;
         }

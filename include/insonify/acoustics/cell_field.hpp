@@ -91,7 +91,7 @@ struct cell_field {
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
   private:
-    static constexpr std::uint32_t run_length = 128;
+    static constexpr std::uint32_t run_length = 256;
 
     // Covariance of linear interpolation that keeps the power, by distance in cells.
     INSONIFY_FN static float linear_covariance(float cells) {
@@ -106,14 +106,21 @@ struct cell_field {
         return (1 - weight) * eighths[below] + weight * eighths[below + 1];
     }
 
-    // Divides a straight segment where it leaves a slab: each slab has its own layout.
     template <class Emit>
     INSONIFY_FN void scatter_straight(const material_line& line, float begin, float end,
                                       const detail::rest_line& segment, float spacing, Emit&& emit) const {
+        if (line.structure == nullptr) return scatter_slabs(line, begin, end, segment, spacing, nullptr, emit);
+        detail::structured_line structure{line, segment, begin, end, mix_bits(seed + line.object)};
+        scatter_slabs(line, begin, end, segment, spacing, &structure, emit);
+    }
+
+    // Divides a straight segment where it leaves a slab: each slab has its own layout.
+    template <class Emit>
+    INSONIFY_FN void scatter_slabs(const material_line& line, float begin, float end, const detail::rest_line& segment,
+                                   float spacing, detail::structured_line* structure, Emit&& emit) const {
         const double position = static_cast<double>(detail::view_slabs::position(segment.origin));
         const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(segment.along));
         const bool ascending = slabs_per_metre > 0;
-        detail::structured_line structure{line, segment, begin, end, mix_bits(seed + line.object)};
         double slab = std::floor(position);
         for (float from = begin; from < end; slab += ascending ? 1 : -1) {
             const double border = slab + (ascending ? 1 : 0);
@@ -130,7 +137,7 @@ struct cell_field {
     }
 
     template <class Emit>
-    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line& structure, float begin,
+    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line* structure, float begin,
                                   float end, Emit&& emit) const {
         const double from = cells.slot, to = from + static_cast<double>(end - begin) * cells.slots_per_metre;
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
@@ -148,8 +155,9 @@ struct cell_field {
                 store(value.real, real + i);
                 store(value.imaginary, imaginary + i);
             }
-            structure.apply(begin + static_cast<float>(offset / cells.slots_per_metre),
-                            static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
+            if (structure != nullptr)
+                structure->apply(begin + static_cast<float>(offset / cells.slots_per_metre),
+                                 static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
             // A slot cut by a border is weighted by the fraction inside.
             const auto weight = [&](std::uint32_t i, double fraction) {
                 real[i] *= static_cast<float>(fraction);

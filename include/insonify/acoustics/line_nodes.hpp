@@ -5,6 +5,24 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
+/// Linear interpolation between values at whole numbers, for a register full of places at equal steps. Within the register the
+/// slope changes at each whole number.
+/// @param count  of values
+/// @param first  of the places, 0 or more; below count - 1
+INSONIFY_FN INSONIFY_INLINE lanes<simd_width> interpolate(const float* values, std::uint32_t count, float first,
+                                                          float step) {
+    using floats = lanes<simd_width>;
+    const auto before = static_cast<std::uint32_t>(first);
+    const float part = first - static_cast<float>(before), last = part + (simd_width - 1) * step;
+    const float* const at = values + before;
+    const floats away = floats_of<simd_width>(steps_of_bits<simd_width>(0, 1)) * floats(step) + floats(part);
+    floats sum = multiply_add(away, floats(at[1] - at[0]), floats(at[0]));
+    for (std::uint32_t i = 1; static_cast<float>(i) < last && before + i + 1 < count; ++i)
+        sum = multiply_add(max(away - floats(static_cast<float>(i)), floats(0.0F)),
+                           floats(at[i + 1] - 2 * at[i] + at[i - 1]), sum);
+    return sum;
+}
+
 /// A quantity that varies slowly along a line: its values at nodes, linear in between. Nodes lie at whole multiples of their
 /// distance in the material, so that neighbouring segments and lines share them.
 class line_nodes {
@@ -29,6 +47,12 @@ class line_nodes {
         const auto before = static_cast<std::uint32_t>(place);
         const float part = place - static_cast<float>(before);
         return value_[before] + part * (value_[before + 1 < count_ ? before + 1 : before] - value_[before]);
+    }
+
+    /// The values at a register full of distances at equal steps, metres.
+    INSONIFY_FN INSONIFY_INLINE lanes<simd_width> at(float distance, float step) const {
+        return interpolate(value_, count_, clamp((distance - first_) / step_, 0, static_cast<float>(count_ - 2)),
+                           step / step_);
     }
 
     /// A linear function of the distance.

@@ -128,14 +128,12 @@ class structure_gains {
 class gain_window {
   public:
     /// @param last  end of the segment, metres from its origin
-    INSONIFY_FN explicit gain_window(float last) : last_{last} {}
+    INSONIFY_FN gain_window(const structure_gains& of, float last) : of_{of}, last_{last} {}
 
     /// Multiplies `count` complex amplitudes, at equal steps from a distance on; distances never decrease.
-    /// @param of  the same in each call
-    INSONIFY_FN void multiply(const structure_gains& of, float first, float step, std::uint32_t count, float* real,
-                              float* imaginary) {
+    INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
         for (std::uint32_t i = 0; i < count; i += simd_width) {
-            const floats gain = at(of, first + static_cast<float>(i) * step, step);
+            const floats gain = at(first + static_cast<float>(i) * step, step);
             if (count - i >= simd_width) {
                 store(load<simd_width>(real + i) * gain, real + i);
                 store(load<simd_width>(imaginary + i) * gain, imaginary + i);
@@ -154,33 +152,23 @@ class gain_window {
     using floats = lanes<simd_width>;
     static constexpr std::uint32_t max_points = 256; // at a time
 
-    // At a register full of distances: linear between the points, with a change of slope at each.
-    INSONIFY_FN INSONIFY_INLINE floats at(const structure_gains& of, float distance, float step) {
+    // At a register full of distances.
+    INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
         const float length = (simd_width - 1) * step;
         if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
-            fill(of, distance - 2 * step, max(last_, distance) + simd_width * step); // slabs overlap by a step
-        const float place = max((distance - begin_) * per_point_, 0);
-        const auto before = static_cast<std::uint32_t>(place);
-        const float part = place - static_cast<float>(before);
-        const float* const point = gain_ + before;
-        const floats away =
-            floats_of<simd_width>(steps_of_bits<simd_width>(0, 1)) * floats(step * per_point_) + floats(part);
-        floats gain = multiply_add(away, floats(point[1] - point[0]), floats(point[0]));
-        const auto passed = static_cast<std::uint32_t>(part + length * per_point_);
-        for (std::uint32_t j = 1; j <= passed && before + j + 1 < count_; ++j)
-            gain = multiply_add(max(away - floats(static_cast<float>(j)), floats(0.0F)),
-                                floats(point[j + 1] - 2 * point[j] + point[j - 1]), gain);
-        return gain;
+            fill(distance - 2 * step, max(last_, distance) + simd_width * step); // slabs overlap by a step
+        return interpolate(gain_, count_, max((distance - begin_) * per_point_, 0), step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
-    INSONIFY_FN void fill(const structure_gains& of, float from, float to) {
-        const float spacing = of.point_spacing(), origin = of.origin();
+    INSONIFY_FN void fill(float from, float to) {
+        const float spacing = of_.point_spacing(), origin = of_.origin();
         per_point_ = 1 / spacing;
         begin_ = min(std::floor((origin + from) * per_point_) * spacing - origin, from);
         count_ = static_cast<std::uint32_t>(min((to - begin_) * per_point_ + 3, static_cast<float>(max_points)));
-        of.compute({begin_, spacing, count_, gain_});
+        of_.compute({begin_, spacing, count_, gain_});
     }
 
+    const structure_gains& of_;
     float last_, begin_ = 0, per_point_ = 1;
     std::uint32_t count_ = 0;
     float gain_[max_points + simd_width];
