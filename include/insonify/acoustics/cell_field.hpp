@@ -69,23 +69,50 @@ struct cell_field {
         }
     }
 
-    /// The value of the field at one point, interpolated between slots too: for surfaces, which have no volume.
-    INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
-        const vec3 point = detail::resolvable(material(line.object, line.at(distance)), cell, spacing);
-        const detail::cell_layout cells = detail::make_cell_layout(
-            seed, cell, line, {point, line.along}, std::floor(detail::view_slabs::position(point)), spacing);
-        const double below = std::floor(cells.slot);
-        const auto weight = static_cast<float>(cells.slot - below);
-        const auto slot = static_cast<std::uint32_t>(static_cast<std::int64_t>(below));
-        vec2 sum{0, 0};
-        for (const std::uint32_t side : {0U, 1U}) {
-            const complex_lanes<1> one = cells.values<1, true>(slot + side, lanes<1>(0.0F), numbers);
-            float real = 0, imaginary = 0;
-            store(one.real, &real);
-            store(one.imaginary, &imaginary);
-            sum += (side == 0 ? 1 - weight : weight) * vec2{real, imaginary};
+    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
+    class surface_values {
+      public:
+        INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float spacing)
+            : field_{field}, line_{line}, spacing_{spacing} {}
+
+        /// At a distance along the line, metres.
+        INSONIFY_FN vec2 operator()(float distance) {
+            const vec3 point =
+                detail::resolvable(field_.material(line_.object, line_.at(distance)), field_.cell, spacing_);
+            const double slab = std::floor(static_cast<double>(detail::view_slabs::position(point)));
+            if (!known_ || slab != slab_) { // points of one slab have one layout
+                cells_ =
+                    detail::make_cell_layout(field_.seed, field_.cell, line_, {point, line_.along}, slab, spacing_);
+                known_ = true;
+                slab_ = slab;
+                origin_ = distance;
+            }
+            const double from_origin = static_cast<double>(distance - origin_) * cells_.slots_per_metre;
+            const double slot = cells_.slot + from_origin, below = std::floor(slot);
+            const auto weight = static_cast<float>(slot - below);
+            // Of the slots below and above, and of two more that are not used.
+            const complex_lanes<4> both =
+                cells_.template values<4, true>(static_cast<std::uint32_t>(static_cast<std::int64_t>(below)),
+                                                lanes<4>(static_cast<float>(from_origin)), field_.numbers);
+            float real[4], imaginary[4];
+            store(both.real, real);
+            store(both.imaginary, imaginary);
+            const vec2 sum = (1 - weight) * vec2{real[0], imaginary[0]} + weight * vec2{real[1], imaginary[1]};
+            return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
         }
-        return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
+
+      private:
+        const cell_field& field_;
+        const material_line& line_;
+        float spacing_;
+        bool known_ = false;
+        double slab_ = 0;
+        float origin_ = 0; // of the layout, metres along the line
+        detail::cell_layout cells_{};
+    };
+    /// The value of the field at one point: see `surface_values`.
+    INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
+        return surface_values{*this, line, spacing}(distance);
     }
 
     friend bool operator==(const cell_field&, const cell_field&) = default;

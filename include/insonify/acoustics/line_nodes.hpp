@@ -7,17 +7,18 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Linear interpolation between values at whole numbers, for a register full of places at equal steps. Within the register the
 /// slope changes at each whole number.
-/// @param count  of values
-/// @param first  of the places, 0 or more; below count - 1
+/// @param count  of values, at least 2; behind the last one the slope is that before it
+/// @param first  of the places, 0 or more
 INSONIFY_FN INSONIFY_INLINE lanes<simd_width> interpolate(const float* values, std::uint32_t count, float first,
                                                           float step) {
     using floats = lanes<simd_width>;
-    const auto before = static_cast<std::uint32_t>(first);
-    const float part = first - static_cast<float>(before), last = part + (simd_width - 1) * step;
+    const auto whole = static_cast<std::uint32_t>(first);
+    const std::uint32_t before = whole + 2 < count ? whole : count - 2;
+    const float part = first - static_cast<float>(before);
     const float* const at = values + before;
     const floats away = floats_of<simd_width>(steps_of_bits<simd_width>(0, 1)) * floats(step) + floats(part);
     floats sum = multiply_add(away, floats(at[1] - at[0]), floats(at[0]));
-    for (std::uint32_t i = 1; static_cast<float>(i) < last && before + i + 1 < count; ++i)
+    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (simd_width - 1) * step && before + i + 1 < count; ++i)
         sum = multiply_add(max(away - floats(static_cast<float>(i)), floats(0.0F)),
                            floats(at[i + 1] - 2 * at[i] + at[i - 1]), sum);
     return sum;
@@ -41,17 +42,9 @@ class line_nodes {
                   value_ + i);
     }
 
-    /// The value at a distance, metres.
-    INSONIFY_FN float at(float distance) const {
-        const float place = clamp((distance - first_) / step_, 0, static_cast<float>(count_ - 1));
-        const auto before = static_cast<std::uint32_t>(place);
-        const float part = place - static_cast<float>(before);
-        return value_[before] + part * (value_[before + 1 < count_ ? before + 1 : before] - value_[before]);
-    }
-
     /// The values at a register full of distances at equal steps, metres.
     INSONIFY_FN INSONIFY_INLINE lanes<simd_width> at(float distance, float step) const {
-        return interpolate(value_, count_, clamp((distance - first_) / step_, 0, static_cast<float>(count_ - 2)),
+        return interpolate(value_, count_, clamp((distance - first_) / step_, 0, static_cast<float>(count_ - 1)),
                            step / step_);
     }
 

@@ -32,7 +32,6 @@ class structure_gains {
     /// Computes the gains at points. Those at distances are metres from the origin of the segment.
     INSONIFY_FN void compute(const gain_points& points) const {
         const structure& of = tissue_.of;
-        float* const gain = points.gain;
         const auto evaluate = [&](line_nodes& nodes, float apart, const auto& field) {
             nodes.evaluate(points.first, points.last(), max(apart, 4 * points.spacing), origin(), field);
         };
@@ -50,19 +49,18 @@ class structure_gains {
             return of.wave > 0 ? noise(of.wave_length * vec3{1, 0.6F, 0.6F}, 3, distance) * floats(of.wave)
                                : floats(0.0F);
         });
-        const auto value = [&](const line_nodes& nodes, const structure::variation& v, std::uint32_t i) {
-            return v.deviation_db == 0 ? 1.0F : nodes.at(points.distance(i));
-        };
-        for (std::uint32_t i = 0; i < points.count; ++i) gain[i] = value(grain, of.grain, i);
-        if (of.bundles.spacing > 0)
-            for (std::uint32_t i = 0; i < points.count; i += simd_width) {
-                const floats aside = each_lane<simd_width>(
-                    [&](int k) { return waves.at(points.distance(i + static_cast<std::uint32_t>(k))); });
-                store(load<simd_width>(gain + i) * bundles(points.distances(i), aside), gain + i);
-            }
+        for (std::uint32_t i = 0; i < points.count; i += simd_width) {
+            const float here = points.distance(i);
+            floats between = of.grain.deviation_db == 0 ? floats(1.0F) : grain.at(here, points.spacing);
+            if (of.bundles.spacing > 0)
+                between = between * bundles(points.distances(i), waves.at(here, points.spacing));
+            store(between, points.gain + i);
+        }
         add_sheets(of.sheets, tissue_.layers[0], waves, points);
         add_sheets(of.septa, tissue_.layers[1], waves, points);
-        for (std::uint32_t i = 0; i < points.count; ++i) gain[i] *= value(mottling, of.mottling, i);
+        if (of.mottling.deviation_db == 0) return;
+        for (std::uint32_t i = 0; i < points.count; i += simd_width)
+            store(load<simd_width>(points.gain + i) * mottling.at(points.distance(i), points.spacing), points.gain + i);
     }
 
   private:
