@@ -16,8 +16,9 @@ constexpr float fnumber = 3;
 std::vector<float> gains_along(const placed_structure& tissue, vec3 origin, vec3 along, std::uint32_t count = 400,
                                std::uint32_t key = 7) {
     std::vector<float> real(count, 1.0F), imaginary(count, 1.0F);
-    detail::structure_gains{tissue, origin, along, along, fnumber, key}.apply(0, 0.1_mm, count, real.data(),
-                                                                              imaginary.data());
+    const detail::structure_gains gains{tissue, origin, along, along, fnumber, key};
+    detail::gain_window{gains, 0.1_mm * static_cast<float>(count)}.multiply(0, 0.1_mm, count, real.data(),
+                                                                            imaginary.data());
     return real;
 }
 
@@ -119,11 +120,11 @@ TEST_CASE("structure: multiplies the scatterers of the field by its gains, and m
     const std::vector<scatterer> structured = along();
     REQUIRE(plain.size() == structured.size());
     const auto gain_at = [&](float distance) { // a point of its own, without interpolation
-        float real = 1, imaginary = 1;
+        float gain[1 + simd_width];
         const detail::structure_gains gains{
             muscle, line.origin, {0, 0, 1}, {0, 0, 1}, structure_test::fnumber, mix_bits(field.seed + line.object)};
-        gains.apply(distance, 1, 1, &real, &imaginary);
-        return real;
+        gains.compute({distance, 0.1_mm, 1, gain});
+        return gain[0];
     };
     double difference = 0, power = 0;
     for (std::size_t i = 0; i < plain.size(); ++i) {
@@ -161,8 +162,9 @@ TEST_CASE("structure: a sheath lies below the surface, 0.7 to 1.5 mm thick, and 
         std::vector<double> power(80);
         for (std::uint32_t key = 0; key < 400; ++key) {
             std::vector<float> real(80, 1.0F), imaginary(80, 1.0F);
-            detail::sheath_gains{sheath, {0.3_mm, 0.2_mm, 0}, {0, 0, 1}, structure_test::fnumber, key}.apply(
-                0, 0.1_mm, 80, 2_mm, cosine, real.data(), imaginary.data());
+            detail::sheath_gains{sheath, {0.3_mm, 0.2_mm, 0}, {0, 0, 1}, structure_test::fnumber, key, 8_mm, 2_mm,
+                                 cosine}
+                .apply(0, 0.1_mm, 80, real.data(), imaginary.data());
             for (std::size_t i = 0; i < power.size(); ++i)
                 power[i] += static_cast<double>(real[i]) * static_cast<double>(real[i]) / 400;
         }

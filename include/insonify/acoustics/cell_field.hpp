@@ -1,8 +1,7 @@
 #ifndef INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 #define INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 
-#include <insonify/acoustics/cell_layout.hpp>
-#include <insonify/acoustics/sheath_gains.hpp>
+#include <insonify/acoustics/structured_line.hpp>
 #include <insonify/core/error.hpp>
 #include <type_traits>
 
@@ -70,45 +69,56 @@ struct cell_field {
         }
     }
 
-    /// The value of the field at one point, interpolated between slots too: for surfaces, which have no volume.
-    INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
-        const vec3 point = detail::resolvable(material(line.object, line.at(distance)), cell, spacing);
-        const detail::cell_layout cells = detail::make_cell_layout(
-            seed, cell, line, {point, line.along}, std::floor(detail::view_slabs::position(point)), spacing);
-        const double below = std::floor(cells.slot);
-        const auto weight = static_cast<float>(cells.slot - below);
-        const auto slot = static_cast<std::uint32_t>(static_cast<std::int64_t>(below));
-        vec2 sum{0, 0};
-        for (const std::uint32_t side : {0U, 1U}) {
-            const complex_lanes<1> one = cells.values<1, true>(slot + side, lanes<1>(0.0F), numbers);
-            float real = 0, imaginary = 0;
-            store(one.real, &real);
-            store(one.imaginary, &imaginary);
-            sum += (side == 0 ? 1 - weight : weight) * vec2{real, imaginary};
+    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
+    class surface_values {
+      public:
+        INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float spacing)
+            : field_{field}, line_{line}, spacing_{spacing} {}
+
+        /// At a distance along the line, metres.
+        INSONIFY_FN vec2 operator()(float distance) {
+            const vec3 point =
+                detail::resolvable(field_.material(line_.object, line_.at(distance)), field_.cell, spacing_);
+            const double slab = std::floor(static_cast<double>(detail::view_slabs::position(point)));
+            if (!known_ || slab != slab_) { // points of one slab have one layout
+                cells_ =
+                    detail::make_cell_layout(field_.seed, field_.cell, line_, {point, line_.along}, slab, spacing_);
+                known_ = true;
+                slab_ = slab;
+                origin_ = distance;
+            }
+            const double from_origin = static_cast<double>(distance - origin_) * cells_.slots_per_metre;
+            const double slot = cells_.slot + from_origin, below = std::floor(slot);
+            const auto weight = static_cast<float>(slot - below);
+            // Of the slots below and above, and of two more that are not used.
+            const complex_lanes<4> both =
+                cells_.template values<4, true>(static_cast<std::uint32_t>(static_cast<std::int64_t>(below)),
+                                                lanes<4>(static_cast<float>(from_origin)), field_.numbers);
+            float real[4], imaginary[4];
+            store(both.real, real);
+            store(both.imaginary, imaginary);
+            const vec2 sum = (1 - weight) * vec2{real[0], imaginary[0]} + weight * vec2{real[1], imaginary[1]};
+            return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
         }
-        return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
+
+      private:
+        const cell_field& field_;
+        const material_line& line_;
+        float spacing_;
+        bool known_ = false;
+        double slab_ = 0;
+        float origin_ = 0; // of the layout, metres along the line
+        detail::cell_layout cells_{};
+    };
+    /// The value of the field at one point: see `surface_values`.
+    INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
+        return surface_values{*this, line, spacing}(distance);
     }
 
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
   private:
-    static constexpr std::uint32_t run_length = 128;
-
-    // Multiplies scatterers by the structure of the medium. @param begin  of the segment, metres along the line
-    INSONIFY_FN void apply_structure(const material_line& line, const detail::rest_line& rest, float begin, float first,
-                                     float step, std::uint32_t count, float* real, float* imaginary) const {
-        const std::uint32_t key = mix_bits(seed + line.object);
-        const vec3 propagation = normalize(rest.along - line.tilt * line.elevation);
-        const detail::structure_gains gains{*line.structure, rest.origin, rest.along, propagation, line.fnumber, key};
-        gains.apply(first, step, count, real, imaginary);
-        const structure::sheath_layer& sheath = line.structure->of.sheath;
-        if (!(sheath.thickness > 0)) return;
-        const detail::sheath_gains of_sheath{sheath, rest.origin, rest.along, line.fnumber, key};
-        if (line.own_surfaces.x > 0)
-            of_sheath.apply(first, step, count, line.surfaces.x - begin, line.own_surfaces.x, real, imaginary);
-        if (line.own_surfaces.y > 0)
-            of_sheath.apply(first, step, count, line.surfaces.y - begin, -line.own_surfaces.y, real, imaginary);
-    }
+    static constexpr std::uint32_t run_length = 256;
 
     // Covariance of linear interpolation that keeps the power, by distance in cells.
     INSONIFY_FN static float linear_covariance(float cells) {
@@ -123,10 +133,18 @@ struct cell_field {
         return (1 - weight) * eighths[below] + weight * eighths[below + 1];
     }
 
-    // Divides a straight segment where it leaves a slab: each slab has its own layout.
     template <class Emit>
     INSONIFY_FN void scatter_straight(const material_line& line, float begin, float end,
                                       const detail::rest_line& segment, float spacing, Emit&& emit) const {
+        if (line.structure == nullptr) return scatter_slabs(line, begin, end, segment, spacing, nullptr, emit);
+        detail::structured_line structure{line, segment, begin, end, mix_bits(seed + line.object)};
+        scatter_slabs(line, begin, end, segment, spacing, &structure, emit);
+    }
+
+    // Divides a straight segment where it leaves a slab: each slab has its own layout.
+    template <class Emit>
+    INSONIFY_FN void scatter_slabs(const material_line& line, float begin, float end, const detail::rest_line& segment,
+                                   float spacing, detail::structured_line* structure, Emit&& emit) const {
         const double position = static_cast<double>(detail::view_slabs::position(segment.origin));
         const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(segment.along));
         const bool ascending = slabs_per_metre > 0;
@@ -139,15 +157,15 @@ struct cell_field {
                            end);
             const detail::rest_line rest{segment.origin + (from - begin) * segment.along, segment.along};
             if (to > from)
-                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), line, rest, from, to,
+                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
                              emit);
             from = to;
         }
     }
 
     template <class Emit>
-    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, const material_line& line,
-                                  const detail::rest_line& rest, float begin, float end, Emit&& emit) const {
+    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line* structure, float begin,
+                                  float end, Emit&& emit) const {
         const double from = cells.slot, to = from + static_cast<double>(end - begin) * cells.slots_per_metre;
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
         const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
@@ -164,9 +182,9 @@ struct cell_field {
                 store(value.real, real + i);
                 store(value.imaginary, imaginary + i);
             }
-            if (line.structure != nullptr)
-                apply_structure(line, rest, begin, static_cast<float>(offset / cells.slots_per_metre),
-                                static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
+            if (structure != nullptr)
+                structure->apply(begin + static_cast<float>(offset / cells.slots_per_metre),
+                                 static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
             // A slot cut by a border is weighted by the fraction inside.
             const auto weight = [&](std::uint32_t i, double fraction) {
                 real[i] *= static_cast<float>(fraction);

@@ -118,8 +118,8 @@ class echo_line {
             powers[1][i] = power.y;
             power = product(power, step_factor);
         }
-        vec2 block_factor{1, 0};
-        for (int i = 0; i < width; ++i) block_factor = product(block_factor, step_factor);
+        vec2 block_factor = step_factor;
+        for (int i = 1; i < width; i *= 2) block_factor = product(block_factor, block_factor);
         floats carrier_x = load<width>(powers[0]), carrier_y = load<width>(powers[1]);
         const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
         const floats factor_x(block_factor.x), factor_y(block_factor.y), one(1.0F);

@@ -116,9 +116,11 @@ struct physical {
     }
 
     /// Reflection and transmission of an interface by the model's interface law.
-    INSONIFY_FN response at_interface(incidence at) const {
-        if (angle == insonify::angle::normal) at.cosine = 1;
-        return boundary(at);
+    INSONIFY_FN response at_interface(const incidence& at) const {
+        if (angle != insonify::angle::normal) return boundary(at);
+        incidence normal = at;
+        normal.cosine = 1;
+        return boundary(normal);
     }
     /// The direction of sound behind an interface, by the interface law's own `refracted` or by Snell's law; {0, 0, 0} where
     /// it is totally reflected. Unchanged where all media have one speed (`timing::uniform`) or all incidence is normal.
@@ -246,10 +248,10 @@ struct physical {
             const pose place = line.places.empty() ? pose{} : line.places[below.place];
             const material_line inside = in_object(line.frame, place, below.object);
             const gaussian_field<> field = surface_field();
+            gaussian_field<>::surface_values values{field, inside, scatterer_spacing(line.frequency)};
             const float displayed = detail::displayed_stretch(timing, before);
-            echoes.rough_surface(shown, diffuse, slope, [&](float offset) {
-                return field.value(inside, below.begin + offset / displayed, scatterer_spacing(line.frequency));
-            });
+            echoes.rough_surface(shown, diffuse, slope,
+                                 [&](float offset) { return values(below.begin + offset / displayed); });
         }
         return wave;
     }

@@ -5,46 +5,47 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Factors on the amplitude of speckle in the sheath of an object: see `structure::sheath_layer`.
+/// Factors on the amplitude of speckle in the sheath of an object, below one surface of a segment of a line: see
+/// `structure::sheath_layer`.
 class sheath_gains {
   public:
     /// @param origin, along  of a segment of a line: metres, and metres of material per metre of the line
     /// @param fnumber        of the receiving aperture
     /// @param key            of the object
+    /// @param length         of the segment, metres
+    /// @param surface        distance of the surface, metres from the same origin
+    /// @param cosine         of the angle of incidence on it; negative where the line leaves the object, 0: no sheath
     INSONIFY_FN sheath_gains(const structure::sheath_layer& of, vec3 origin, vec3 along, float fnumber,
-                             std::uint32_t key)
-        : of_{of}, origin_{origin}, along_{along}, key_{key}, lobe_{lobe_of(of.waviness, fnumber)} {}
+                             std::uint32_t key, float length, float surface, float cosine)
+        : of_{of}, origin_{origin}, along_{along}, fnumber_{fnumber}, key_{key}, surface_{surface}, cosine_{cosine} {
+        if (!(of.thickness > 0) || cosine == 0) return;
+        const float range = 2 * of.thickness / max(std::fabs(cosine), 1e-3F);
+        begin_ = max(cosine > 0 ? surface : surface - range, 0);
+        end_ = min(cosine > 0 ? surface + range : surface, length);
+    }
 
     /// Multiplies complex amplitudes at equal steps from a distance on; metres from the origin of the segment. The arrays have
     /// room for whole registers.
-    /// @param surface  distance of the surface, metres from the same origin
-    /// @param cosine   of the angle of incidence on it; negative where the line leaves the object
-    INSONIFY_FN void apply(float first, float step, std::uint32_t count, float surface, float cosine, float* real,
-                           float* imaginary) const {
-        const float sine_squared = 1 - min(cosine * cosine, 1), diffuse = amplitude_of_decibels(of_.diffuse_db);
-        const float echo = diffuse + (1 - diffuse) * std::exp2(-sine_squared / (lobe_ * lobe_));
-        const float deepest = 2 * of_.thickness;
-        for (std::uint32_t i = 0; i < count; i += simd_width) {
-            const float depth_first = (first + static_cast<float>(i) * step - surface) * cosine;
-            const float depth_last = depth_first + simd_width * step * cosine;
-            if (min(depth_first, depth_last) > deepest || max(depth_first, depth_last) < 0) continue;
+    INSONIFY_FN void apply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
+        const auto slot = [&](float distance) {
+            return static_cast<std::uint32_t>(clamp((distance - first) / step, 0, static_cast<float>(count)));
+        };
+        if (!(begin_ < end_)) return;
+        const std::uint32_t from = slot(begin_) / simd_width * simd_width, to = slot(end_ + step);
+        if (from >= to) return;
+        if (!prepared_) prepare();
+        const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
+        for (std::uint32_t i = from; i < to; i += simd_width) {
+            const float here = first + static_cast<float>(i) * step;
             const floats distance =
-                floats(first) + floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) * floats(step);
-            const floats depth = (distance - floats(surface)) * floats(cosine);
-            // In units of the thickness, which varies by 20 %.
-            const floats varied = power_of_two<simd_width>(noise(6e-3F, 1, distance) * floats(0.3F));
-            const floats within = depth / (varied * floats(of_.thickness));
-            const float width = min(0.12e-3F / of_.thickness, 0.25F); // of a line, standard deviation
+                floats(here - surface_) + floats_of<simd_width>(steps_of_bits<simd_width>(0, 1)) * floats(step);
+            const floats within = distance * floats(cosine_ / of_.thickness) / thickness_.at(here, step);
             const auto line = [&](float place) {
-                const floats away = (within - floats(place)) * floats(1 / width);
+                const floats away = (within - floats(place)) * per_width;
                 return power_of_two<simd_width>(away * away * floats(-0.72134752F));
             };
-            const floats number = noise(3e-3F, 2, distance);
-            const floats level = power_of_two<simd_width>(
-                floats(bits_per_decibel) * multiply_add(number, floats(of_.spread_db), floats(of_.level_db)));
-            const floats other = power_of_two<simd_width>(noise(4e-3F, 3, distance) - floats(0.5F));
-            const floats both = multiply_add(line(0.85F), other, line(0.1F));
-            const floats gain = multiply_add(level * floats(echo), both, floats(1.0F));
+            const floats both = multiply_add(line(0.85F), other_.at(here, step), line(0.1F));
+            const floats gain = multiply_add(level_.at(here, step), both, floats(1.0F));
             store(load<simd_width>(real + i) * gain, real + i);
             store(load<simd_width>(imaginary + i) * gain, imaginary + i);
         }
@@ -53,6 +54,23 @@ class sheath_gains {
   private:
     using floats = lanes<simd_width>;
 
+    INSONIFY_FN void prepare() {
+        const float origin = dot(origin_, along_) / dot(along_, along_);
+        const auto evaluate = [&](line_nodes& nodes, float size, std::uint32_t number, float factor, float offset) {
+            nodes.evaluate(begin_, end_, 0.2F * size, origin, [&](const floats& distance) {
+                return power_of_two<simd_width>(
+                    multiply_add(noise(size, number, distance), floats(factor), floats(offset)));
+            });
+        };
+        const float sine_squared = 1 - min(cosine_ * cosine_, 1), diffuse = amplitude_of_decibels(of_.diffuse_db);
+        const float lobe = lobe_of(of_.waviness, fnumber_);
+        const float echo = diffuse + (1 - diffuse) * std::exp2(-sine_squared / (lobe * lobe));
+        evaluate(thickness_, 6e-3F, 1, 0.3F, 0);
+        evaluate(level_, 3e-3F, 2, bits_per_decibel * of_.spread_db,
+                 bits_per_decibel * of_.level_db + std::log2(max(echo, 1e-12F)));
+        evaluate(other_, 4e-3F, 3, 1, -0.5F);
+        prepared_ = true;
+    }
     INSONIFY_FN floats noise(float size, std::uint32_t number, const floats& distance) const {
         const auto coordinate = [&](int k) {
             return multiply_add(distance, floats(along_[k] / size), floats(origin_[k] / size));
@@ -63,8 +81,13 @@ class sheath_gains {
 
     const structure::sheath_layer& of_;
     vec3 origin_, along_;
+    float fnumber_;
     std::uint32_t key_;
-    float lobe_;
+    float surface_, cosine_;
+    float begin_ = 0, end_ = 0; // of the sheath, metres from the origin
+    bool prepared_ = false;
+    line_nodes thickness_, level_,
+        other_; // relative to the mean; amplitude of the first line, and of the other relative to it
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

@@ -3,6 +3,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
+#include <insonify/execution/simd_math.hpp>
 #include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -64,18 +65,17 @@ struct specular_return {
         if (angle == 0) return 1;
         const auto at_frequency = [&](float relative, vec2& turned, vec2& straight) {
             const float scale = 2 * std::sqrt(wavelengths * relative), weight = 1 / relative;
-            turned = weight * collected(scale * std::fabs(angle), scale * edge);
-            straight = weight * collected(0, scale * edge);
+            add_collected(scale * std::fabs(angle), scale * edge, weight, turned, straight);
         };
-        vec2 turned, straight;
+        vec2 turned{0, 0}, straight{0, 0};
         at_frequency(1, turned, straight);
-        if (lobe == lobe::exact) return length(turned) / length(straight);
-        constexpr float deviation = 1.7320508F * 0.644F / 2.3548F; // sqrt(3) sigma of the spectrum, over the carrier
-        for (const float relative : {1 - deviation, 1 + deviation}) {
-            vec2 also_turned, also_straight;
-            at_frequency(relative, also_turned, also_straight);
-            turned += 0.25F * also_turned;
-            straight += 0.25F * also_straight;
+        if (lobe == lobe::pulse) {
+            constexpr float deviation =
+                1.7320508F * 0.644F / 2.3548F; // sqrt(3) sigma of the spectrum, over the carrier
+            turned *= 4.0F;
+            straight *= 4.0F;
+            at_frequency(1 - deviation, turned, straight);
+            at_frequency(1 + deviation, turned, straight);
         }
         return length(turned) / length(straight);
     }
@@ -89,24 +89,36 @@ struct specular_return {
     friend bool operator==(const specular_return&, const specular_return&) = default;
 
   private:
-    // e(x), as real and imaginary part.
-    INSONIFY_FN static vec2 collected(float x, float p) {
-        return max(0, p - x) * vec2{1, -1} - edge_wave(x + p) + 2.0F * edge_wave(x) - edge_wave(std::fabs(x - p));
+    // Adds weight e(x) and weight e(0), as real and imaginary parts.
+    INSONIFY_FN static void add_collected(float x, float p, float weight, vec2& turned, vec2& straight) {
+        constexpr float middle = 0.318454F; // w(0), imaginary
+        const float places[] = {x + p, x, std::fabs(x - p), p};
+        float real[4], imaginary[4];
+        edge_waves(load<4>(places), real, imaginary);
+        turned += weight * (max(0, p - x) * vec2{1, -1} +
+                            vec2{2 * real[1] - real[0] - real[2], 2 * imaginary[1] - imaginary[0] - imaginary[2]});
+        straight += weight * (p * vec2{1, -1} + 2.0F * vec2{-real[3], middle - imaginary[3]});
     }
 
-    // w(x) for x >= 0, within 2e-4. The polynomials decay with the same powers of x as x g and 1/pi - x f.
-    INSONIFY_FN static vec2 edge_wave(float x) {
-        const float t = 1 / (1 + x / 1.4F);
-        const float real =
-            t * t * (1 - t) *
-            (-0.030056F + t * (1.526002F + t * (-7.745051F + t * (21.327281F + t * (-21.792025F + t * 7.412700F)))));
-        const float imaginary =
-            t * t * t * t *
-            (1.004138F + t * (-8.219520F + t * (25.425992F + t * (-31.552853F + t * (16.831362F - t * 3.170665F)))));
-        const float cycles = x * x / 4;
-        const float phase = 2 * pi * (cycles - std::floor(cycles));
-        const float c = std::cos(phase), s = std::sin(phase);
-        return {real * c + imaginary * s, imaginary * c - real * s};
+    // w(x) for four x >= 0, within 2e-4. The polynomials decay with the same powers of x as x g and 1/pi - x f.
+    INSONIFY_FN static void edge_waves(const lanes<4>& x, float* real, float* imaginary) {
+        using floats = lanes<4>;
+        const floats one(1.0F), t = one / (one + x * floats(1 / 1.4F)), squared = t * t;
+        const floats even = squared * (one - t) *
+                            polynomial<4>(t, 7.412700F, -21.792025F, 21.327281F, -7.745051F, 1.526002F, -0.030056F);
+        const floats odd = squared * squared *
+                           polynomial<4>(t, -3.170665F, 16.831362F, -31.552853F, 25.425992F, -8.219520F, 1.004138F);
+        // Sine and cosine of pi x^2 / 2, from those of half the angle, by their series within a quarter turn.
+        const floats cycles = x * x * floats(0.25F),
+                     fraction = cycles - floats_of<4>(floor_bits<4>(cycles + floats(0.5F)));
+        const floats half = floats(pi) * fraction, h = half * half;
+        const floats sine = half * polynomial<4>(h, -2.5052108e-8F, 2.7557319e-6F, -1.9841270e-4F, 8.3333333e-3F,
+                                                 -0.16666667F, 1.0F),
+                     cosine = polynomial<4>(h, 2.0876757e-9F, -2.7557319e-7F, 2.4801587e-5F, -1.3888889e-3F,
+                                            4.1666667e-2F, -0.5F, 1.0F);
+        const floats s = (sine + sine) * cosine, c = one - (sine + sine) * sine;
+        store(even * c + odd * s, real);
+        store(odd * c - even * s, imaginary);
     }
 };
 

@@ -2,6 +2,7 @@
 #define INSONIFY_TRACING_APERTURE_SHADING_HPP
 
 #include <insonify/tracing/aperture_mean.hpp>
+#include <insonify/tracing/kept_layers.hpp>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -82,8 +83,11 @@ class aperture_shading {
         turn_lines(frame, count);
         const view<const turned_lines> turned{turned_.data(), count};
 
+        if (layers_.size() < scratch.size()) layers_.resize(scratch.size());
         exec::for_each_block(policy, lines_, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
             const auto tracer = tracer_of(begin);
+            kept_layers& kept = layers_[begin / lines_per_block];
+            kept.clear();
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
                 for (std::size_t line = begin; line < end; ++line)
                     scratch[begin / lines_per_block].fit([&](line_scratch& room) {
@@ -91,8 +95,10 @@ class aperture_shading {
                         const line_task task = task_of(frame, scene, number, plane);
                         if (!tracer.find(task, room.found)) return false;
                         keep_objects(number, plane, room.found);
-                        return profiles_[std::size_t{plane} * lines_ + line].find(task, task.line.frame, model, room,
-                                                                                  spacing_);
+                        const view<const layer> layers = profiles_[std::size_t{plane} * lines_ + line].find(
+                            task, task.line.frame, model, room, spacing_);
+                        if (!layers.empty()) kept.add(layers);
+                        return !layers.empty();
                     });
         });
         if (sliced) sort_segments(slices.segments());
@@ -135,6 +141,8 @@ class aperture_shading {
         }
     };
     gains_view view_of() const { return {gains_, lines_, spacing_}; }
+    /// The layers of a block of lines, by plane and line.
+    kept_layers::kept_view layers_of_block(std::size_t number) const { return layers_[number].view_of(); }
 
   private:
     // The largest turn whose line is still received at some depth, within the angles for which depths and places of turned
@@ -269,6 +277,7 @@ class aperture_shading {
     float spacing_ = 1;
     shading_points points_{};
     std::vector<sound_profile> profiles_{}; // each line by itself, by plane and line
+    std::vector<kept_layers> layers_{};     // of each block of lines, by plane and line
     std::vector<deep_segment> segments_{};  // of all slices, by depth
     std::vector<turned_lines> turned_{};
     std::vector<aperture_average> averages_{}; // one for each plane and step

@@ -30,13 +30,14 @@ struct sound_profile {
     /// @param line     as the probe sends it, or turned about its origin
     /// @param room     with the crossings of the line
     /// @param spacing  of the steps, metres
-    /// @return         false where the scratch is too small
+    /// @return         the layers, a part of `room`; none where it is too small
     template <class Line, class Model>
-    bool find(const line_task& task, const Line& line, const Model& model, line_scratch& room, float spacing) {
+    view<const layer> find(const line_task& task, const Line& line, const Model& model, line_scratch& room,
+                           float spacing) {
         traced_line traced = task.line;
         traced.layers =
             stack_layers(task.scene, line, task.max_depth, room.found, room.layers, !takes_normal_incidence<Model>());
-        if (traced.layers.empty()) return false;
+        if (traced.layers.empty()) return {};
         vec2 both_ways[steps];
         model.arrivals(traced, spacing, view<vec2>{both_ways, steps});
         std::size_t i = 0;
@@ -45,7 +46,7 @@ struct sound_profile {
             while (i + 1 < traced.layers.size() && traced.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
             at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, traced.layers[i].place};
         }
-        return true;
+        return traced.layers;
     }
 };
 

@@ -7,6 +7,7 @@
 #include <insonify/tracing/frame_plan.hpp>
 #include <insonify/tracing/slice_finder.hpp>
 #include <insonify/tracing/tracer.hpp>
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -23,14 +24,21 @@ struct block_tracer {
     view<const std::uint8_t> is_sliced{}; ///< of each object, by rank; empty: none is
     bool any_rays = true;                 ///< some objects are not sliced
     aperture_shading::gains_view gains{}; ///< corrections for the width of the aperture
+    kept_layers::kept_view known{}; ///< layers by plane and line of the block, where these have been found already
+    std::uint32_t lines = 0;        ///< of the block
 
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<typename Model::sample_type> out) const {
-        if (!find(task, scratch.found)) return false;
-        const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
-                                                      scratch.layers, !takes_normal_incidence<Model>());
-        if (layers.empty()) return false;
+        view<const layer> layers;
+        if (!known.empty()) {
+            layers = known[std::size_t{task.plane} * lines + task.number % lines_per_block];
+        } else {
+            if (!find(task, scratch.found)) return false;
+            layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found, scratch.layers,
+                                  !takes_normal_incidence<Model>());
+            if (layers.empty()) return false;
+        }
         line_task seen = task;
         seen.line.gains = gains.of_line(task.number, task.plane);
         seen.apply(policy, model, layers, out);
@@ -133,6 +141,9 @@ class straight_frame {
         if (!shaded_) return found_block(begin);
         detail::block_tracer block = tracer_of_found(begin); // `aperture_shading::compute` has found every block
         block.gains = shading_.view_of();
+        block.known = shading_.layers_of_block(begin / detail::lines_per_block);
+        block.lines =
+            static_cast<std::uint32_t>(std::min<std::size_t>(detail::lines_per_block, block.gains.lines - begin));
         return block;
     }
 

@@ -108,7 +108,7 @@ class turned_lines {
         sound_profile profile;
         scratch_.fit([&](line_scratch& room) {
             return find_line(task, turned, points, line, slices, room.found) &&
-                   profile.find(task, turned, model, room, spacing);
+                   !profile.find(task, turned, model, room, spacing).empty();
         });
         for (std::uint32_t step = 0; step < steps; ++step)
             sound_[(std::size_t{task.plane} * steps + step) * lines_ + line] = profile.at[step];

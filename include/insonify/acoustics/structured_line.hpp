@@ -1,0 +1,48 @@
+#ifndef INSONIFY_ACOUSTICS_STRUCTURED_LINE_HPP
+#define INSONIFY_ACOUSTICS_STRUCTURED_LINE_HPP
+
+#include <insonify/acoustics/cell_layout.hpp>
+#include <insonify/acoustics/sheath_gains.hpp>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// What the structure of its medium does to the speckle along one straight segment of a line.
+class structured_line {
+  public:
+    /// @param line     in a medium that has a structure
+    /// @param segment  of the line, in the undeformed material
+    /// @param begin    of the segment, metres along the line
+    /// @param end      of the segment, metres along the line
+    /// @param key      of the object
+    INSONIFY_FN structured_line(const material_line& line, const rest_line& segment, float begin, float end,
+                                std::uint32_t key)
+        : gains_{*line.structure, segment.origin,
+                 segment.along,   normalize(segment.along - line.tilt * line.elevation),
+                 line.fnumber,    key},
+          begin_{begin}, window_{gains_, end - begin}, behind_entry_{sheath_at(line, segment, end - begin, key,
+                                                                               line.surfaces.x - begin,
+                                                                               line.own_surfaces.x)},
+          before_exit_{sheath_at(line, segment, end - begin, key, line.surfaces.y - begin, -line.own_surfaces.y)} {}
+
+    /// Multiplies `count` complex amplitudes, at equal steps from a distance on, metres along the line; distances never decrease.
+    /// The arrays have room for whole registers.
+    INSONIFY_FN void apply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
+        window_.multiply(first - begin_, step, count, real, imaginary);
+        behind_entry_.apply(first - begin_, step, count, real, imaginary);
+        before_exit_.apply(first - begin_, step, count, real, imaginary);
+    }
+
+  private:
+    INSONIFY_FN static sheath_gains sheath_at(const material_line& line, const rest_line& segment, float length,
+                                              std::uint32_t key, float surface, float cosine) {
+        return {line.structure->of.sheath, segment.origin, segment.along, line.fnumber, key, length, surface, cosine};
+    }
+
+    structure_gains gains_;
+    float begin_; // metres along the line
+    gain_window window_;
+    sheath_gains behind_entry_, before_exit_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
