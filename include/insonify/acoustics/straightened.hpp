@@ -35,7 +35,7 @@ INSONIFY_FN void scatter_along_fibres(const Field& field, const material_line& l
     }
     const auto& rigid = rigid_field(field);
     const auto straight = [&](vec3 point) { return line.structure->chart(point_at_rest(field, line.object, point)); };
-    constexpr float piece = 1e-3F;
+    constexpr float piece = 2e-3F;
     for (float from = begin; from < end;) {
         const float to = from + 1.5F * piece < end ? from + piece : end;
         const vec3 first = straight(line.at(from)), middle = line.at(0.5F * (from + to));
@@ -47,7 +47,7 @@ INSONIFY_FN void scatter_along_fibres(const Field& field, const material_line& l
         own.along = (straight(line.at(to)) - first) * (1 / (to - from));
         own.origin = first - from * own.along;
         own.elevation = normalize(turned(line.elevation));
-        own.steering = turned(line.steering);
+        if (line.steering != vec3{0, 0, 0}) own.steering = turned(line.steering);
         if (own.along != vec3{0, 0, 0}) rigid.scatter(own, from, to, spacing, emit);
         from = to;
     }

@@ -48,7 +48,8 @@ class fibre_grid {
     fibre_chart view_of() const { return {nodes_, count_, origin_, spacing_}; }
 
   private:
-    static constexpr float max_cells = 20000, weight = 100; // of the equation along the fibres
+    static constexpr float max_cells = 8000, weight = 100; // of the equation along the fibres
+    static constexpr float damping = 0.1F;                 // of twists, which the equations do not determine
 
     std::size_t cells() const { return std::size_t{count_.x - 1} * (count_.y - 1) * (count_.z - 1); }
     std::size_t first_node(std::size_t cell) const {
@@ -60,36 +61,52 @@ class fibre_grid {
         return origin_ + spacing_ * vec3{static_cast<float>(node % count_.x), static_cast<float>(rest % count_.y),
                                          static_cast<float>(rest / count_.y)};
     }
-    /// Calls of(node, weights of the gradient at the middle of the cell) for its eight corners.
+    /// The gradient at the middle of a cell, and what a field has besides that vanishes there: its twists, along two axes at a time
+    /// and along all three.
+    struct slope {
+        vec3 gradient{0, 0, 0}, twist{0, 0, 0};
+        float all = 0;
+    };
+    /// Calls of(node, slope of a field that is 1 at this node alone) for the corners of a cell.
     template <class Of>
     void for_corners(std::size_t cell, Of&& of) const {
         const std::size_t first = first_node(cell);
         const float each = 0.25F / spacing_;
         for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            const std::uint32_t x = corner & 1U, y = corner >> 1 & 1U, z = corner >> 2;
-            of(first + x + count_.x * (y + std::size_t{count_.y} * z),
-               each * vec3{x > 0 ? 1.0F : -1.0F, y > 0 ? 1.0F : -1.0F, z > 0 ? 1.0F : -1.0F});
+            const std::uint32_t i = corner & 1U, j = corner >> 1 & 1U, k = corner >> 2;
+            const float x = i > 0 ? 1.0F : -1.0F, y = j > 0 ? 1.0F : -1.0F, z = k > 0 ? 1.0F : -1.0F;
+            of(first + i + count_.x * (j + std::size_t{count_.y} * k),
+               slope{each * vec3{x, y, z}, each * vec3{y * z, z * x, x * y}, each * x * y * z});
         }
+    }
+    static float product(const slope& a, const slope& b) {
+        return dot(a.gradient, b.gradient) + dot(a.twist, b.twist) + a.all * b.all;
     }
 
     // Conjugate gradients on the normal equations, from the coordinates of the middle cell on.
     void solve(const std::vector<mat3>& targets, int coordinate) {
-        const auto weighted = [&](std::size_t cell, vec3 gradient) { // the operator is symmetric: 1 + weight f f^T
+        const auto weighted = [&](std::size_t cell, slope of) { // the matrix of the equations, times its transpose
             const vec3 f = targets[cell][0];
-            return gradient + weight * dot(f, gradient) * f;
+            return slope{of.gradient + weight * dot(f, of.gradient) * f, damping * of.twist, damping * of.all};
         };
-        const auto gradient_of = [&](const std::vector<double>& field, std::size_t cell) {
-            vec3 gradient{0, 0, 0};
-            for_corners(cell, [&](std::size_t node, vec3 of) { gradient += static_cast<float>(field[node]) * of; });
-            return gradient;
+        const auto slope_of = [&](const std::vector<double>& field, std::size_t cell) {
+            slope sum;
+            for_corners(cell, [&](std::size_t node, const slope& of) {
+                const auto value = static_cast<float>(field[node]);
+                sum.gradient += value * of.gradient;
+                sum.twist += value * of.twist;
+                sum.all += value * of.all;
+            });
+            return sum;
         };
         const std::size_t size = nodes_.size();
         std::vector<double> solution(size, 0.0), residual(size, 0.0), direction, image(size);
         const vec3 start = targets[targets.size() / 2][coordinate];
         for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-            const vec3 wanted = weighted(cell, targets[cell][coordinate] - start);
-            for_corners(cell,
-                        [&](std::size_t node, vec3 of) { residual[node] += static_cast<double>(dot(of, wanted)); });
+            const slope wanted = weighted(cell, {.gradient = targets[cell][coordinate] - start});
+            for_corners(cell, [&](std::size_t node, const slope& of) {
+                residual[node] += static_cast<double>(product(of, wanted));
+            });
         }
         const auto power = [](const std::vector<double>& a) {
             double sum = 0;
@@ -103,10 +120,11 @@ class fibre_grid {
             image.assign(size, 0.0);
             double along = 0;
             for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-                const vec3 gradient = gradient_of(direction, cell), flow = weighted(cell, gradient);
-                along += static_cast<double>(dot(gradient, flow));
-                for_corners(cell,
-                            [&](std::size_t node, vec3 of) { image[node] += static_cast<double>(dot(of, flow)); });
+                const slope own = slope_of(direction, cell), flow = weighted(cell, own);
+                along += static_cast<double>(product(own, flow));
+                for_corners(cell, [&](std::size_t node, const slope& of) {
+                    image[node] += static_cast<double>(product(of, flow));
+                });
             }
             if (!(along > 0)) break;
             const double step = left / along;
