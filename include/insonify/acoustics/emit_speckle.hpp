@@ -3,7 +3,7 @@
 
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
-#include <insonify/acoustics/scattering.hpp>
+#include <insonify/acoustics/straightened.hpp>
 #include <insonify/core/decibels.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -46,7 +46,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
         within.own_surfaces = here.own_surfaces;
         level /= within.structure->rms(within.fnumber);
     }
-    model.scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
+    scatter_along_fibres(model.scattering, within, here.begin, end, slot, [&](const scatterer_run& run) {
         const auto length = static_cast<float>(run.count) * run.step;
         const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
         const auto shown_at = [&](float distance, const aperture_gain& gain) {

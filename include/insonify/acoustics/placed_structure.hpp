@@ -1,6 +1,7 @@
 #ifndef INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
 #define INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
 
+#include <insonify/acoustics/fibre_chart.hpp>
 #include <insonify/acoustics/structure_rms.hpp>
 #include <insonify/core/decibels.hpp>
 #include <cmath>
@@ -28,6 +29,7 @@ struct placed_structure {
     structure of{};        ///< as set
     mat3 axes{1};          ///< columns x, y and z of `structure`, in coordinates of the object
     sheets layers[2] = {}; ///< `structure::sheets` and `structure::septa`
+    fibre_chart chart{};   ///< where fibres are curved; the axes are those of its coordinates
 
     placed_structure() = default; ///< none
 

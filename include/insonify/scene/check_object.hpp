@@ -25,7 +25,7 @@ inline void check_object(const mesh& surface, const medium& inside, const object
     check_medium(inside, named + "its medium");
     if (!is_rigid(settings.at))
         throw geometry_error{named + "its pose is not a rigid transform; scale the mesh instead"};
-    if (!is_finite(settings.fibres))
+    if (!settings.fibres.varies() && !is_finite(settings.fibres({0, 0, 0})))
         throw geometry_error{named + "the direction of its fibres is not finite; give three numbers, or leave it out"};
     if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
         throw usage_error{named + "`crease_angle` is " + std::to_string(settings.crease_angle) +

@@ -58,7 +58,7 @@ class flat_scene {
             all_current_ = all_current_ && state.tree_is_current;
             boxes_.push_back({state.box});
             places_.push_back(one.at);
-            structures_.push_back(state.structure);
+            structures_.push_back(state.placed());
         }
         const view<const object_box> boxes{boxes_};
         if (tree_size_ == boxes_.size() && tree_size_ > 0)

@@ -5,6 +5,7 @@
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
+#include <insonify/scene/fibre_directions.hpp>
 #include <cstdint>
 #include <string>
 
@@ -15,10 +16,11 @@ enum class object_id : std::uint32_t {};
 
 /// Optional arguments of `scene::add`.
 struct object_settings {
-    int priority = 0;     ///< where objects overlap, the medium of the highest priority applies
-    pose at{};            ///< object to world
-    std::string name{};   ///< for reports, files and error messages; need not be unique
-    vec3 fibres{0, 0, 0}; ///< their direction in coordinates of the object, of any length; 0: the axis of its mesh
+    int priority = 0;   ///< where objects overlap, the medium of the highest priority applies
+    pose at{};          ///< object to world
+    std::string name{}; ///< for reports, files and error messages; need not be unique
+    /// Their direction in coordinates of the object, as built: one for all, or a function of the point; 0: the axis of its mesh.
+    fibre_directions fibres{};
     /// Edges where two faces meet at no more than this are smooth: echoes see a curved surface across them, not facets.
     /// Radians, 0 to pi; 0: every face is a flat mirror.
     float crease_angle = 30_deg;
@@ -32,7 +34,7 @@ struct object {
     medium inside{};             ///< what fills it
     pose at{};                   ///< object to world
     int priority = 0;            ///< the highest applies where objects overlap
-    vec3 fibres{0, 0, 0};        ///< see `object_settings`
+    fibre_directions fibres{};   ///< see `object_settings`
     float crease_angle = 30_deg; ///< edges up to this angle are smooth, radians: see `object_settings`
 };
 

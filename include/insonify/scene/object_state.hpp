@@ -5,6 +5,7 @@
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/geometry/face_groups.hpp>
+#include <insonify/scene/fibre_grid.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/point_bounds.hpp>
 #include <insonify/scene/smooth_surface.hpp>
@@ -37,6 +38,7 @@ struct object_state {
     bool moved = false;                ///< the positions were handed out for writing since the last update
     bool tree_is_current = false;      ///< the tree fits the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
+    fibre_grid fibres{};               ///< where they are curved
 
     /// Builds the tree and the normals. @throws std::bad_alloc
     template <class Policy>
@@ -48,6 +50,7 @@ struct object_state {
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
+        if (of.fibres.varies()) fibres = {of.fibres, local_box, own_axes(of)};
         place_structure(of);
     }
 
@@ -56,7 +59,13 @@ struct object_state {
         if (of.inside.structure.empty())
             structure = {};
         else
-            structure = {of.inside.structure, structure_axes(mesh_view{of.surface}, local_box, of.fibres)};
+            structure = {of.inside.structure, of.fibres.varies() ? mat3{1} : own_axes(of)};
+    }
+    /// The same, with a view of the fibres.
+    placed_structure placed() const {
+        placed_structure own = structure;
+        own.chart = fibres.view_of();
+        return own;
     }
 
     /// Follows vertices that have moved without touching the tree or the normals.
@@ -79,6 +88,10 @@ struct object_state {
     }
 
   private:
+    mat3 own_axes(const object& of) const {
+        return structure_axes(mesh_view{of.surface}, local_box, of.fibres(local_box.centre()));
+    }
+
     template <class Policy>
     static aabb bounds_of(const Policy& policy, view<const vec3> points) {
         constexpr std::size_t parts = 16;
