@@ -46,8 +46,9 @@ void call(const detail::hilbert_transform& transform, float* one, float* other) 
 #ifdef CALL_signal_lateral_kernel
 float call() {
     const detail::lateral_kernel kernel = detail::make_lateral_kernel(pencil{}, {.depth = 40_mm, .samples = 64});
-    return kernel.at(0).power(
-        0, [](int) { return 1.0F; }, [](std::uint32_t) { return 1.0F; });
+    std::vector<float> amplitudes;
+    return kernel.at(0).power<1>(
+        0, [](int) { return 1.0F; }, [](std::uint32_t) { return 1.0F; }, amplitudes);
 }
 #endif
 #ifdef CALL_signal_lateral_slab

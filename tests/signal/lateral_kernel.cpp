@@ -16,6 +16,7 @@ namespace {
 template <class Probe>
 std::vector<double> reference(const Probe& probe, float end, double depth, int line) {
     const auto lines = static_cast<int>(probe.lines);
+    std::vector<float> amplitudes;
     const double sigma = static_cast<double>(beam_of(probe, end).lateral_sigma(static_cast<float>(depth)));
     const double spacing = static_cast<double>(line_spacing(probe, static_cast<float>(depth)));
     std::vector<double> weights(probe.lines);
@@ -68,7 +69,7 @@ void check_weights(const Probe& probe) {
                                             covariance(static_cast<float>(apart) * weights.spacing));
                 }
             const auto of_lag = [&](int lag) { return covariance(static_cast<float>(lag) * weights.spacing); };
-            CHECK(weights.power(here, of_lag, gain) == doctest::Approx(power).epsilon(2e-3).scale(1e-30));
+            CHECK(weights.power<simd_width>(here, of_lag, gain, amplitudes) == doctest::Approx(power).epsilon(2e-3).scale(1e-30));
         }
     }
 }
