@@ -12,7 +12,6 @@
 #include <insonify/signal/envelope.hpp>
 #include <insonify/tracing/label.hpp>
 #include <insonify/tracing/trace.hpp>
-#include <algorithm>
 #include <concepts>
 #include <string>
 #include <type_traits>
@@ -186,6 +185,7 @@ const image& scanner<Probe, Model, Tracer>::show(const Policy& policy, std::uint
     const detail::stopwatch clock;
     display_.draw(policy, cine_, back, settings);
     shown_ = back;
+    at_ = cine_[back].at;
     watch_.reset();
     times_ = {.display = clock.seconds(), .total = clock.seconds()};
     return display_.picture;
@@ -195,7 +195,7 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <exec::policy Policy>
 const label_image& scanner<Probe, Model, Tracer>::labels(const Policy& policy, const scene& body) {
     if (cine_.empty()) throw usage_error{"scanner: `labels` are those of a picture; call `scan` first"};
-    const stored_frame<Probe>& frame = cine_[std::min(shown_, cine_.size() - 1)];
+    const stored_frame<Probe>& frame = cine_[shown_];
     label_lines_ = trace(detail::any_policy<false>{policy}, body, *frame.probe, frame.at,
                          detail::label_model{{label_settings::grid::displayed}},
                          {.depth = frame.amplitudes.depth, .samples = frame.amplitudes.samples}, label_tracing_,

@@ -51,10 +51,12 @@ struct lateral_weights {
     float power(std::uint32_t line, const Covariance& covariance, const Gain& gain,
                 std::vector<float>& amplitudes) const {
         const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
-        amplitudes.clear();
+        amplitudes.resize(static_cast<std::size_t>(end - begin + 1));
+        float* to = amplitudes.data();
         for (int offset = begin; offset <= end; ++offset) {
-            const int beyond = here + offset, neighbour = beyond < 0 ? beyond + count : beyond % count;
-            amplitudes.push_back(weight(offset) * gain(static_cast<std::uint32_t>(neighbour)));
+            int neighbour = here + offset;
+            if (full_circle) neighbour = (neighbour + count) % count;
+            *to++ = weight(offset) * gain(static_cast<std::uint32_t>(neighbour));
         }
         const auto neighbours = static_cast<std::ptrdiff_t>(amplitudes.size());
         const float* const a = amplitudes.data();
