@@ -158,7 +158,7 @@ class scanner {
     stage_times times_{};
     pose at_{};
     std::uint32_t shown_ = 0; // frames back
-    bool frozen_ = false;
+    bool frozen_ = false, interrupted_ = false;
 };
 
 template <transducer Probe, acoustic_model Model, class Tracer>
@@ -167,10 +167,13 @@ const image& scanner<Probe, Model, Tracer>::scan(const Policy& policy, const sce
     if (frozen_) return show(policy, shown_);
     const detail::stopwatch clock;
     times_ = {};
+    if (interrupted_) forget(); // the last frame threw
+    interrupted_ = true;
     cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
     shown_ = 0;
     const detail::stopwatch display;
     display_.draw_next(policy, cine_[0], settings);
+    interrupted_ = false;
     times_.display = display.seconds();
     times_.total = clock.seconds();
     return display_.picture;

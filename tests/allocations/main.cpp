@@ -78,9 +78,9 @@ long allocated_by_knobs(const Policy& policy, const scene& body, std::uint32_t l
                     b_mode_settings{.depth = 40_mm, .size = {128, 0}, .planes = 3, .persistence = 0.3F}};
     machine.cine_length = 5;
     machine.settings.compound.angles = looks;
-    constexpr int values = 4, knobs = 8;
+    constexpr int values = 4, knobs = 8, seen = 2 * values * knobs; // every combination that comes again
     long most = 0;
-    for (int i = 0; i < 2 * values * knobs; ++i) {
+    for (int i = 0; i < seen + values * knobs; ++i) {
         const auto value = static_cast<float>(i / knobs % values);
         const long before = allocations;
         switch (i % knobs) {
@@ -110,7 +110,7 @@ long allocated_by_knobs(const Policy& policy, const scene& body, std::uint32_t l
         }
         machine.scan(policy, body, {.translation = {0.1_mm * value, 0, 0}});
         machine.labels(policy, body);
-        if (i >= values * knobs) most = std::max(most, allocations - before);
+        if (i >= seen) most = std::max(most, allocations - before);
     }
     machine.freeze();
     for (std::uint32_t back = 0; back < 10; ++back) { // the first round grows

@@ -11,6 +11,12 @@ void call(detail::axial_kernel& kernel, vec2* line) {
 #ifdef CALL_signal_beam
 float call() { return beam_of(pencil{}, 40_mm).lateral_sigma(20_mm) + line_spacing(pencil{}, 20_mm); }
 #endif
+#ifdef CALL_signal_cine_loop
+int call(cine_loop<int>& loop) {
+    loop.add(3, [](int& frame) { frame = 1; });
+    return loop[0];
+}
+#endif
 #ifdef CALL_signal_compound
 scan_lines call(compounding<pencil>& looks) {
     looks.reset();
