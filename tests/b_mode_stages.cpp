@@ -126,7 +126,7 @@ TEST_CASE("b_mode: a clip with persistence is the clip of the stages, and restar
     for (; knobs.frame < 4; ++knobs.frame)
         CHECK(same_bits(b_mode(exec::par_unseq, body, probe, pose{}, knobs, physical{}, own),
                         by_stages(body, probe, pose{}, knobs, fading)));
-    CHECK_FALSE(same_bits(own.picture, b_mode(exec::par_unseq, body, probe, pose{}, knobs)));
+    CHECK_FALSE(same_bits(own.picture(), b_mode(exec::par_unseq, body, probe, pose{}, knobs)));
     const auto restarts = [&](const linear_array& with) {
         CHECK(same_bits(b_mode(exec::par_unseq, body, with, pose{}, knobs, physical{}, own),
                         b_mode(exec::par_unseq, body, with, pose{}, knobs)));

@@ -18,8 +18,10 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/geometry/validate.hpp>
 #include <insonify/image/blur.hpp>
+#include <insonify/image/callipers.hpp>
 #include <insonify/image/grey_map.hpp>
 #include <insonify/image/label_image.hpp>
+#include <insonify/image/m_mode.hpp>
 #include <insonify/image/noise.hpp>
 #include <insonify/image/progressive.hpp>
 #include <insonify/image/scan_convert.hpp>
@@ -33,6 +35,7 @@
 #include <insonify/probe/presets.hpp>
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/probe/steered.hpp>
+#include <insonify/scanner.hpp>
 #include <insonify/scene/diagnose.hpp>
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>

@@ -11,6 +11,12 @@ void call(detail::axial_kernel& kernel, vec2* line) {
 #ifdef CALL_signal_beam
 float call() { return beam_of(pencil{}, 40_mm).lateral_sigma(20_mm) + line_spacing(pencil{}, 20_mm); }
 #endif
+#ifdef CALL_signal_cine_loop
+int call(cine_loop<int>& loop) {
+    loop.add(3, [](int& frame) { frame = 1; });
+    return loop[0];
+}
+#endif
 #ifdef CALL_signal_compound
 scan_lines call(compounding<pencil>& looks) {
     looks.reset();
@@ -46,8 +52,9 @@ void call(const detail::hilbert_transform& transform, float* one, float* other) 
 #ifdef CALL_signal_lateral_kernel
 float call() {
     const detail::lateral_kernel kernel = detail::make_lateral_kernel(pencil{}, {.depth = 40_mm, .samples = 64});
-    return kernel.at(0).power(
-        0, [](int) { return 1.0F; }, [](std::uint32_t) { return 1.0F; });
+    std::vector<float> amplitudes;
+    return kernel.at(0).power<1>(
+        0, [](int) { return 1.0F; }, [](std::uint32_t) { return 1.0F; }, amplitudes);
 }
 #endif
 #ifdef CALL_signal_lateral_slab

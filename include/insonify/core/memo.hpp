@@ -37,6 +37,8 @@ class memo {
         inputs_.emplace(inputs...);
         return value_;
     }
+    /// The value that was returned last.
+    const Value& value() const { return value_; }
 
   private:
     std::optional<std::tuple<Inputs...>> inputs_{};

@@ -56,12 +56,15 @@ void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const sca
 ///
 /// Pixels correspond to those of the image that `scan_convert` makes of lines with the same map. Structures thinner
 /// than a pixel may be missed: trace with about as many samples as the image has rows.
+/// @param recycled  an image whose memory is reused
 /// @throws usage_error  for labels that do not match the map
 template <exec::policy Policy>
-label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map) {
-    label_image picture{map.size};
-    detail::copy_nearest(policy, labels, map, picture.pixels);
-    return picture;
+label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map,
+                         label_image recycled = {}) {
+    recycled.size = map.size;
+    recycled.pixels.assign(map.first.size(), background_label);
+    detail::copy_nearest(policy, labels, map, recycled.pixels);
+    return recycled;
 }
 
 /// The same for a single frame, with a temporary map.

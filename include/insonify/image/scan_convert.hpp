@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -86,10 +87,11 @@ inline void check_map_size(uvec2 size, float depth, vec2 extent) {
 /// The field of view extends half a line beyond the first and the last line, and from depth 0 to `depth`.
 /// @param scan  depth and samples of the lines to come; 0 samples: as many as `b_mode` chooses for the pulse of the
 ///              probe
+/// @param recycled  a map whose memory is reused
 /// @throws usage_error  for a probe, depth, number of samples or picture size out of range
 template <exec::policy Policy, transducer Probe>
 scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisition& scan,
-                       const scan_convert_settings& settings = {}) {
+                       const scan_convert_settings& settings = {}, scan_map recycled = {}) {
     probe.check();
     check_depth(scan.depth, "scan_convert");
     const std::uint32_t samples =
@@ -117,12 +119,13 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
         const float pixels = std::ceil(length / pitch - 1e-3F);
         return pixels < 1 ? 1U : pixels < 4e9F ? static_cast<std::uint32_t>(pixels) : ~0U;
     };
-    scan_map map{.size = settings.size,
-                 .centre = 0.5F * (lower + upper),
-                 .background = settings.background,
-                 .count = probe.lines,
-                 .samples = samples,
-                 .depth = scan.depth};
+    scan_map map = std::move(recycled);
+    map.size = settings.size;
+    map.centre = 0.5F * (lower + upper);
+    map.background = settings.background;
+    map.count = probe.lines;
+    map.samples = samples;
+    map.depth = scan.depth;
     if (map.size.x == 0 && map.size.y == 0) map.size.x = 512;
     const float pitch_across = map.size.x == 0 ? 0 : extent.x / static_cast<float>(map.size.x);
     const float pitch_down = map.size.y == 0 ? 0 : extent.y / static_cast<float>(map.size.y);
@@ -135,9 +138,9 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     detail::check_map_size(map.size, scan.depth, extent);
 
     const std::size_t pixels = static_cast<std::size_t>(map.size.x) * map.size.y;
-    map.first.assign(pixels, scan_map::outside);
-    map.across.assign(pixels, 0.0F);
-    map.along.assign(pixels, 0.0F);
+    map.first.resize(pixels);
+    map.across.resize(pixels);
+    map.along.resize(pixels);
     const bool full_circle = is_full_circle(probe);
     const float last_line = max(lines - 2, 0);
     const float last_sample = max(static_cast<float>(map.samples) - 2, 0);
@@ -145,11 +148,15 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
         const auto y = static_cast<std::uint32_t>(row);
         for (std::uint32_t x = 0; x < map.size.x; ++x) {
             const vec2 at = probe.locate(map.point(x, y));
-            if (!(at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= map.depth)) continue;
+            const std::size_t i = row * map.size.x + x;
+            if (!(at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= map.depth)) {
+                map.first[i] = scan_map::outside;
+                map.across[i] = map.along[i] = 0;
+                continue;
+            }
             const float sample = at.y / map.depth * static_cast<float>(map.samples) - 0.5F;
             const float line_below = full_circle ? std::floor(at.x) : clamp(std::floor(at.x), 0, last_line);
             const float sample_below = clamp(std::floor(sample), 0, last_sample);
-            const std::size_t i = row * map.size.x + x;
             const float line = line_below < 0 ? lines - 1 : line_below;
             map.first[i] = static_cast<std::uint32_t>(line) * map.samples + static_cast<std::uint32_t>(sample_below);
             map.across[i] = clamp(at.x - line_below, 0, 1);
@@ -190,9 +197,11 @@ class kept_scan_map {
     template <exec::policy Policy>
     const scan_map& operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
                                const scan_convert_settings& settings) {
-        return map_([&](scan_map& map) { map = make_scan_map(policy, probe, scan, settings); }, probe, scan.depth,
-                    scan.samples, settings.size.x, settings.size.y, settings.background);
+        return map_([&](scan_map& map) { map = make_scan_map(policy, probe, scan, settings, std::move(map)); }, probe,
+                    scan.depth, scan.samples, settings.size.x, settings.size.y, settings.background);
     }
+    /// The map that was returned last.
+    const scan_map& value() const { return map_.value(); }
 
   private:
     detail::memo<scan_map, Probe, float, std::uint32_t, std::uint32_t, std::uint32_t, float> map_{};

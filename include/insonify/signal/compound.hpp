@@ -102,19 +102,24 @@ class compounding {
 
     void begin(const Probe& probe, const acquisition& scan, const compound_settings& settings) {
         const bool same = settings == settings_ && scan.depth == scan_.depth && scan.samples == scan_.samples &&
-                          scan.planes == scan_.planes && !looks_.empty() && is_same(probe);
+                          scan.planes == scan_.planes && ready_ && is_same(probe);
         if (same) return;
         settings.check();
         probe.check();
         if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
-        looks_.clear();
+        ready_ = false; // until all looks are
         probe_.emplace(probe);
         scan_ = scan;
         settings_ = settings;
         acquired_ = 0;
-        std::vector<look> made;
-        for (std::uint32_t i = 0; i < settings.angles; ++i) made.push_back(look_at_angle(settings.steering(i)));
-        looks_ = std::move(made);
+        if (looks_.size() > settings.angles)
+            looks_.erase(looks_.begin() + static_cast<std::ptrdiff_t>(settings.angles), looks_.end());
+        for (std::uint32_t i = 0; i < settings.angles; ++i) {
+            const float angle = settings.steering(i);
+            if (i == looks_.size()) looks_.push_back(look{.probe = steered<Probe>{*probe_, angle}});
+            assign(looks_[i], angle);
+        }
+        ready_ = true;
     }
 
     // Probes without == count as the same with as many lines from the same places.
@@ -129,9 +134,11 @@ class compounding {
         return true;
     }
 
-    look look_at_angle(float angle) const {
-        look made{.probe = steered<Probe>{*probe_, angle}, .scan = scan_};
-        if (settings_.angles == 1) return made;
+    void assign(look& made, float angle) const {
+        made.probe = steered<Probe>{*probe_, angle};
+        made.scan = scan_;
+        made.acquired = false;
+        if (settings_.angles == 1) return;
         made.probe.check();
         const float middle = 0.5F * static_cast<float>(probe_->lines) - 0.5F;
         const auto located = [&](float line, float depth) {
@@ -151,6 +158,7 @@ class compounding {
             made.scan.samples = static_cast<std::uint32_t>(
                 std::ceil(static_cast<float>(scan_.samples) * (made.scan.depth / scan_.depth)));
         }
+        made.rows.clear();
         const auto last = static_cast<float>(made.scan.samples > 1 ? made.scan.samples - 2 : 0);
         for (std::uint32_t k = 0; k < scan_.samples; ++k) {
             const vec2 at =
@@ -163,7 +171,6 @@ class compounding {
                                     : row{at.x, static_cast<std::uint32_t>(above), clamp(place - above, 0, 1)});
         }
         made.weighted.resize(std::size_t{probe_->lines} * scan_.samples);
-        return made;
     }
 
     // Looks in the order of their angles to the straight line.
@@ -257,6 +264,7 @@ class compounding {
     std::vector<look> looks_{};
     std::vector<float> inverse_weights_{};
     std::uint32_t acquired_ = 0; // since the start
+    bool ready_ = false;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

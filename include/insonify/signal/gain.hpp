@@ -111,7 +111,36 @@ struct tgc_settings {
                 (i > 0 && !(curve[i].depth > curve[i - 1].depth)))
                 throw usage_error{"tgc: the points of `curve` must be finite and in order of increasing depth"};
     }
+
+    friend bool operator==(const tgc_settings&, const tgc_settings&) = default;
 };
+
+namespace detail {
+
+/// Multiplies each sample by a gain. @param gain_db  gain_db(depth), decibels
+template <exec::policy Policy, class Value, class Gain>
+void multiply_by_depth(const Policy& policy, line_grid<Value>& lines, const Gain& gain_db) {
+    constexpr std::size_t block = 512; // samples, of all lines
+    const float spacing = lines.depth / static_cast<float>(lines.samples);
+    exec::for_each_block(
+        policy, lines.samples, block, 0.5F * static_cast<float>(lines.count), [&](std::size_t begin, std::size_t end) {
+            float gain[block];
+            for (std::size_t k = begin; k < end; ++k)
+                gain[k - begin] = amplitude_of_decibels(gain_db((static_cast<float>(k) + 0.5F) * spacing));
+            for (std::size_t line = 0; line < lines.count; ++line) {
+                Value* values = lines.values.data() + line * lines.samples + begin;
+                for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
+            }
+        });
+}
+
+inline void check_tgc(float frequency, const tgc_settings& settings) {
+    settings.check();
+    if (!is_finite(frequency) || !(frequency >= 0))
+        throw usage_error{"tgc: the frequency must be finite and not negative"};
+}
+
+} // namespace detail
 
 /// Multiplies each sample by the gain at its depth. In place: pass std::move(lines).
 /// @tparam Value     float for amplitudes, vec2 for IQ
@@ -120,26 +149,25 @@ struct tgc_settings {
 template <exec::policy Policy, class Value>
     requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
     tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
-        settings.check();
-        if (!is_finite(frequency) || !(frequency >= 0))
-            throw usage_error{"tgc: the frequency must be finite and not negative"};
-        constexpr std::size_t block = 512; // samples, of all lines
-        const float spacing = lines.depth / static_cast<float>(lines.samples);
-        exec::for_each_block(policy, lines.samples, block, 0.5F * static_cast<float>(lines.count),
-                             [&](std::size_t begin, std::size_t end) {
-                                 float gain[block];
-                                 for (std::size_t k = begin; k < end; ++k) {
-                                     const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-                                     gain[k - begin] =
-                                         amplitude_of_decibels(settings.gain_db(depth, lines.depth, frequency));
-                                 }
-                                 for (std::size_t line = 0; line < lines.count; ++line) {
-                                     Value* values = lines.values.data() + line * lines.samples + begin;
-                                     for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
-                                 }
-                             });
+        detail::check_tgc(frequency, settings);
+        detail::multiply_by_depth(
+            policy, lines, [&, end = lines.depth](float depth) { return settings.gain_db(depth, end, frequency); });
         return lines;
     }
+
+/// Replaces the time gain of lines that have had one: for stored lines, of which only the amplitudes are left.
+/// @param before  the settings with which `tgc` was applied
+/// @throws usage_error  as `tgc`
+template <exec::policy Policy>
+scan_lines regain(const Policy& policy, scan_lines lines, float frequency, const tgc_settings& before,
+                  const tgc_settings& settings) {
+    detail::check_tgc(frequency, settings);
+    if (before == settings) return lines;
+    detail::multiply_by_depth(policy, lines, [&, end = lines.depth](float depth) {
+        return settings.gain_db(depth, end, frequency) - before.gain_db(depth, end, frequency);
+    });
+    return lines;
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

@@ -43,23 +43,37 @@ struct lateral_weights {
     }
 
     /// Power of incoherent echoes on a line after weighting: sum_jk w_j g_j w_k g_k C(x_j - x_k).
-    /// @param covariance  C(lag) of the echoes on two lines, the lag in lines; 1 at lag 0, and 0 from some lag on
-    /// @param gain        g(line), amplitude of the echoes of a line before weighting
-    template <class Covariance, class Gain>
-    float power(std::uint32_t line, const Covariance& covariance, const Gain& gain) const {
-        const int begin = first(line), end = last(line), here = static_cast<int>(line);
-        const auto amplitude = [&](int offset) {
-            const int count = static_cast<int>(lines);
-            return weight(offset) * gain(static_cast<std::uint32_t>((here + offset + count) % count));
-        };
+    /// @tparam Width       floats in a SIMD register
+    /// @param covariance   C(lag) of the echoes on two lines, the lag in lines; 1 at lag 0, and 0 from some lag on
+    /// @param gain         g(line), amplitude of the echoes of a line before weighting
+    /// @param amplitudes   scratch memory
+    template <int Width, class Covariance, class Gain>
+    float power(std::uint32_t line, const Covariance& covariance, const Gain& gain,
+                std::vector<float>& amplitudes) const {
+        const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
+        amplitudes.resize(static_cast<std::size_t>(end - begin + 1));
+        float* to = amplitudes.data();
+        for (int offset = begin; offset <= end; ++offset) {
+            int neighbour = here + offset;
+            if (full_circle) neighbour = (neighbour + count) % count;
+            *to++ = weight(offset) * gain(static_cast<std::uint32_t>(neighbour));
+        }
+        const auto neighbours = static_cast<std::ptrdiff_t>(amplitudes.size());
+        const float* const a = amplitudes.data();
         float sum = 0;
-        for (int lag = 0; lag <= end - begin; ++lag) {
-            const float correlated = covariance(lag);
+        for (std::ptrdiff_t lag = 0; lag < neighbours; ++lag) {
+            const float correlated = covariance(static_cast<int>(lag));
             if (lag > 0 && !(std::fabs(correlated) > 0)) break;
-            float products = 0;
-            for (int offset = begin; offset + lag <= end; ++offset)
-                products += amplitude(offset) * amplitude(offset + lag);
-            sum += (lag == 0 ? 1 : 2) * correlated * products;
+            const float* const b = a + lag;
+            const std::ptrdiff_t products = neighbours - lag, whole = products - products % Width;
+            lanes<Width> in_lanes(0.0F);
+            for (std::ptrdiff_t i = 0; i < whole; i += Width)
+                in_lanes = multiply_add(load<Width>(a + i), load<Width>(b + i), in_lanes);
+            float parts[Width], of_lag = 0;
+            store(in_lanes, parts);
+            for (const float part : parts) of_lag += part;
+            for (std::ptrdiff_t i = whole; i < products; ++i) of_lag += a[i] * b[i];
+            sum += (lag == 0 ? 1 : 2) * correlated * of_lag;
         }
         const float all = existing(line);
         return sum / (all * all);

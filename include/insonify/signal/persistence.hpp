@@ -19,14 +19,24 @@ class persistence {
             throw usage_error{"persistence: the weight of the past must be at least 0 and below 1"};
     }
 
+    /// Sets the weight, as the constructor does, for the frames to come.
+    void weight(float of_past) { weight_ = persistence{of_past}.weight_; }
+
     /// Adds a frame. Restarts where the pose of the probe, the number of lines or samples, or the depth has changed
     /// since the previous frame. Call `reset` first where the probe or other settings have changed.
     /// @return the frame to show; valid until the next call
     template <exec::policy Policy>
     const scan_lines& add(const Policy& policy, const scan_lines& frame, const pose& at) {
-        const bool fades = at == at_ && frame.count == shown_.count && frame.samples == shown_.samples &&
-                           frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
+        if (!(at == at_)) reset();
         at_ = at;
+        return add(policy, frame);
+    }
+    /// The same, wherever the probe is.
+    template <exec::policy Policy>
+    const scan_lines& add(const Policy& policy, const scan_lines& frame) {
+        const bool fades = !starts_ && frame.count == shown_.count && frame.samples == shown_.samples &&
+                           frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
+        starts_ = false;
         if (!fades || weight_ == 0) return shown_ = frame;
         exec::for_each_block(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
@@ -36,10 +46,11 @@ class persistence {
     }
 
     /// Restarts with the next frame: for changes that neither the pose nor the grid shows.
-    void reset() { shown_ = {}; }
+    void reset() { starts_ = true; }
 
   private:
     float weight_ = 0;
+    bool starts_ = true;
     pose at_;
     scan_lines shown_;
 };

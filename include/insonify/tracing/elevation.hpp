@@ -3,6 +3,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/view.hpp>
+#include <insonify/execution/for_each.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/tracing/elevation_plane.hpp>
 #include <cmath>
@@ -191,16 +192,16 @@ class elevation_planes {
 class planes_of_lines {
   public:
     planes_of_lines() = default;
-    template <transducer Probe>
-    planes_of_lines(const Probe& probe, const elevation_planes& planes) {
-        assign(probe, planes);
+    template <class Policy, transducer Probe>
+    planes_of_lines(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
+        assign(policy, probe, planes);
     }
 
-    template <transducer Probe>
-    void assign(const Probe& probe, const elevation_planes& planes) {
+    template <class Policy, transducer Probe>
+    void assign(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
         set_of_line_.assign(probe.lines, 0);
-        sets_.clear();
         angles_.clear();
+        lines_.clear();
         const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const ray line = probe.beam(static_cast<float>(i));
@@ -210,8 +211,12 @@ class planes_of_lines {
             set_of_line_[i] = static_cast<std::uint32_t>(set);
             if (set < angles_.size()) continue;
             angles_.push_back(angle);
-            sets_.push_back(tilted ? planes.along(line.origin.z, line.direction.z) : planes);
+            lines_.push_back({line.origin.z, line.direction.z});
         }
+        sets_.assign(angles_.size(), planes);
+        if (tilted)
+            for_each_index(policy, sets_.size(),
+                           [&](std::size_t set) { sets_[set] = planes.along(lines_[set].x, lines_[set].y); });
     }
 
     const std::vector<std::uint32_t>& set_of_line() const { return set_of_line_; }
@@ -222,6 +227,7 @@ class planes_of_lines {
     std::vector<std::uint32_t> set_of_line_{};
     std::vector<elevation_planes> sets_{};
     std::vector<int> angles_{}; // of the sets
+    std::vector<vec2> lines_{}; // of the sets: z of the origin and of the direction
 };
 
 } // namespace detail

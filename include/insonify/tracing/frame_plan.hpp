@@ -102,12 +102,12 @@ class frame_plan {
             const elevation_planes planes{beam, count, depth, lines_follow_depth(probe)};
             plane.clear();
             for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
-            of_lines.assign(probe, planes);
+            of_lines.assign(policy, probe, planes);
             plane_sets = of_lines.set_of_line();
             plane_weights.clear();
             for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
                 of_lines[set].weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
-            kernels = make_kernel_table(policy, probe, depth, of_lines, model);
+            compute_kernel_table(policy, probe, depth, of_lines, model, kernels);
             constexpr std::uint32_t parts = kernel_table_view::depths;
             fnumber_spacing = depth / parts;
             fnumbers.clear();

@@ -8,6 +8,7 @@
 #include <insonify/tracing/elevation.hpp>
 #include <insonify/tracing/kernel_compensation.hpp>
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -52,25 +53,32 @@ namespace detail {
 /// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:
-    kernel_table() = default; ///< no compensation
+    /// Without compensation.
+    void clear() { samples_.resize(0); }
 
+    /// Computes the table in the same memory.
     /// @param of_lines          the gains are those of the planes along the middle line
     /// @param speckle, surface  covariance(metres apart in the slice plane and out of it, radians turned, height of the
     ///                          scatterers) of speckle, and of the echoes of rough surfaces
     template <class Policy, transducer Probe, class Speckle, class Surface>
-    kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& of_lines,
-                 const Speckle& speckle, const Surface& surface)
-        : planes_{of_lines[0].count()}, lines_{probe.lines}, spacing_{depth / depths}, sets_{of_lines.set_of_line()} {
+    void compute(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& of_lines,
+                 const Speckle& speckle, const Surface& surface) {
+        planes_ = of_lines[0].count();
+        lines_ = probe.lines;
+        spacing_ = depth / depths;
+        sets_ = of_lines.set_of_line();
         const elevation_planes& planes = of_lines[sets_[probe.lines / 2]];
         const beam_model beam = beam_of(probe, depth);
         // One step of the kernel for each of the depths.
-        const detail::lateral_kernel kernel = detail::make_lateral_kernel(
-            probe, {.depth = depth, .samples = depths * detail::lateral_kernel::depth_step});
+        kernel_ = make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step},
+                                      std::move(kernel_));
         border_ =
-            kernel.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel.half_width()), (probe.lines - 1) / 2);
+            kernel_.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel_.half_width()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
         for (std::vector<float>* const each : {&plane_heights_, &plane_weights_, &random_weights_})
             each->resize(of_lines.sets() * depths * planes_);
+        work_.resize(depths);
+        constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
@@ -85,13 +93,17 @@ class kernel_table {
                         here.random[i] / max(here.coherent[i], 1e-12F);
                 }
             }
-            const lateral_weights across = kernel.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
-            const auto levels_with = [&](const auto& covariance) {
-                return levels_of(across, weights.random, correlations{across, turned, planes, z, covariance},
-                                 max_slope * 4 * pi * probe.frequency / display_speed);
+            const lateral_weights across = kernel_.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
+            scratch& work = work_[k];
+            const auto levels_with = [&](levels& found, const auto& covariance) {
+                const correlations correlated{across, turned, planes, z, covariance, work.of_lines};
+                find_levels<width>(across, weights.random, correlated,
+                                   max_slope * 4 * pi * probe.frequency / display_speed, work, found);
             };
-            const levels of_speckle = levels_with(speckle), of_surface = levels_with(surface),
-                         uncorrelated = levels_with([](vec2, float) { return 0.0F; });
+            levels &of_speckle = work.speckle, &of_surface = work.surface, &uncorrelated = work.uncorrelated;
+            levels_with(of_speckle, speckle);
+            levels_with(of_surface, surface);
+            levels_with(uncorrelated, [](vec2, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {
                     .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
@@ -131,17 +143,24 @@ class kernel_table {
         std::vector<float> loss;
     };
 
+    // Memory for one depth.
+    struct scratch {
+        std::vector<float> of_lines, level, amplitudes;
+        levels speckle, surface, uncorrelated;
+    };
+
     // The covariance of the echoes of two planes, and of two lines, at one depth.
     struct correlations {
         std::uint32_t planes;
         float of_planes[max_elevation_planes][max_elevation_planes] = {};
         float apart[max_elevation_planes][max_elevation_planes] = {}; // metres from plane to plane
-        std::vector<float> of_lines;                                  // by distance in lines
+        std::vector<float>& of_lines;                                 // by distance in lines
 
         template <class Covariance>
         correlations(const lateral_weights& across, float turned, const elevation_planes& all, float depth,
-                     const Covariance& covariance)
-            : planes{all.count()}, of_lines(2 * across.half.size() - 1, 1.0F) {
+                     const Covariance& covariance, std::vector<float>& memory)
+            : planes{all.count()}, of_lines{memory} {
+            of_lines.assign(2 * across.half.size() - 1, 1.0F);
             for (std::uint32_t i = 0; i < planes; ++i)
                 for (std::uint32_t j = 0; j < planes; ++j) {
                     apart[i][j] = all[i].height(depth) - all[j].height(depth);
@@ -157,8 +176,9 @@ class kernel_table {
     };
 
     // @param steepest  phase per metre across the lines, at which the loss is exact
-    levels levels_of(const lateral_weights& across, const float (&weight)[max_elevation_planes],
-                     const correlations& correlated, float steepest) const {
+    template <int Width>
+    void find_levels(const lateral_weights& across, const float (&weight)[max_elevation_planes],
+                     const correlations& correlated, float steepest, scratch& work, levels& found) const {
         float power = 0, distance_squared = 0;
         for (std::uint32_t i = 0; i < correlated.planes; ++i)
             for (std::uint32_t j = 0; j < correlated.planes; ++j) {
@@ -176,22 +196,23 @@ class kernel_table {
         const auto on_slope = [&](int lag) {
             return between_lines(lag) * std::cos(steepest * static_cast<float>(lag) * across.spacing);
         };
-        levels found{std::vector<float>(border_ + 1, 1.0F), std::vector<vec2>(border_ + 1),
-                     std::vector<float>(border_ + 1)};
+        found.gain.assign(border_ + 1, 1.0F);
+        found.spread.resize(border_ + 1);
+        found.loss.resize(border_ + 1);
+        work.level.resize(border_ + 1);
         const auto gain_of = [&](std::uint32_t line) { return found.gain[to_border(line)]; };
-        std::vector<float> level(border_ + 1);
+        const auto power_with = [&](std::uint32_t line, const auto& covariance) {
+            return power * across.power<Width>(line, covariance, gain_of, work.amplitudes);
+        };
         for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: a fixed point
-            for (std::uint32_t line = 0; line <= border_; ++line)
-                level[line] = power * across.power(line, between_lines, gain_of);
-            for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(level[line]);
+            for (std::uint32_t line = 0; line <= border_; ++line) work.level[line] = power_with(line, between_lines);
+            for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(work.level[line]);
         }
         for (std::uint32_t line = 0; line <= border_; ++line) {
-            found.spread[line] = {power * across.power(line, lag_squared, gain_of), distance_squared / power};
-            const float squared = steepest * steepest,
-                        lost = -std::log(max(power * across.power(line, on_slope, gain_of), 0.1F));
+            found.spread[line] = {power_with(line, lag_squared), distance_squared / power};
+            const float squared = steepest * steepest, lost = -std::log(max(power_with(line, on_slope), 0.1F));
             found.loss[line] = (lost - 0.5F * squared * found.spread[line].x) / (squared * squared);
         }
-        return found;
     }
 
     static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
@@ -203,30 +224,30 @@ class kernel_table {
     large_array<kernel_sample> samples_;
     std::vector<std::uint32_t> sets_;
     std::vector<float> plane_heights_, plane_weights_, random_weights_;
+    lateral_kernel kernel_;
+    std::vector<scratch> work_; // for each depth
 };
 
-/// The table for a model that states the covariance of its speckle; no compensation for others.
+/// Computes the table for a model that states the covariance of its speckle; no compensation for others.
 template <class Policy, transducer Probe, class Model>
-kernel_table make_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
-                               const Model& model) {
+void compute_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
+                          const Model& model, kernel_table& table) {
     if constexpr (requires { model.covariance(depth, depth); })
-        return {policy,
-                probe,
-                depth,
-                planes,
-                [&](vec2 apart, float turned) {
-                    if constexpr (requires { Model::independent_planes; })
-                        if (Model::independent_planes && apart.y != 0) return 0.0F;
+        table.compute(
+            policy, probe, depth, planes,
+            [&](vec2 apart, float turned) {
+                if constexpr (requires { Model::independent_planes; })
+                    if (Model::independent_planes && apart.y != 0) return 0.0F;
+                return model.covariance(apart.x + apart.y, turned);
+            },
+            [&](vec2 apart, float turned) {
+                if constexpr (requires { model.surface_covariance(apart.x, turned); })
+                    return model.surface_covariance(apart.x + apart.y, turned);
+                else
                     return model.covariance(apart.x + apart.y, turned);
-                },
-                [&](vec2 apart, float turned) {
-                    if constexpr (requires { model.surface_covariance(apart.x, turned); })
-                        return model.surface_covariance(apart.x + apart.y, turned);
-                    else
-                        return model.covariance(apart.x + apart.y, turned);
-                }};
+            });
     else
-        return {};
+        table.clear();
 }
 
 } // namespace detail

@@ -1,0 +1,71 @@
+#ifndef INSONIFY_B_MODE_SETTINGS_HPP
+#define INSONIFY_B_MODE_SETTINGS_HPP
+
+#include <insonify/image/grey_map.hpp>
+#include <insonify/signal/beam.hpp>
+#include <insonify/signal/compound.hpp>
+#include <insonify/signal/gain.hpp>
+#include <insonify/tracing/near_field.hpp>
+#include <array>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Settings of a B-mode image, as on a scanner.
+struct b_mode_settings {
+    /// Time-gain compensation beside `tgc`; see `tgc_settings`.
+    struct time_gain_settings {
+        /// When a `tgc` of 0 is chosen: at the first frame, and where the probe or the depth changes; or
+        /// at every frame, so that the gain follows the probe. A single `b_mode` chooses for its picture.
+        enum class choice { first_frame, every_frame };
+        choice chosen = choice::first_frame; ///< when it is chosen
+        float max_db = 60;                   ///< limit of the automatic gain
+        std::array<float, 8> sliders{};      ///< dB at eight depths from 0 to the end of the lines; linear between
+        std::vector<tgc_point> curve{};      ///< replaces the automatic gain; points in order of depth, linear between
+
+        friend bool operator==(const time_gain_settings&, const time_gain_settings&) = default;
+    };
+    /// Electronic noise; see `electronic_noise_settings`.
+    struct noise_level {
+        float level_db = -135;  ///< rms of its envelope, 0 dB is the echo of a perfect mirror; `no_level_db`: none
+        std::uint64_t seed = 1; ///< selects a realization
+
+        friend bool operator==(const noise_level&, const noise_level&) = default;
+    };
+
+    float depth = 0.08F;         ///< metres
+    std::uint32_t samples = 0;   ///< depth samples of each line; 0: two per standard deviation of the pulse envelope
+    uvec2 size{0, 0};            ///< columns, rows; see `scan_convert_settings`
+    float dynamic_range_db = 60; ///< range of levels from black to white
+    float reference_db = -25;    ///< level of white; 0 dB is the echo of a perfect mirror
+    float gain_db = 0;           ///< added to every level
+    float tgc = 0; ///< attenuation to compensate for, dB/m at 1 MHz; 0: that of the tissue, see `automatic_tgc`
+    std::uint32_t planes = 5;       ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    float background = 0;           ///< brightness of the pixels outside the field of view
+    time_gain_settings time_gain{}; ///< how gain depends on depth, beside `tgc`
+    float reject_db = no_level_db;  ///< levels below this, after the gain, are black; by default none
+    grey_map grey{};                ///< tone curve; by default brightness is linear in decibels
+    float persistence = 0;          ///< weight of the previous frames, 0 to below 1; needs a `scanner`
+    noise_level noise{};            ///< electronic noise
+    std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
+    near_field_settings near_field{}; ///< echoes of the probe itself
+    compound_settings compound{};     ///< looks at several angles, averaged; none by default
+    /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
+    /// and compounding with `update::one` start anew; 0: at every movement.
+    float max_motion = 0.001F;
+
+    friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
+};
+
+/// Number of traced lines per line of the probe, so that their distance at the focus is at most half the beam width; at
+/// most 4. Where the probe has fewer lines than that takes, any number of them traces the same number of lines.
+template <transducer Probe>
+float rays_per_line(const Probe& probe, float depth) {
+    const beam_model beam = beam_of(probe, depth);
+    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), 1, 4);
+    const auto lines = static_cast<float>(probe.lines);
+    return std::ceil(rays * lines - 0.01F) / lines;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

@@ -1,0 +1,285 @@
+#ifndef INSONIFY_SCANNER_HPP
+#define INSONIFY_SCANNER_HPP
+
+#include <insonify/acoustics/physical.hpp>
+#include <insonify/b_mode_settings.hpp>
+#include <insonify/core/stopwatch.hpp>
+#include <insonify/display.hpp>
+#include <insonify/image/label_image.hpp>
+#include <insonify/scene/path_attenuation.hpp>
+#include <insonify/signal/convolve.hpp>
+#include <insonify/signal/electronic_noise.hpp>
+#include <insonify/signal/envelope.hpp>
+#include <insonify/tracing/label.hpp>
+#include <insonify/tracing/trace.hpp>
+#include <concepts>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How long the stages of a frame took, seconds.
+struct stage_times {
+    double trace = 0;    ///< echoes, with all tables
+    double convolve = 0; ///< near field, pulse and beam, electronic noise
+    double detect = 0;   ///< envelope, time gain, compounding
+    double display = 0;  ///< logarithm, persistence, gray map, scan conversion
+    double total = 0;    ///< of `scan`, or of `show`, which only displays
+};
+
+/// A scanner, as an application holds it.
+///
+///     scanner machine{linear_array{}, b_mode_settings{.depth = 40_mm}};
+///     for (;; ++machine.settings.frame) show(machine.scan(exec::par_unseq, body, at));
+///
+/// The public members may change between any two frames. Tables and memory are kept from frame to frame: only what a
+/// change affects is computed again, and memory is allocated only while buffers grow. Without `persistence` and
+/// compounding with `update::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at every frame,
+/// a picture is that of `b_mode` to the bit, whatever came before.
+///
+/// The last `cine_length` frames are stored. After `freeze`, `scan` no longer acquires: it shows the stored frame with
+/// the present gain, dynamic range, time gain, gray map, persistence and size.
+/// @tparam Model   acoustics of interfaces and media; makes complex echoes
+/// @tparam Tracer  how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
+template <transducer Probe, acoustic_model Model = physical<>, class Tracer = straight_lines>
+class scanner {
+    static_assert(
+        std::same_as<typename Model::sample_type, vec2>,
+        "b_mode needs a model that makes complex echoes, such as physical; trace and scan_convert draw others");
+
+  public:
+    Probe probe{};                 ///< the transducer
+    b_mode_settings settings{};    ///< of the picture
+    Model model{};                 ///< acoustics
+    Tracer how{};                  ///< how sound travels
+    double time = 0;               ///< time stamp of the next frame, by your clock, seconds
+    std::uint32_t cine_length = 1; ///< number of frames that are stored; 0 counts as 1
+
+    scanner() requires std::default_initializable<Probe>
+    = default;
+    explicit scanner(Probe transducer, b_mode_settings of_picture = {}, Model acoustics = {}, Tracer travel = {})
+        : probe{std::move(transducer)}, settings{std::move(of_picture)}, model{std::move(acoustics)}, how{std::move(
+                                                                                                          travel)} {}
+
+    /// Acquires a frame and draws it; shows the stored one while frozen.
+    /// @param at  probe to world
+    /// @return the picture, valid until the next call
+    /// @throws usage_error     for a scene that is not built, or a setting out of range
+    /// @throws geometry_error  for a pose that is not rigid
+    template <exec::policy Policy>
+    const image& scan(const Policy& policy, const scene& body, const pose& at);
+
+    /// Draws a stored frame with the present gain, dynamic range, time gain, gray map, persistence and size. Where `tgc`
+    /// is 0 its attenuation stays that which was chosen.
+    ///
+    /// Levels are exact, but for rounding where the time gain differs. With persistence, it is what a clip from the oldest
+    /// stored frame on shows.
+    /// @param back  0: the newest frame, `cine().size()` - 1: the oldest
+    /// @throws usage_error  for a frame that is not stored, or a setting out of range
+    template <exec::policy Policy>
+    const image& show(const Policy& policy, std::uint32_t back = 0);
+
+    /// Stops acquiring. @{
+    void freeze() { frozen_ = true; }
+    bool frozen() const { return frozen_; }
+    /// @}
+    /// Acquires again; persistence and compounding start anew.
+    void unfreeze() {
+        frozen_ = false;
+        forget();
+    }
+
+    /// Persistence and compounding start anew with the next frame.
+    void forget() {
+        looks_.reset();
+        watch_.reset();
+    }
+
+    const cine_loop<stored_frame<Probe>>& cine() const { return cine_; } ///< the stored frames
+    const image& picture() const& { return display_.picture; }           ///< the last picture
+    image picture() && { return std::move(display_.picture); }           ///< the last picture
+    const scan_lines& lines() const {
+        return display_.lines;
+    }                                                      ///< brightness along the traced lines of the last picture
+    const iq_lines& echoes() const { return echoes_; }     ///< of the last look acquired, after noise, before time gain
+    const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
+    const pose& at() const { return at_; }                 ///< of the probe, for the last picture
+    const stage_times& times() const { return times_; }    ///< of the last picture
+
+    /// The point in the world that a pixel of the last picture shows, in pixel coordinates: see `scan_map`.
+    vec3 point(vec2 pixel) const {
+        const vec2 in_slice = map().point(pixel);
+        return at_.point({in_slice.x, 0, in_slice.y});
+    }
+    /// The pixel coordinates of a point in the world, projected on the slice.
+    vec2 pixel(vec3 point) const {
+        const vec3 local = at_.local_point(point);
+        return map().pixel({local.x, local.z});
+    }
+
+    /// The object at each pixel of the last picture: where it is displayed.
+    /// @param body  the scene as it is now
+    /// @throws usage_error  before the first picture
+    template <exec::policy Policy>
+    const label_image& labels(const Policy& policy, const scene& body);
+
+  private:
+    // The looks of rolling compounding depend on these beside the probe and the sampling. Models that cannot be compared
+    // count as the same.
+    using time_gain = b_mode_settings::time_gain_settings;
+    using looks_memo = std::conditional_t<detail::comparable<Model>, detail::memo<char, Model, float, time_gain>,
+                                          detail::memo<char, float, time_gain>>;
+    using look_probe = steered<refined<Probe>>;
+
+    template <class Policy>
+    void acquire(const Policy& policy, const scene& body, const pose& at, stored_frame<Probe>& frame);
+    template <class Policy>
+    scan_lines acquire_look(const Policy& policy, const scene& body, const pose& at, std::uint32_t number,
+                            const look_probe& look, acquisition scan, const tgc_settings& gain, scan_lines recycled);
+    template <class Policy>
+    const tgc_settings& time_gain_of(const Policy& policy, const scene& body, const pose& at);
+
+    trace_workspace<look_probe, Model, Tracer> tracing_{};
+    std::vector<detail::frame_plan<look_probe, Model>> plans_{}; // of `trace`, for each look
+    trace_workspace<refined<Probe>, detail::label_model> label_tracing_{};
+    convolve_workspace convolution_{};
+    compounding<refined<Probe>> looks_{};
+    looks_memo acquired_{};
+    tgc_settings gain_{};
+    detail::memo<float, Probe, float> chosen_gain_{};
+    detail::clip_watch<Probe> watch_{};
+    detail::frame_display<Probe> display_{};
+    cine_loop<stored_frame<Probe>> cine_{};
+    iq_lines echoes_{};
+    label_lines label_lines_{};
+    label_image labels_{};
+    stage_times times_{};
+    pose at_{};
+    std::uint32_t shown_ = 0; // frames back
+    bool frozen_ = false, interrupted_ = false;
+};
+
+template <transducer Probe, acoustic_model Model, class Tracer>
+template <exec::policy Policy>
+const image& scanner<Probe, Model, Tracer>::scan(const Policy& policy, const scene& body, const pose& at) {
+    if (frozen_) return show(policy, shown_);
+    const detail::stopwatch clock;
+    times_ = {};
+    if (interrupted_) forget(); // the last frame threw
+    interrupted_ = true;
+    cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
+    shown_ = 0;
+    const detail::stopwatch display;
+    display_.draw_next(policy, cine_[0], settings);
+    interrupted_ = false;
+    times_.display = display.seconds();
+    times_.total = clock.seconds();
+    return display_.picture;
+}
+
+template <transducer Probe, acoustic_model Model, class Tracer>
+template <exec::policy Policy>
+const image& scanner<Probe, Model, Tracer>::show(const Policy& policy, std::uint32_t back) {
+    if (back >= cine_.size())
+        throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
+                          " frames are stored; `cine_length` is the number to store"};
+    const detail::stopwatch clock;
+    display_.draw(policy, cine_, back, settings);
+    shown_ = back;
+    at_ = cine_[back].at;
+    watch_.reset();
+    times_ = {.display = clock.seconds(), .total = clock.seconds()};
+    return display_.picture;
+}
+
+template <transducer Probe, acoustic_model Model, class Tracer>
+template <exec::policy Policy>
+const label_image& scanner<Probe, Model, Tracer>::labels(const Policy& policy, const scene& body) {
+    if (cine_.empty()) throw usage_error{"scanner: `labels` are those of a picture; call `scan` first"};
+    const stored_frame<Probe>& frame = cine_[shown_];
+    label_lines_ = trace(detail::any_policy<false>{policy}, body, *frame.probe, frame.at,
+                         detail::label_model{{label_settings::grid::displayed}},
+                         {.depth = frame.amplitudes.depth, .samples = frame.amplitudes.samples}, label_tracing_,
+                         std::move(label_lines_));
+    labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
+    return labels_;
+}
+
+// The stages from echoes to stored amplitudes.
+template <transducer Probe, acoustic_model Model, class Tracer>
+template <class Policy>
+void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& body, const pose& at,
+                                            stored_frame<Probe>& frame) {
+    probe.check();
+    settings.compound.check();
+    check_depth(settings.depth, "b_mode");
+    if (!is_finite(settings.tgc) || !(settings.tgc >= 0))
+        throw usage_error{"b_mode: `tgc` must be a finite number of dB/m at 1 MHz, or 0 for the tissue's"};
+    if (!(settings.max_motion >= 0)) throw usage_error{"b_mode: `max_motion` must be metres, 0 or more"};
+    const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
+    const std::uint32_t samples = settings.samples != 0
+                                      ? settings.samples
+                                      : samples_for(settings.depth, nominal_pulse(probe).sigma_z(probe.frequency));
+    const tgc_settings& gain = time_gain_of(policy, body, at);
+    if (plans_.size() < settings.compound.angles) plans_.resize(settings.compound.angles);
+    const auto forget_looks = [&](char&) { looks_.reset(); };
+    if constexpr (detail::comparable<Model>)
+        acquired_(forget_looks, model, settings.tgc, settings.time_gain);
+    else
+        acquired_(forget_looks, settings.tgc, settings.time_gain);
+    frame.starts = watch_.starts(probe, at, settings);
+    if (watch_.fast()) looks_.reset();
+    const detail::stopwatch clock;
+    frame.amplitudes = looks_(
+        policy, fine, {.depth = settings.depth, .samples = samples, .planes = settings.planes}, settings.compound,
+        [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
+            return acquire_look(policy, body, at, number, look, scan, gain, std::move(recycled));
+        },
+        std::move(frame.amplitudes));
+    times_.detect = clock.seconds() - times_.trace - times_.convolve;
+    frame.probe.emplace(fine);
+    frame.at = at_ = at;
+    frame.time = time;
+    frame.gain = gain;
+}
+
+template <transducer Probe, acoustic_model Model, class Tracer>
+template <class Policy>
+scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, const scene& body, const pose& at,
+                                                       std::uint32_t number, const look_probe& look, acquisition scan,
+                                                       const tgc_settings& gain, scan_lines recycled) {
+    detail::stopwatch clock;
+    scan.frame = settings.frame;
+    std::swap(tracing_.plan, plans_[number]);
+    echoes_ = trace(policy, body, look, at, model, scan, tracing_, std::move(echoes_), how);
+    std::swap(tracing_.plan, plans_[number]);
+    times_.trace += clock.lap();
+    echoes_ = add_near_field(policy, std::move(echoes_), body, look, at, settings.near_field);
+    echoes_ = convolve(policy, std::move(echoes_), nominal_pulse(probe), look, {}, convolution_);
+    echoes_ = add_electronic_noise(
+        policy, std::move(echoes_),
+        {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});
+    times_.convolve += clock.lap();
+    return tgc(policy, envelope(policy, echoes_, std::move(recycled)), probe.frequency, gain);
+}
+
+// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
+template <transducer Probe, acoustic_model Model, class Tracer>
+template <class Policy>
+const tgc_settings& scanner<Probe, Model, Tracer>::time_gain_of(const Policy& policy, const scene& body,
+                                                                const pose& at) {
+    const auto choose = [&] { return automatic_tgc(policy, body, probe, at, settings.depth); };
+    gain_.max_db = settings.time_gain.max_db;
+    gain_.sliders = settings.time_gain.sliders;
+    gain_.curve = settings.time_gain.curve;
+    gain_.attenuation = settings.tgc > 0 ? settings.tgc
+                        : settings.time_gain.chosen == time_gain::choice::every_frame
+                            ? choose()
+                            : chosen_gain_([&](float& chosen) { chosen = choose(); }, probe, settings.depth);
+    return gain_;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
