@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -37,10 +39,15 @@ struct object_state {
     bool moved = false;                ///< the positions were handed out for writing since the last update
     bool tree_is_current = false;      ///< the tree fits the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
+    std::vector<vec3> rest{};          ///< positions before the first deformation; empty: there was none
+    pose rest_at{};                    ///< object to world, when it was last deformed
+    bool follows = false;              ///< the map that deforms the scene
+    bool displaced = false;            ///< some vertices are away from rest
 
     /// Builds the tree and the normals. @throws std::bad_alloc
+    /// @param at_rest  the positions at rest, if these are others
     template <class Policy>
-    void build(const Policy& policy, const object& of) {
+    void build(const Policy& policy, const object& of, view<const vec3> at_rest) {
         tree.build(policy, mesh_view{of.surface});
         normals = smooth_surface{mesh_view{of.surface}, of.crease_angle};
         normals.compute(policy, mesh_view{of.surface});
@@ -48,15 +55,25 @@ struct object_state {
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
-        place_structure(of);
+        place_structure(of, at_rest);
+    }
+
+    /// Takes over what belongs to the deformation of an earlier state.
+    void keep_rest(object_state& of) {
+        rest = std::move(of.rest);
+        rest_at = of.rest_at;
+        follows = of.follows;
+        displaced = of.displaced;
     }
 
     /// Takes over the structure of the medium.
-    void place_structure(const object& of) {
+    void place_structure(const object& of, view<const vec3> at_rest) {
+        mesh_view surface{of.surface};
+        if (!at_rest.empty()) surface.positions = at_rest;
         if (of.inside.structure.empty())
             structure = {};
         else
-            structure = {of.inside.structure, structure_axes(mesh_view{of.surface}, local_box, of.fibres)};
+            structure = {of.inside.structure, structure_axes(surface, local_box, of.fibres)};
     }
 
     /// Follows vertices that have moved without touching the tree or the normals.

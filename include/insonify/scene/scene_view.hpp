@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SCENE_SCENE_VIEW_HPP
 #define INSONIFY_SCENE_SCENE_VIEW_HPP
 
+#include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/bvh/traverse.hpp>
@@ -59,6 +60,7 @@ struct scene_view {
     view<const medium> media{};                ///< the background first
     view<const pose> places{};                 ///< object to world: of the background (identity), then by rank
     view<const placed_structure> structures{}; ///< of the medium of each place
+    view<const displacement_view> displacements{}; ///< of the tissue of each place, for one frame; empty: at rest
 };
 
 } // namespace insonify::inline INSONIFY_ABI
