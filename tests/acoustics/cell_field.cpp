@@ -41,10 +41,6 @@ double correlation(const found& a, const found& b) {
     return sum / static_cast<double>(a.depth.size());
 }
 
-struct compressed { // to half its depth
-    vec3 operator()(std::uint32_t, vec3 p) const { return {p.x, p.y, 2 * p.z}; }
-};
-
 } // namespace
 } // namespace cell_field_test
 
@@ -211,8 +207,7 @@ TEST_CASE("cell_field: the medium's scatterer density overrides that of the fiel
         double second = 0, fourth = 0, n = 0;
         for (int i = 0; i < 200; ++i) {
             const material_line line{.origin = {0.41_mm * static_cast<float>(i), 0, 0}, .scatterer_density = of_medium};
-            const auto f =
-                cell_field_test::along(poisson_scatterers{.numbers = {.density = of_field}}, line, 0, 20_mm);
+            const auto f = cell_field_test::along(poisson_scatterers{.numbers = {.density = of_field}}, line, 0, 20_mm);
             for (const vec2 a : f.amplitude) {
                 const auto p = static_cast<double>(dot(a, a));
                 second += p, fourth += p * p, n += 1;
@@ -225,11 +220,16 @@ TEST_CASE("cell_field: the medium's scatterer density overrides that of the fiel
     CHECK(sparse > 4 * dense);
 }
 
-TEST_CASE("cell_field: the material map moves the scatterers with the tissue") {
+TEST_CASE("cell_field: scatterers move with the tissue") {
     // Tissue compressed to half its depth: slots at half the spacing, with the amplitudes of the undeformed line.
+    std::vector<float> nodes;
+    for (const float z : {0_mm, 20_mm})
+        for (int corner = 0; corner < 4; ++corner) nodes.insert(nodes.end(), {0, 0, z, 0}); // was at 2 z
+    const displacement_view displacement{
+        .nodes = nodes, .per_spacing = vec3{50}, .at = {.translation = {-10_mm, -10_mm, 0}}};
     const material_line line{};
     const auto rest = cell_field_test::along(gaussian_field{}, line, 20_mm, 21_mm);
-    const auto after = cell_field_test::along(gaussian_field<cell_field_test::compressed>{}, line, 10_mm, 10.5_mm);
+    const auto after = cell_field_test::along(gaussian_field{}, {.displacement = &displacement}, 10_mm, 10.5_mm);
     REQUIRE(after.depth.size() >= rest.depth.size());
     int matched = 0;
     for (std::size_t i = 1; i + 1 < rest.depth.size(); ++i)

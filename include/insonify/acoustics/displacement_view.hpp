@@ -10,10 +10,10 @@ namespace insonify::inline INSONIFY_ABI {
 /// Displacements of tissue from its present position to rest, on a regular grid and trilinear in between, as lines in one
 /// object read them. Beyond the grid they are those at its border. Trivially copyable.
 struct displacement_view {
-    view<const float> nodes{};    ///< x, y, z in axes of the grid and 0 of each node, metres; x first; empty: at rest
-    uvec3 size{2, 2, 2};          ///< nodes along each axis, at least 2
-    vec3 per_spacing{1, 1, 1};    ///< nodes per metre along each axis
-    pose at{};                    ///< grid to object; the first node is at the origin of the grid
+    view<const float> nodes{};     ///< x, y, z in axes of the grid and 0 of each node, metres; x first; empty: at rest
+    uvec3 size{2, 2, 2};           ///< nodes along each axis, at least 2
+    vec3 per_spacing{1, 1, 1};     ///< nodes per metre along each axis
+    pose at{};                     ///< grid to object; the first node is at the origin of the grid
     float straight_length = 1e-3F; ///< metres over which a line counts as straight in tissue at rest
 
     /// Position at rest of the tissue that is now at a point, both in coordinates of the object.
@@ -50,9 +50,9 @@ struct displacement_view {
 
     // The nodes around a point.
     struct cell {
-        const float* first;      // of its lowest node
-        std::size_t row, layer;  // floats from node to node along y and z
-        vec3 part;               // of the point, 0 to 1
+        const float* first;     // of its lowest node
+        std::size_t row, layer; // floats from node to node along y and z
+        vec3 part;              // of the point, 0 to 1
 
         INSONIFY_FN INSONIFY_INLINE const float* begin(std::size_t edge) const {
             return first + (edge & 1U) * row + (edge >> 1U) * layer;

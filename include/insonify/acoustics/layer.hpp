@@ -139,7 +139,7 @@ struct traced_line {
     std::uint32_t plane = 0;                   ///< of the frame's elevation planes, the middle one first
     float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
     aperture_gains gains{}; ///< corrections for the width of the aperture
-    std::uint32_t frame_number = 0; ///< speckle of flowing media depends on it
+    std::uint32_t frame_number = 0;                ///< speckle of flowing media depends on it
     view<const displacement_view> displacements{}; ///< of the tissue of each place; empty: all of it is at rest
 
     /// How the tissue of a place is displaced; null where it is at rest.

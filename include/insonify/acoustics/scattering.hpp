@@ -21,11 +21,11 @@ struct material_line {
     std::uint32_t plane = 0;     ///< of the frame's elevation planes
     float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
     float fnumber = 2;           ///< of the receiving aperture
-    const placed_structure* structure = nullptr; ///< of the medium; null: none
-    vec2 surfaces{0, 0};                         ///< metres along the line at which its layer begins and ends
-    vec2 own_surfaces{0, 0};                     ///< see `layer::own_surfaces`
-    vec3 steering{0, 0, 0};                      ///< see `line_frame::steering`
-    std::uint32_t frame_number = 0;              ///< where the medium flows; 0 elsewhere
+    const placed_structure* structure = nullptr;     ///< of the medium; null: none
+    vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
+    vec2 own_surfaces{0, 0};                         ///< see `layer::own_surfaces`
+    vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
+    std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
     const displacement_view* displacement = nullptr; ///< of the tissue from now to rest; null: it is at rest
 
     /// The point at a distance along the line, metres.

@@ -11,12 +11,10 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The displacements from now to rest at the nodes of a lattice, as the lines of each place read them: the background, then
 /// the objects by rank. Empty where nothing is displaced.
-inline view<const displacement_view> displacements_at(const any_policy<false>& policy, const kept_map& map,
-                                                      const displacement_lattice& where,
-                                                      const std::vector<object_state>& states,
-                                                      const std::vector<std::uint32_t>& by_rank,
-                                                      std::vector<float>& nodes,
-                                                      std::vector<displacement_view>& places) {
+inline view<const displacement_view>
+displacements_at(const any_policy<false>& policy, const kept_map& map, const displacement_lattice& where,
+                 const std::vector<object_state>& states, const std::vector<std::uint32_t>& by_rank,
+                 std::vector<float>& nodes, std::vector<displacement_view>& places) {
     if (map.empty()) return {};
     nodes.resize(4 * where.count());
     map.invert(policy, where, nodes.data());
@@ -26,7 +24,7 @@ inline view<const displacement_view> displacements_at(const any_policy<false>& p
                                           .size = where.size,
                                           .per_spacing = 1.0F / spacing,
                                           .at = where.at,
-                                          .straight_length = min(spacing.x, min(spacing.y, spacing.z))};
+                                          .straight_length = 2 * min(spacing.x, min(spacing.y, spacing.z))};
     places.assign(1, of_background);
     for (const std::uint32_t i : by_rank) {
         displacement_view of_object = of_background;

@@ -46,8 +46,12 @@ class kept_map {
     void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const {
         map_->invert(policy, where, nodes);
     }
-    /// See `inverse_at`.
-    vec3 rest_of(vec3 now) const { return map_ ? map_->rest_of(now) : now; }
+    /// The point at rest of the tissue that is now at a point. @throws geometry_error  where the map folds over
+    vec3 rest_of(vec3 now) const {
+        vec3 rest = now;
+        if (map_ && !map_->find_rest(now, rest)) throw_folded(now);
+        return rest;
+    }
 
   private:
     struct any_map {
@@ -58,7 +62,7 @@ class kept_map {
         virtual std::unique_ptr<any_map> copy() const = 0;
         virtual const void* type() const = 0;
         virtual void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const = 0;
-        virtual vec3 rest_of(vec3 now) const = 0;
+        virtual bool find_rest(vec3 now, vec3& rest) const = 0;
     };
     template <class Map>
     static const void* type_of() {
@@ -74,7 +78,7 @@ class kept_map {
         void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const override {
             invert_map(policy, map, where, nodes);
         }
-        vec3 rest_of(vec3 now) const override { return inverse_at(map, now, now); }
+        bool find_rest(vec3 now, vec3& rest) const override { return detail::find_rest(map, now, rest); }
     };
 
     std::unique_ptr<any_map> map_{};

@@ -13,14 +13,26 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// axes of the probe.
 class frame_displacements {
   public:
+    /// @throws geometry_error  where the map that deforms the scene folds over in the field of view
     template <class Policy, transducer Probe>
     view<const displacement_view> compute(const Policy& policy, const scene& body, const frame_view<Probe>& frame) {
-        return body.displacements(policy, lattice_of(frame), nodes_, places_);
+        const displacement_lattice where = lattice_of(frame);
+        const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
+        for (std::size_t i = 0; !found.empty() && i < where.count(); ++i)
+            if (nodes_[4 * i + 3] != 0 && is_seen(frame, where.point(i))) throw_folded(where.point(i));
+        return found;
     }
 
   private:
     static constexpr float min_spacing = 1e-3F; // metres
     static constexpr float max_cells = 64;      // along an axis
+
+    template <transducer Probe>
+    static bool is_seen(const frame_view<Probe>& frame, vec3 point) {
+        const vec3 local = frame.at.local_point(point);
+        const vec2 place = frame.probe.locate({local.x, local.z}); // line, depth
+        return place.x > -1 && place.x < static_cast<float>(frame.probe.lines) && place.y > 0 && place.y < frame.depth;
+    }
 
     template <transducer Probe>
     static displacement_lattice lattice_of(const frame_view<Probe>& frame) {
