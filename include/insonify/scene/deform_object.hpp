@@ -2,6 +2,7 @@
 #define INSONIFY_SCENE_DEFORM_OBJECT_HPP
 
 #include <insonify/scene/inverse_map.hpp>
+#include <insonify/scene/inverse_tetrahedra.hpp>
 #include <insonify/scene/object_state.hpp>
 #include <atomic>
 
@@ -11,7 +12,8 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// @return  whether any is away from rest
 /// @throws geometry_error  where the map folds over, as far as it is seen here, or is not finite
 template <class Policy, deformation_map Map>
-bool displace_vertices(const Policy& policy, const Map& map, const pose& at, view<const vec3> rest, view<vec3> now) {
+bool displace_vertices(const Policy& policy, const Map& map, const pose& at, view<const vec3> rest, located_vertices&,
+                       view<vec3> now) {
     constexpr std::size_t block = 1024, checked = 8; // every eighth vertex is checked, as that takes three more points
     std::atomic<bool> displaced{false};
     exec::for_each_block(policy, rest.size(), block, 50, [&](std::size_t begin, std::size_t end) {
@@ -32,6 +34,7 @@ bool displace_vertices(const Policy& policy, const Map& map, const pose& at, vie
 template <class Policy, deformation_map Map>
 void check_map(const Policy& policy, const Map& map, const aabb& box) {
     constexpr std::uint32_t points = 12; // along each axis
+    if constexpr (requires { map.check(); }) map.check();
     if (box.empty()) return;
     exec::for_each_block(policy, points * points * points, points, 150, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -53,7 +56,7 @@ bool deform_object(const Policy& policy, object& one, object_state& state, const
     state.rest_at = one.at;
     const bool was_displaced = std::exchange(state.displaced, false);
     if (map != nullptr)
-        state.displaced = displace_vertices(policy, *map, one.at, state.rest, now);
+        state.displaced = displace_vertices(policy, *map, one.at, state.rest, state.located, now);
     else
         std::copy(state.rest.begin(), state.rest.end(), now.begin());
     if (!state.displaced && !was_displaced && !state.moved) return false;

@@ -3,6 +3,7 @@
 
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/scene/inverse_map.hpp>
+#include <insonify/scene/inverse_tetrahedra.hpp>
 #include <memory>
 #include <type_traits>
 
@@ -44,12 +45,12 @@ class kept_map {
 
     /// See `invert_map`.
     void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const {
-        map_->invert(policy, where, nodes);
+        map_->invert_at(policy, where, nodes);
     }
     /// The point at rest of the tissue that is now at a point. @throws geometry_error  where the map folds over
     vec3 rest_of(vec3 now) const {
         vec3 rest = now;
-        if (map_ && !map_->find_rest(now, rest)) throw_folded(now);
+        if (map_ && !map_->rest_at(now, rest)) throw_folded(now);
         return rest;
     }
 
@@ -61,8 +62,9 @@ class kept_map {
         virtual ~any_map() = default;
         virtual std::unique_ptr<any_map> copy() const = 0;
         virtual const void* type() const = 0;
-        virtual void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const = 0;
-        virtual bool find_rest(vec3 now, vec3& rest) const = 0;
+        virtual void invert_at(const any_policy<false>& policy, const displacement_lattice& where,
+                               float* nodes) const = 0;
+        virtual bool rest_at(vec3 now, vec3& rest) const = 0;
     };
     template <class Map>
     static const void* type_of() {
@@ -75,10 +77,11 @@ class kept_map {
         explicit typed(const Map& own) : map(own) {}
         std::unique_ptr<any_map> copy() const override { return std::make_unique<typed>(map); }
         const void* type() const override { return type_of<Map>(); }
-        void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const override {
+        void invert_at(const any_policy<false>& policy, const displacement_lattice& where,
+                       float* nodes) const override {
             invert_map(policy, map, where, nodes);
         }
-        bool find_rest(vec3 now, vec3& rest) const override { return detail::find_rest(map, now, rest); }
+        bool rest_at(vec3 now, vec3& rest) const override { return find_rest(map, now, rest); }
     };
 
     std::unique_ptr<any_map> map_{};

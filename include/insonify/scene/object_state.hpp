@@ -9,6 +9,7 @@
 #include <insonify/scene/point_bounds.hpp>
 #include <insonify/scene/smooth_surface.hpp>
 #include <insonify/scene/structure_axes.hpp>
+#include <insonify/scene/tetrahedral_mesh.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -40,6 +41,7 @@ struct object_state {
     bool tree_is_current = false;      ///< the tree fits the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
     std::vector<vec3> rest{};          ///< positions before the first deformation; empty: there was none
+    located_vertices located{};        ///< of the vertices at rest in `tetrahedra`
     pose rest_at{};                    ///< object to world, when it was last deformed
     bool follows = false;              ///< the map that deforms the scene
     bool displaced = false;            ///< some vertices are away from rest
@@ -61,6 +63,7 @@ struct object_state {
     /// Takes over what belongs to the deformation of an earlier state.
     void keep_rest(object_state& of) {
         rest = std::move(of.rest);
+        located = std::move(of.located);
         rest_at = of.rest_at;
         follows = of.follows;
         displaced = of.displaced;
