@@ -136,6 +136,12 @@ class scene {
     }
     /// @}
 
+    /// The object's vertices at rest, in object coordinates. @throws usage_error  for an unknown id
+    std::span<const vec3> rest_positions(object_id id) const {
+        const std::size_t index = index_of(id);
+        return states_[index].rest.empty() ? objects_[index].surface.positions : states_[index].rest;
+    }
+
     /// Where the tissue of an object, or of the background, that is now at a point was at rest; both in the world.
     /// @throws usage_error  for an unknown id  @throws geometry_error  where the map of `deform` folds over
     vec3 rest_of(vec3 now, std::optional<object_id> of = std::nullopt) const {
