@@ -24,7 +24,7 @@ struct composed {
 
 /// The map that applies several maps, from the first to the last.
 ///
-///     body.deform(exec::par, compose(breathing{.time = t}, pulsation{.time = t}, touch.deformation));
+///     body.deform(exec::par, compose(pulsation{.time = t}, breathing{.time = t}));
 ///
 /// @{
 template <deformation_map First, deformation_map Then>
