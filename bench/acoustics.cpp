@@ -7,7 +7,7 @@ namespace {
 using namespace insonify;
 
 void texture(benchmark::State& state) {
-    const gaussian_field<> field;
+    const gaussian_field field;
     std::int64_t scatterers = 0;
     for (auto _ : state)
         field.scatter({}, 0, 40_mm, 25_um, [&](const scatterer_run& run) {

@@ -36,7 +36,11 @@
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/probe/steered.hpp>
 #include <insonify/scanner.hpp>
+#include <insonify/scene/body_motion.hpp>
+#include <insonify/scene/compose.hpp>
 #include <insonify/scene/diagnose.hpp>
+#include <insonify/scene/displacement_grid.hpp>
+#include <insonify/scene/press.hpp>
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/signal/compound.hpp>

@@ -4,7 +4,7 @@
 
 using namespace insonify;
 
-static_assert(scattering_field<gaussian_field<>> && scattering_field<poisson_scatterers<>>);
+static_assert(scattering_field<gaussian_field> && scattering_field<poisson_scatterers>);
 
 namespace cell_field_test {
 namespace {
@@ -41,10 +41,6 @@ double correlation(const found& a, const found& b) {
     return sum / static_cast<double>(a.depth.size());
 }
 
-struct compressed { // to half its depth
-    vec3 operator()(std::uint32_t, vec3 p) const { return {p.x, p.y, 2 * p.z}; }
-};
-
 } // namespace
 } // namespace cell_field_test
 
@@ -53,7 +49,7 @@ TEST_CASE("cell_field: values have mean 0 and power 1 per slot, and adjacent slo
     std::size_t count = 0;
     vec2 before{0, 0};
     for (int line = 0; line < 200; ++line) {
-        const auto f = cell_field_test::along(gaussian_field<>{},
+        const auto f = cell_field_test::along(gaussian_field{},
                                               {.origin = {0.37_mm * static_cast<float>(line), 0.1_mm, 0}}, 1_mm, 40_mm);
         for (const vec2 a : f.amplitude) {
             power += static_cast<double>(dot(a, a));
@@ -75,19 +71,19 @@ TEST_CASE("cell_field: the mean correlation of parallel lines is the stated cova
         double measured = 0;
         for (int i = 0; i < 300; ++i) {
             const float x = 0.413_mm * static_cast<float>(i);
-            const auto a = cell_field_test::along(gaussian_field<>{}, {.origin = {x, 0, 0}}, 0, 20_mm);
-            const auto b = cell_field_test::along(gaussian_field<>{}, {.origin = {x + apart, 0, 0}}, 0, 20_mm);
+            const auto a = cell_field_test::along(gaussian_field{}, {.origin = {x, 0, 0}}, 0, 20_mm);
+            const auto b = cell_field_test::along(gaussian_field{}, {.origin = {x + apart, 0, 0}}, 0, 20_mm);
             measured += cell_field_test::correlation(a, b) / 300;
         }
-        CHECK(std::fabs(measured - static_cast<double>(gaussian_field<>{}.covariance(apart, 0))) < 0.01);
+        CHECK(std::fabs(measured - static_cast<double>(gaussian_field{}.covariance(apart, 0))) < 0.01);
     }
-    CHECK(gaussian_field<>{}.covariance(0, 0) == 1);
-    CHECK(gaussian_field<>{}.covariance(1_m, 0) == 0);
+    CHECK(gaussian_field{}.covariance(0, 0) == 1);
+    CHECK(gaussian_field{}.covariance(1_m, 0) == 0);
 }
 
 TEST_CASE("cell_field: scatterers do not depend on where the line starts") {
-    const auto original = cell_field_test::along(gaussian_field<>{}, {.origin = {1_mm, 2_mm, 0}}, 10_mm, 11_mm);
-    const auto moved = cell_field_test::along(gaussian_field<>{}, {.origin = {1_mm, 2_mm, 4.013_mm}}, 10_mm - 4.013_mm,
+    const auto original = cell_field_test::along(gaussian_field{}, {.origin = {1_mm, 2_mm, 0}}, 10_mm, 11_mm);
+    const auto moved = cell_field_test::along(gaussian_field{}, {.origin = {1_mm, 2_mm, 4.013_mm}}, 10_mm - 4.013_mm,
                                               11_mm - 4.013_mm);
     REQUIRE(original.depth.size() == moved.depth.size());
     for (std::size_t i = 1; i + 1 < original.depth.size(); ++i) {
@@ -98,9 +94,9 @@ TEST_CASE("cell_field: scatterers do not depend on where the line starts") {
 
 TEST_CASE("cell_field: the two parts of a divided slot add up to the slot") {
     const material_line line{.origin = {0.3_mm, 0, 0}};
-    const auto whole = cell_field_test::along(gaussian_field<>{}, line, 1_mm, 2_mm);
-    const auto upper = cell_field_test::along(gaussian_field<>{}, line, 1_mm, 1.51_mm),
-               lower = cell_field_test::along(gaussian_field<>{}, line, 1.51_mm, 2_mm);
+    const auto whole = cell_field_test::along(gaussian_field{}, line, 1_mm, 2_mm);
+    const auto upper = cell_field_test::along(gaussian_field{}, line, 1_mm, 1.51_mm),
+               lower = cell_field_test::along(gaussian_field{}, line, 1.51_mm, 2_mm);
     CHECK(upper.amplitude.size() + lower.amplitude.size() == whole.amplitude.size() + 1);
     const vec2 sum = upper.amplitude.back() + lower.amplitude.front();
     CHECK(length(sum - whole.amplitude[upper.amplitude.size() - 1]) < 1e-4F);
@@ -108,8 +104,8 @@ TEST_CASE("cell_field: the two parts of a divided slot add up to the slot") {
 
 TEST_CASE("cell_field: different directions, objects, planes or seeds give uncorrelated scatterers") {
     const material_line line{};
-    const auto correlation = [&](const gaussian_field<>& other, const material_line& another) {
-        return cell_field_test::correlation(cell_field_test::along(gaussian_field<>{}, line, 0, 200_mm),
+    const auto correlation = [&](const gaussian_field& other, const material_line& another) {
+        return cell_field_test::correlation(cell_field_test::along(gaussian_field{}, line, 0, 200_mm),
                                             cell_field_test::along(other, another, 0, 200_mm));
     };
     CHECK(correlation({}, line) > 0.95);
@@ -127,13 +123,13 @@ TEST_CASE("cell_field: the correlation of a rotated line near the pivot is the s
             const vec3 point{0.713_mm * static_cast<float>(i), 0.3_mm, 50.0113_mm};
             const vec3 straight{0, 0, 1}, turned{std::sin(turn), 0, std::cos(turn)};
             const auto through = [&](vec3 along) {
-                return cell_field_test::along(gaussian_field<>{}, {.origin = point - 1_mm * along, .along = along},
+                return cell_field_test::along(gaussian_field{}, {.origin = point - 1_mm * along, .along = along},
                                               0.9_mm, 1.1_mm);
             };
             measured += cell_field_test::correlation(through(straight), through(turned));
             all += cell_field_test::correlation(through(straight), through(straight));
         }
-        const double expected = static_cast<double>(gaussian_field<>{}.covariance(0, turn));
+        const double expected = static_cast<double>(gaussian_field{}.covariance(0, turn));
         MESSAGE("turned by ", (turn * 180 / pi), " degrees: ", (measured / all), " correlated, expected ", expected);
         CHECK(std::fabs(measured / all - expected) < 0.06);
     }
@@ -148,12 +144,12 @@ TEST_CASE("cell_field: lines one above the other are correlated by linear interp
                 const material_line line{.origin = {0.771_mm * place, 1.413_mm * place, 0}, .height = height};
                 material_line above = line;
                 above.origin.y += apart;
-                measured += cell_field_test::correlation(cell_field_test::along(gaussian_field<>{}, line, 0, 20_mm),
-                                                         cell_field_test::along(gaussian_field<>{}, above, 0, 20_mm)) /
+                measured += cell_field_test::correlation(cell_field_test::along(gaussian_field{}, line, 0, 20_mm),
+                                                         cell_field_test::along(gaussian_field{}, above, 0, 20_mm)) /
                             300;
             }
             const auto expected = static_cast<double>(
-                gaussian_field<>{.cell = height > 0 ? height : gaussian_field<>{}.cell}.value_covariance(apart, 0));
+                gaussian_field{.cell = height > 0 ? height : gaussian_field{}.cell}.value_covariance(apart, 0));
             CHECK(std::fabs(measured - expected) < 0.015);
         }
 }
@@ -165,7 +161,7 @@ TEST_CASE("cell_field: the roll of the line decorrelates scatterers gradually, a
             const vec3 axis{0.613_mm * static_cast<float>(i), 0.3_mm, 0};
             const auto seen = [&](float turn) {
                 return cell_field_test::along(
-                    gaussian_field<>{},
+                    gaussian_field{},
                     {.origin = axis, .elevation = {std::sin(turn), std::cos(turn), 0}, .height = 0.8_mm}, 0, 20_mm);
             };
             sum += cell_field_test::correlation(seen(0), seen(angle)) / 200;
@@ -180,7 +176,7 @@ TEST_CASE("cell_field: the roll of the line decorrelates scatterers gradually, a
     CHECK(half_a_turn > 0.99);
     const auto at_45_degrees = [](float beyond) {
         const float turn = 45_deg + beyond;
-        return cell_field_test::along(gaussian_field<>{},
+        return cell_field_test::along(gaussian_field{},
                                       {.elevation = {-std::sin(turn), std::cos(turn), 0}, .height = 0.8_mm}, 0, 200_mm);
     };
     CHECK(cell_field_test::correlation(at_45_degrees(-1e-4F), at_45_degrees(1e-4F)) > 0.9);
@@ -194,7 +190,7 @@ TEST_CASE("cell_field: oblique lines have power 1 per slot, too, and a bounded s
         for (int i = 0; i < 300; ++i) {
             const material_line line{
                 .origin = {0.37_mm * static_cast<float>(i), 0, 0}, .along = along, .elevation = elevation};
-            gaussian_field<>{}.scatter(line, 0, 30_mm, 25_um, [&](const scatterer_run& run) {
+            gaussian_field{}.scatter(line, 0, 30_mm, 25_um, [&](const scatterer_run& run) {
                 for (std::uint32_t k = 0; k < run.count; ++k)
                     power += static_cast<double>(run.real[k] * run.real[k] + run.imaginary[k] * run.imaginary[k]);
                 CHECK(std::fabs(run.slope.x) < 0.18F); // at most the angle between neighbouring lattice directions
@@ -211,8 +207,7 @@ TEST_CASE("cell_field: the medium's scatterer density overrides that of the fiel
         double second = 0, fourth = 0, n = 0;
         for (int i = 0; i < 200; ++i) {
             const material_line line{.origin = {0.41_mm * static_cast<float>(i), 0, 0}, .scatterer_density = of_medium};
-            const auto f =
-                cell_field_test::along(poisson_scatterers<>{.numbers = {.density = of_field}}, line, 0, 20_mm);
+            const auto f = cell_field_test::along(poisson_scatterers{.numbers = {.density = of_field}}, line, 0, 20_mm);
             for (const vec2 a : f.amplitude) {
                 const auto p = static_cast<double>(dot(a, a));
                 second += p, fourth += p * p, n += 1;
@@ -225,11 +220,16 @@ TEST_CASE("cell_field: the medium's scatterer density overrides that of the fiel
     CHECK(sparse > 4 * dense);
 }
 
-TEST_CASE("cell_field: the material map moves the scatterers with the tissue") {
+TEST_CASE("cell_field: scatterers move with the tissue") {
     // Tissue compressed to half its depth: slots at half the spacing, with the amplitudes of the undeformed line.
+    std::vector<float> nodes;
+    for (const float z : {0_mm, 20_mm})
+        for (int corner = 0; corner < 4; ++corner) nodes.insert(nodes.end(), {0, 0, z, 0}); // was at 2 z
+    const displacement_view displacement{
+        .nodes = nodes, .per_spacing = vec3{50}, .at = {.translation = {-10_mm, -10_mm, 0}}};
     const material_line line{};
-    const auto rest = cell_field_test::along(gaussian_field<>{}, line, 20_mm, 21_mm);
-    const auto after = cell_field_test::along(gaussian_field<cell_field_test::compressed>{}, line, 10_mm, 10.5_mm);
+    const auto rest = cell_field_test::along(gaussian_field{}, line, 20_mm, 21_mm);
+    const auto after = cell_field_test::along(gaussian_field{}, {.displacement = &displacement}, 10_mm, 10.6_mm);
     REQUIRE(after.depth.size() >= rest.depth.size());
     int matched = 0;
     for (std::size_t i = 1; i + 1 < rest.depth.size(); ++i)
@@ -245,13 +245,13 @@ TEST_CASE("cell_field: values are finite at any distance from the origin") {
     for (const float away : {1e3F, 1e5F, 1e8F, 1e16F, 1e22F, FLT_MAX})
         for (const vec3 origin : {vec3{away, 0, 0}, vec3{0, -away, 0}, vec3{away, away, -away}}) {
             const material_line line{.origin = origin, .along = along};
-            const auto f = cell_field_test::along(gaussian_field<>{}, line, 1_mm, 5_mm);
+            const auto f = cell_field_test::along(gaussian_field{}, line, 1_mm, 5_mm);
             CHECK(f.amplitude.size() >= 100);
             for (const vec2 a : f.amplitude) REQUIRE((is_finite(a.x) && is_finite(a.y)));
             for (const float spacing : {25_um, 1e-15F, 1e-27F}) { // as in media of almost no sound speed
-                const vec2 one = gaussian_field<>{}.value(line, 2_mm, spacing);
+                const vec2 one = gaussian_field{}.value(line, 2_mm, spacing);
                 CHECK((is_finite(one.x) && is_finite(one.y)));
-                const auto few = cell_field_test::along(gaussian_field<>{}, line, 0, 100 * spacing, spacing);
+                const auto few = cell_field_test::along(gaussian_field{}, line, 0, 100 * spacing, spacing);
                 for (const vec2 a : few.amplitude) REQUIRE((is_finite(a.x) && is_finite(a.y)));
             }
         }

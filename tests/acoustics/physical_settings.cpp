@@ -88,7 +88,7 @@ TEST_CASE("physical: default samples and the depth to trace") {
     CHECK(physical<>{}.samples(40_mm, 7.5_MHz) == 1344);
     CHECK(physical<>{}.max_depth(40_mm, media) == doctest::Approx(40e-3 * 3500 / 1540 + 1e-3).scale(1e-30));
     CHECK(physical<>{.timing = timing::uniform}.max_depth(40_mm, media) == doctest::Approx(41_mm).scale(1e-30));
-    CHECK(physical<>{}.covariance(0.1_mm, 0.02F) == gaussian_field<>{}.covariance(0.1_mm, 0.02F));
+    CHECK(physical<>{}.covariance(0.1_mm, 0.02F) == gaussian_field{}.covariance(0.1_mm, 0.02F));
     CHECK(physical<fresnel, no_scatterers>{}.covariance(0, 0) == 0);
     CHECK(physical<fresnel, no_scatterers>{}.surface_covariance(0, 0) == 1);
 }

@@ -101,7 +101,7 @@ TEST_CASE("structure: along the fibres brightness persists for millimetres, acro
 }
 
 TEST_CASE("structure: multiplies the scatterers of the field by its gains, and moves none") {
-    const gaussian_field<> field{};
+    const gaussian_field field{};
     const placed_structure muscle{tissue::muscle.structure, mat3{1}};
     material_line line{.origin = {0.3_mm, 0.2_mm, 0}, .fnumber = structure_test::fnumber};
     struct scatterer {

@@ -121,6 +121,34 @@ long allocated_by_knobs(const Policy& policy, const scene& body, std::uint32_t l
     }
     return most;
 }
+
+// The most that one frame allocates while maps deform the body, from the second round on: functions, and tetrahedra.
+template <class Policy>
+long allocated_by_maps(const Policy& policy) {
+    scene body{tissue::muscle};
+    body.add(make_sphere({-8_mm, 0, 15_mm}, 4_mm, 4), tissue::blood);
+    body.add(make_box({-30_mm, -10_mm, 0}, {30_mm, 10_mm, 5_mm}, 5), tissue::fat);
+    body.build(policy);
+    const linear_array probe{.lines = 64, .width = 40_mm, .frequency = 7.5_MHz};
+    tetrahedra divided{{{-90_mm, -90_mm, -90_mm}, {250_mm, 0, 0}, {0, 250_mm, 0}, {0, 0, 250_mm}}, {{0, 1, 2, 3}}};
+    b_mode_workspace<linear_array> own;
+    constexpr int frames = 8;
+    long most = 0;
+    for (int i = 0; i < 4 * frames; ++i) {
+        const float time = 0.1F * static_cast<float>(i % frames);
+        const long before = allocations;
+        if (i / frames % 2 == 0) {
+            body.deform(policy, compose(breathing{.time = time}, pulsation{.from = {-8_mm, 0, 15_mm}, .time = time}));
+        } else {
+            divided.nodes()[3].z = 250_mm + 1_mm * time;
+            body.deform(policy, divided);
+        }
+        b_mode(policy, body, probe, pose{}, {.depth = 40_mm, .size = {256, 256}}, physical{}, own);
+        const bool changes_type = i % frames == 0;
+        if (i >= 2 * frames && !changes_type) most = std::max(most, allocations - before);
+    }
+    return most;
+}
 } // namespace
 
 int main() {
@@ -162,8 +190,10 @@ int main() {
     std::printf("a knob turned at every frame, and frozen frames: %ld; expected 0\n", knobs);
     const long many = allocated_among_many(exec::seq), many_parallel = allocated_among_many(exec::par_unseq.threads(2));
     std::printf("among 500 objects: %ld with seq, %ld with par_unseq; expected 0\n", many, many_parallel);
-    return sequenced == 0 && parallel == 0 && compounded == 0 && rolling == 0 && knobs == 0 && many == 0 &&
-                   many_parallel == 0
+    const long maps = allocated_by_maps(exec::seq), maps_parallel = allocated_by_maps(exec::par_unseq.threads(2));
+    std::printf("deformed by maps: %ld with seq, %ld with par_unseq; expected 0\n", maps, maps_parallel);
+    return maps == 0 && maps_parallel == 0 && sequenced == 0 && parallel == 0 && compounded == 0 && rolling == 0 &&
+                   knobs == 0 && many == 0 && many_parallel == 0
                ? 0
                : 1;
 }

@@ -95,21 +95,15 @@ inline image needle() {
     return scan_convert(exec::par, lines, probe, {.size = size});
 }
 
-// Tissue pressed by the probe: the mesh moves, and its texture with it.
-struct pressed_to_nine_tenths {
-    vec3 operator()(std::uint32_t, vec3 now) const { return {now.x, now.y, now.z / 0.9F}; }
-};
+// Tissue pressed by the probe to nine tenths of its depth.
 inline image pressed() {
     scene body{tissue::fat};
-    const object_id muscle = body.add(make_box({-30_mm, -30_mm, 8_mm}, {30_mm, 30_mm, 60_mm}, 3), tissue::muscle);
-    const object_id nerve = body.add(make_cylinder({0, -30_mm, 22_mm}, {0, 30_mm, 22_mm}, 4_mm, 64), tissue::nerve);
+    body.add(make_box({-30_mm, -30_mm, 8_mm}, {30_mm, 30_mm, 60_mm}, 3), tissue::muscle);
+    body.add(make_cylinder({0, -30_mm, 22_mm}, {0, 30_mm, 22_mm}, 4_mm, 64), tissue::nerve);
     body.build(exec::par);
-    for (const object_id id : {muscle, nerve})
-        for (vec3& p : body.positions(id)) p.z *= 0.9F;
-    body.update(exec::par);
+    body.deform(exec::par, [](vec3 rest) { return vec3{rest.x, rest.y, 0.9F * rest.z}; });
     return b_mode(exec::par_unseq, body, linear_array{.lines = 192}, pose{},
-                  {.depth = 40_mm, .size = size, .tgc = tissue::fat.attenuation, .noise = silent},
-                  physical{}.with_scattering(gaussian_field<pressed_to_nine_tenths>{}));
+                  {.depth = 40_mm, .size = size, .tgc = tissue::fat.attenuation, .noise = silent});
 }
 
 inline constexpr phantom all[] = {{"paper_cube", paper_cube},

@@ -120,7 +120,7 @@ TEST_CASE("sparse scatterers show: the envelope's SNR is that of so many to a re
         for (std::uint32_t seed = 1; seed <= 8; ++seed) {
             const scene body = scene{speckle_test::silent}.build(exec::seq);
             const linear_array probe{.lines = 256, .width = 40_mm, .frequency = 5_MHz, .fnumber = 2, .focus = 30_mm};
-            const physical<fresnel, poisson_scatterers<>> model{
+            const physical<fresnel, poisson_scatterers> model{
                 .scattering = {.seed = seed,
                                .numbers = {.density = static_cast<float>(row.per_cell / area / thickness)}}};
             const std::vector<double> e =

@@ -40,7 +40,7 @@ TEST_CASE("settings of traces out of range are refused with a sentence") {
          "trace: 4 lines of 4294967295 samples are more than 2^28"},
         {[&] { with({.depth = 1_mm, .planes = 2}, law2011{}); }, "trace: `planes` is 2; it must be 1, 3, 5 or 7"},
         {[&] { with({.depth = 1_mm, .planes = 3}, flags{}); }, "samples of this model's type cannot be averaged"},
-        {[&] { with(scan, physical{}.with_scattering(gaussian_field<>{.cell = 0})); }, "cell_field: `cell` must be"},
+        {[&] { with(scan, physical{}.with_scattering(gaussian_field{.cell = 0})); }, "cell_field: `cell` must be"},
         {[&] { with(scan, physical<>{.texture_db = nan}); }, "physical: `texture_db` must be a finite number of dB"},
         {[&] { with(scan, physical<>{.shadow_floor_db = 3}); }, "physical: "},
         {[&] { with(scan, physical<>{.specular = {.power = -1}}); },

@@ -3,7 +3,6 @@
 
 #include <insonify/acoustics/structured_line.hpp>
 #include <insonify/core/error.hpp>
-#include <type_traits>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -13,17 +12,14 @@ namespace insonify::inline INSONIFY_ABI {
 /// interpolation between them. The cells of each slot are displaced at random, so no line spacing coincides with their
 /// period. The grid is aligned with one of a fixed set of directions, close to that of the line.
 /// Source: the convolution model of speckle, Bamber & Dickinson 1980; the grid is the library's own.
-/// @tparam Numbers   the contents of a cell: `gaussian_numbers` or `poisson_numbers`
-/// @tparam Material  vec3(std::uint32_t object, vec3 point): the position at rest of the tissue now at `point`, both in
-///                   coordinates of the object; smooth over half a millimetre
-template <class Numbers, class Material>
+/// @tparam Numbers  the contents of a cell: `gaussian_numbers` or `poisson_numbers`
+template <class Numbers>
 struct cell_field {
     std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
     /// Size of a cell across the line, metres: no less than the spacing of the lines, and no more than twice the standard
     /// deviation of the beam; else speckle decorrelates too fast or too slowly between lines.
     float cell = 0.22e-3F;
-    Numbers numbers{};   ///< contents of the cells
-    Material material{}; ///< position of tissue at rest
+    Numbers numbers{}; ///< contents of the cells
 
     /// Each elevation plane of a frame has scatterers of its own.
     static constexpr bool independent_planes = true;
@@ -57,14 +53,19 @@ struct cell_field {
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
         // More slots than any line has samples: the sound speed is close to 0, and floats barely resolve the interval.
         if (!(end - begin < 0x1p25F * spacing)) return;
-        // The material map is linearised piecewise; without deformation the whole line is straight.
-        const float piece = std::is_same_v<Material, undeformed> ? end - begin : 0.5e-3F;
+        if (line.displacement == nullptr)
+            return scatter_straight(line, begin, end, rest_at(line, begin, spacing), spacing, emit);
+        // The line is curved in tissue at rest: straight from point to point.
+        const float piece = line.displacement->straight_length / length(line.along);
+        vec3 first = line.displacement->rest(line.at(begin));
         for (float from = begin; from < end;) {
             const float to = from + 1.5F * piece < end ? from + piece : end;
-            const vec3 first = material(line.object, line.at(from)), last = material(line.object, line.at(to));
-            const vec3 along = std::is_same_v<Material, undeformed> ? line.along : (last - first) * (1 / (to - from));
-            if (along != vec3{0, 0, 0})
-                scatter_straight(line, from, to, {detail::resolvable(first, cell, spacing), along}, spacing, emit);
+            detail::rest_line rest = rest_at(line, 0.5F * (from + to), spacing);
+            const vec3 last = line.displacement->rest(line.at(to));
+            rest.origin = detail::resolvable(first, cell, spacing);
+            rest.along = (last - first) * (1 / (to - from));
+            if (rest.along != vec3{0, 0, 0}) scatter_straight(line, from, to, rest, spacing, emit);
+            first = last;
             from = to;
         }
     }
@@ -77,12 +78,10 @@ struct cell_field {
 
         /// At a distance along the line, metres.
         INSONIFY_FN vec2 operator()(float distance) {
-            const vec3 point =
-                detail::resolvable(field_.material(line_.object, line_.at(distance)), field_.cell, spacing_);
-            const double slab = std::floor(static_cast<double>(detail::view_slabs::position(point)));
+            const detail::rest_line rest = field_.rest_at(line_, distance, spacing_);
+            const double slab = std::floor(static_cast<double>(detail::view_slabs::position(rest.origin)));
             if (!known_ || slab != slab_) { // points of one slab have one layout
-                cells_ =
-                    detail::make_cell_layout(field_.seed, field_.cell, line_, {point, line_.along}, slab, spacing_);
+                cells_ = detail::make_cell_layout(field_.seed, field_.cell, line_, rest, slab, spacing_);
                 known_ = true;
                 slab_ = slab;
                 origin_ = distance;
@@ -120,6 +119,16 @@ struct cell_field {
   private:
     static constexpr std::uint32_t run_length = 256;
 
+    // The line in tissue at rest, straight as it is at a distance along it.
+    INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
+        const vec3 now = line.at(distance), lateral = cross(line.elevation, line.along);
+        if (line.displacement == nullptr)
+            return {detail::resolvable(now, cell, spacing), line.along, line.elevation, lateral, line.steering};
+        const mat3 gradient = line.displacement->gradient(now);
+        return {detail::resolvable(line.displacement->rest(now), cell, spacing), gradient * line.along,
+                gradient * line.elevation, gradient * lateral, gradient * line.steering};
+    }
+
     // Covariance of linear interpolation that keeps the power, by distance in cells.
     INSONIFY_FN static float linear_covariance(float cells) {
         // At distances of eighths of a cell, by numerical integration; linear in between.
@@ -155,7 +164,8 @@ struct cell_field {
             if (std::fabs(slabs_per_metre) > 1e-3)
                 to = clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
                            end);
-            const detail::rest_line rest{segment.origin + (from - begin) * segment.along, segment.along};
+            detail::rest_line rest = segment;
+            rest.origin += (from - begin) * segment.along;
             if (to > from)
                 scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
                              emit);
@@ -204,13 +214,11 @@ struct cell_field {
 };
 
 /// Fully developed speckle, as in most tissue.
-template <class Material = undeformed>
-using gaussian_field = cell_field<gaussian_numbers, Material>;
+using gaussian_field = cell_field<gaussian_numbers>;
 
 /// Sparse scatterers, whose speckle statistics depend on their number: `medium::scatterer_density`, or for media
 /// without one `{.numbers = {.density = 5e9F}}`.
-template <class Material = undeformed>
-using poisson_scatterers = cell_field<poisson_numbers, Material>;
+using poisson_scatterers = cell_field<poisson_numbers>;
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

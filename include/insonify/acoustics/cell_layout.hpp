@@ -10,8 +10,11 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// A straight segment of a line in the undeformed material.
 struct rest_line {
-    vec3 origin{0, 0, 0}; ///< metres
-    vec3 along{0, 0, 1};  ///< metres of material per metre of the line
+    vec3 origin{0, 0, 0};    ///< metres
+    vec3 along{0, 0, 1};     ///< metres of material per metre of the line
+    vec3 elevation{0, 1, 0}; ///< metres of material per metre out of the slice plane
+    vec3 lateral{1, 0, 0};   ///< metres of material per metre across the line in the slice plane
+    vec3 steering{0, 0, 0};  ///< see `line_frame::steering`
 };
 
 /// The slots and cells that one segment of a line traverses.
@@ -91,16 +94,15 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
     // The axes of the grid: along the line and along its elevation, whose sign does not matter. Steered lines
     // use the grid of straight ones, so that the looks of a compounded image see the same scatterers.
-    const vec3 towards = lattice_direction(segment.along - line.tilt * line.elevation - line.steering, random),
+    const vec3 towards = lattice_direction(segment.along - line.tilt * segment.elevation - segment.steering, random),
                view = normalize(towards);
-    const vec3 chosen = lattice_direction(line.elevation, mix_bits(random + 1));
+    const vec3 chosen = lattice_direction(segment.elevation, mix_bits(random + 1));
     const bool down = chosen.x != 0 ? chosen.x < 0 : chosen.y != 0 ? chosen.y < 0 : chosen.z < 0;
     const vec3 upwards = down ? -chosen : chosen;
     const vec3 upright = upwards - dot(upwards, view) * view;
     const vec3 up = dot(upright, upright) > 1 ? normalize(upright) : orthonormal_basis{view}.second;
     const vec3 right = cross(up, view);
     const vec2 to_cells{1 / cell, 1 / (line.height > 0 ? line.height : cell)};
-    const vec3 lateral = cross(line.elevation, line.along);
     const float advance = dot(segment.along, view);
     cell_layout cells;
     cells.slot = static_cast<double>(dot(segment.origin, view)) / spacing;
@@ -110,7 +112,7 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     cells.key = mix_bits(mix_bits(object_hash ^ lattice_index(towards)) ^ lattice_index(upwards));
     cells.volume = spacing / (to_cells.x * to_cells.y);
     cells.scatterer_density = line.scatterer_density;
-    cells.slope = vec2{dot(lateral, view), dot(line.elevation, view)} / -advance;
+    cells.slope = vec2{dot(segment.lateral, view), dot(segment.elevation, view)} / -advance;
     return cells;
 }
 

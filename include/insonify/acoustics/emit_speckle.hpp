@@ -38,6 +38,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     within.plane = line.plane;
     within.tilt = line.frame.tilt;
     within.frame_number = m.flowing ? line.frame_number : 0;
+    within.displacement = line.displacement(here.place);
     within.steering = place.local_direction(line.frame.steering);
     if (!m.structure.empty() && here.place < line.structures.size() && line.structures[here.place].of == m.structure) {
         within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_ACOUSTICS_LAYER_HPP
 #define INSONIFY_ACOUSTICS_LAYER_HPP
 
+#include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/core/view.hpp>
@@ -138,7 +139,13 @@ struct traced_line {
     std::uint32_t plane = 0;                   ///< of the frame's elevation planes, the middle one first
     float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
     aperture_gains gains{}; ///< corrections for the width of the aperture
-    std::uint32_t frame_number = 0; ///< speckle of flowing media depends on it
+    std::uint32_t frame_number = 0;                ///< speckle of flowing media depends on it
+    view<const displacement_view> displacements{}; ///< of the tissue of each place; empty: all of it is at rest
+
+    /// How the tissue of a place is displaced; null where it is at rest.
+    INSONIFY_FN const displacement_view* displacement(std::uint32_t place) const {
+        return place < displacements.size() && !displacements[place].nodes.empty() ? &displacements[place] : nullptr;
+    }
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -32,7 +32,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// @tparam Specular    a `specular_law`: the fraction of specular echoes that the aperture collects
 /// @tparam Roughness   a `roughness_law`: coherent and diffuse echoes of rough surfaces
 /// @tparam Attenuation an `attenuation_law`: dB per metre
-template <interface_law Boundary = fresnel, scattering_field Scattering = gaussian_field<>,
+template <interface_law Boundary = fresnel, scattering_field Scattering = gaussian_field,
           specular_law Specular = specular_return, roughness_law Roughness = kirchhoff,
           attenuation_law Attenuation = power_law>
 struct physical {
@@ -246,9 +246,10 @@ struct physical {
             std::fabs(arrived) * std::sqrt(scattered * 0.166F / (fnumber * elevation_fnumber)) * cosine;
         if (diffuse > 0) {
             const pose place = line.places.empty() ? pose{} : line.places[below.place];
-            const material_line inside = in_object(line.frame, place, below.object);
-            const gaussian_field<> field = surface_field();
-            gaussian_field<>::surface_values values{field, inside, scatterer_spacing(line.frequency)};
+            material_line inside = in_object(line.frame, place, below.object);
+            inside.displacement = line.displacement(below.place);
+            const gaussian_field field = surface_field();
+            gaussian_field::surface_values values{field, inside, scatterer_spacing(line.frequency)};
             const float displayed = detail::displayed_stretch(timing, before);
             echoes.rough_surface(shown, diffuse, slope,
                                  [&](float offset) { return values(below.begin + offset / displayed); });
@@ -293,7 +294,7 @@ struct physical {
         if (whole != 0) echoes.surface(one.depth, whole, one.slope);
     }
 
-    INSONIFY_FN gaussian_field<> surface_field() const { return {.seed = seed}; }
+    INSONIFY_FN gaussian_field surface_field() const { return {.seed = seed}; }
 };
 
 } // namespace insonify::inline INSONIFY_ABI

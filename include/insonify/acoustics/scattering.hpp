@@ -1,6 +1,7 @@
 #ifndef INSONIFY_ACOUSTICS_SCATTERING_HPP
 #define INSONIFY_ACOUSTICS_SCATTERING_HPP
 
+#include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/placed_structure.hpp>
 #include <concepts>
@@ -20,11 +21,12 @@ struct material_line {
     std::uint32_t plane = 0;     ///< of the frame's elevation planes
     float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
     float fnumber = 2;           ///< of the receiving aperture
-    const placed_structure* structure = nullptr; ///< of the medium; null: none
-    vec2 surfaces{0, 0};                         ///< metres along the line at which its layer begins and ends
-    vec2 own_surfaces{0, 0};                     ///< see `layer::own_surfaces`
-    vec3 steering{0, 0, 0};                      ///< see `line_frame::steering`
-    std::uint32_t frame_number = 0;              ///< where the medium flows; 0 elsewhere
+    const placed_structure* structure = nullptr;     ///< of the medium; null: none
+    vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
+    vec2 own_surfaces{0, 0};                         ///< see `layer::own_surfaces`
+    vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
+    std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
+    const displacement_view* displacement = nullptr; ///< of the tissue from now to rest; null: it is at rest
 
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
@@ -81,14 +83,6 @@ struct no_scatterers {
     INSONIFY_FN float covariance(float, float) const { return 0; }
 
     friend bool operator==(const no_scatterers&, const no_scatterers&) = default;
-};
-
-/// The identity: the material map of tissue that is rigid.
-struct undeformed {
-    /// Returns the point unchanged.
-    INSONIFY_FN vec3 operator()(std::uint32_t, vec3 point) const { return point; }
-
-    friend bool operator==(const undeformed&, const undeformed&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -17,7 +17,7 @@ class structured_line {
     INSONIFY_FN structured_line(const material_line& line, const rest_line& segment, float begin, float end,
                                 std::uint32_t key)
         : gains_{*line.structure, segment.origin,
-                 segment.along,   normalize(segment.along - line.tilt * line.elevation),
+                 segment.along,   normalize(segment.along - line.tilt * segment.elevation),
                  line.fnumber,    key},
           begin_{begin}, window_{gains_, end - begin}, behind_entry_{sheath_at(line, segment, end - begin, key,
                                                                                line.surfaces.x - begin,

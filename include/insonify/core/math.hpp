@@ -41,6 +41,7 @@ static_assert(
 using glm::cross;
 using glm::determinant;
 using glm::dot;
+using glm::inverse;
 using glm::length;
 using glm::normalize;
 using glm::transpose;

@@ -75,7 +75,8 @@ class flat_scene {
                 .boxes = tree_.view_of(view<const object_box>{boxes_}),
                 .media = media_,
                 .places = places_,
-                .structures = structures_};
+                .structures = structures_,
+                .displacements = {}};
     }
 
   private:

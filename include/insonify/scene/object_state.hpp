@@ -10,9 +10,12 @@
 #include <insonify/scene/point_bounds.hpp>
 #include <insonify/scene/smooth_surface.hpp>
 #include <insonify/scene/structure_axes.hpp>
+#include <insonify/scene/tetrahedral_mesh.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -39,10 +42,16 @@ struct object_state {
     bool tree_is_current = false;      ///< the tree fits the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
     fibre_grid fibres{};               ///< where they are curved
+    std::vector<vec3> rest{};          ///< positions before the first deformation; empty: there was none
+    located_vertices located{};        ///< of the vertices at rest in `tetrahedra`
+    pose rest_at{};                    ///< object to world, when it was last deformed
+    bool follows = false;              ///< the map that deforms the scene
+    bool displaced = false;            ///< some vertices are away from rest
 
     /// Builds the tree and the normals. @throws std::bad_alloc
+    /// @param at_rest  the positions at rest, if these are others
     template <class Policy>
-    void build(const Policy& policy, const object& of) {
+    void build(const Policy& policy, const object& of, view<const vec3> at_rest) {
         tree.build(policy, mesh_view{of.surface});
         normals = smooth_surface{mesh_view{of.surface}, of.crease_angle};
         normals.compute(policy, mesh_view{of.surface});
@@ -50,16 +59,25 @@ struct object_state {
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
-        if (of.fibres.varies()) fibres = {of.fibres, local_box, own_axes(of)};
-        place_structure(of);
+        if (of.fibres.varies()) fibres = {of.fibres, local_box, own_axes(of, at_rest)};
+        place_structure(of, at_rest);
+    }
+
+    /// Takes over what belongs to the deformation of an earlier state.
+    void keep_rest(object_state& of) {
+        rest = std::move(of.rest);
+        located = std::move(of.located);
+        rest_at = of.rest_at;
+        follows = of.follows;
+        displaced = of.displaced;
     }
 
     /// Takes over the structure of the medium.
-    void place_structure(const object& of) {
+    void place_structure(const object& of, view<const vec3> at_rest) {
         if (of.inside.structure.empty())
             structure = {};
         else
-            structure = {of.inside.structure, of.fibres.varies() ? mat3{1} : own_axes(of)};
+            structure = {of.inside.structure, of.fibres.varies() ? mat3{1} : own_axes(of, at_rest)};
     }
     /// The same, with a view of the fibres.
     placed_structure placed() const {
@@ -88,8 +106,10 @@ struct object_state {
     }
 
   private:
-    mat3 own_axes(const object& of) const {
-        return structure_axes(mesh_view{of.surface}, local_box, of.fibres(local_box.centre()));
+    mat3 own_axes(const object& of, view<const vec3> at_rest) const {
+        mesh_view surface{of.surface};
+        if (!at_rest.empty()) surface.positions = at_rest;
+        return structure_axes(surface, local_box, of.fibres(local_box.centre()));
     }
 
     template <class Policy>

@@ -5,11 +5,13 @@
 #include <insonify/core/text.hpp>
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/scene/check_object.hpp>
-#include <insonify/scene/flat_scene.hpp>
+#include <insonify/scene/deform_object.hpp>
+#include <insonify/scene/displacements.hpp>
+#include <insonify/scene/kept_map.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/object_order.hpp>
 #include <insonify/scene/object_state.hpp>
-#include <insonify/scene/scene_view.hpp>
+#include <insonify/scene/scene_views.hpp>
 #include <algorithm>
 #include <optional>
 #include <span>
@@ -77,30 +79,11 @@ class scene {
 
     /// Sets the axes of the structure of the background, in the world: along its fibres, and where it is flattest. By
     /// default x and z. @throws usage_error  for directions that are 0, parallel or not finite
-    void set_background_fibres(vec3 along, vec3 flat = {0, 0, 1}) {
-        if (!is_finite(along) || !is_finite(flat) || length(cross(along, flat)) <= 1e-3F * length(along) * length(flat))
-            throw usage_error{"set_background_fibres: the directions must be finite, not 0 and not parallel, such as "
-                              "{1, 0, 0} and {0, 0, 1}"};
-        background_axes_ =
-            detail::aligned(mat3{normalize(along), normalize(cross(flat, along)), normalize(flat)}, along);
-        place_background();
-    }
+    void set_background_fibres(vec3 along, vec3 flat = {0, 0, 1});
 
     /// Sets what fills an object. Takes effect at once; indices into `media()` may change.
     /// @throws usage_error  for an unknown id or a medium out of range
-    void set_medium(object_id id, const medium& inside) {
-        const std::size_t index = index_of(id);
-        detail::check_medium(inside, "set_medium: the medium of object '" + objects_[index].name + "'");
-        const medium before = std::exchange(objects_[index].inside, inside);
-        try {
-            if (built_) media_ = detail::distinct_media(background_, objects_, states_);
-        } catch (...) {
-            objects_[index].inside = before;
-            throw;
-        }
-        if (built_) states_[index].place_structure(objects_[index]);
-        expire();
-    }
+    void set_medium(object_id id, const medium& inside);
 
     /// Makes the scene ready to trace: builds all trees and ranks the objects.
     ///
@@ -127,6 +110,46 @@ class scene {
     template <exec::policy Policy>
     void update(const Policy& policy) {
         follow(threads{policy});
+    }
+
+    /// Deforms the body: moves each vertex from rest to where a map puts it. Speckle, structure and fibres follow, also in the
+    /// background.
+    ///
+    ///     body.deform(exec::par, [](vec3 rest) { return rest + vec3{0, 0, 0.1F * rest.z}; });
+    ///
+    /// The map takes a point at rest to where it is now, both in the world, in metres. Calls do not add up: each replaces the
+    /// former one. Rest is where the vertices were at the first call, in the object's present pose. The scene keeps a copy of
+    /// the map for its inverse, which each frame needs where its lines run: capture values, not references. If `deform`
+    /// throws, the body is at rest. `update` is not needed.
+    /// @param only  the objects that follow, and the background; the others are at rest. By default all follow
+    /// @throws geometry_error  where the map folds over, or gives a point that is not finite
+    /// @throws usage_error     for an unknown id, or where `build` was not called since the last `add` or `remove`
+    /// @{
+    template <exec::policy Policy, deformation_map Map>
+    void deform(const Policy& policy, const Map& map) {
+        deform_those(threads{policy}, map, [](object_id) { return true; });
+    }
+    template <exec::policy Policy, deformation_map Map>
+    void deform(const Policy& policy, const Map& map, std::span<const object_id> only) {
+        for (const object_id id : only) static_cast<void>(index_of(id));
+        deform_those(threads{policy}, map,
+                     [&](object_id id) { return std::find(only.begin(), only.end(), id) != only.end(); });
+    }
+    /// @}
+
+    /// The object's vertices at rest, in object coordinates. @throws usage_error  for an unknown id
+    std::span<const vec3> rest_positions(object_id id) const {
+        const std::size_t index = index_of(id);
+        return states_[index].rest.empty() ? objects_[index].surface.positions : states_[index].rest;
+    }
+
+    /// Where the tissue of an object, or of the background, that is now at a point was at rest; both in the world.
+    /// @throws usage_error  for an unknown id  @throws geometry_error  where the map of `deform` folds over
+    vec3 rest_of(vec3 now, std::optional<object_id> of = std::nullopt) const {
+        if (!of) return deformation_.rest_of(now);
+        const std::size_t index = index_of(*of);
+        if (!states_[index].follows) return now;
+        return deformation_.rest_of(states_[index].rest_at.point(objects_[index].at.local_point(now)));
     }
 
     /// What fills the space around the objects.
@@ -173,83 +196,42 @@ class scene {
     /// @throws usage_error  where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     scene_view view_for_slices(const Policy& policy) const {
-        constexpr std::uint32_t slices_worth_a_tree = 3;
-        const threads any{policy};
-        const scene_view flat = flattened(any);
-        if (for_slices_.all_current() || sliced_.add() <= slices_worth_a_tree) return flat;
-        return view_for_rays(any);
+        require_built();
+        return views_.for_slices(threads{policy}, parts());
     }
 
     /// The scene as flat arrays, for rays: brings the trees of objects that have moved up to date first.
     /// @throws usage_error  where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     scene_view view_for_rays(const Policy& policy) const {
-        const threads any{policy};
-        const scene_view flat = flattened(any);
-        if (for_slices_.all_current()) return flat;
-        if (!for_rays_.current()) {
-            const std::lock_guard lock{mutex_};
-            if (!for_rays_.current()) {
-                for (std::size_t i = 0; i < objects_.size(); ++i) states_[i].update_tree(any, objects_[i]);
-                for_rays_.assign(any, objects_, states_, by_rank_, media_, background_structure_);
-            }
-        }
-        return for_rays_.view_of();
+        require_built();
+        return views_.for_rays(threads{policy}, parts());
+    }
+
+    /// The displacements of tissue from now to rest, for tracers. `nodes` and `places` are the memory of what is returned,
+    /// which is empty where nothing is deformed.
+    template <exec::policy Policy>
+    view<const displacement_view> displacements(const Policy& policy, const detail::displacement_lattice& where,
+                                                std::vector<float>& nodes,
+                                                std::vector<displacement_view>& places) const {
+        return detail::displacements_at(threads{policy}, deformation_, where, states_, by_rank_, nodes, places);
     }
 
   private:
     using threads = detail::any_policy<false>; // one instantiation for all policies
 
-    // The work of `update`.
-    void follow(const threads& policy) {
-        require_built();
-        constexpr std::uint32_t updates_worth_a_tree = 2;
-        for (std::size_t i = 0; i < objects_.size(); ++i) {
-            detail::object_state& state = states_[i];
-            if (state.moved) {
-                state.follow(policy, objects_[i]);
-                sliced_.reset();
-            } else if (state.tree_is_current || ++state.updates_at_rest < updates_worth_a_tree) {
-                continue;
-            } else {
-                state.update_tree(policy, objects_[i]);
-            }
-            expire();
-        }
-    }
-
-    // The work of `build`.
-    void rebuild(const threads& policy) {
-        std::vector<detail::object_state> states(objects_.size());
-        for (std::size_t i = 0; i < objects_.size(); ++i) states[i].build(policy, objects_[i]);
-        std::vector<std::uint32_t> by_rank = detail::ranked(objects_);
-        std::vector<medium> media = detail::distinct_media(background_, objects_, states);
-        states_ = std::move(states);
-        by_rank_ = std::move(by_rank);
-        media_ = std::move(media);
-        place_background();
-        built_ = true;
-    }
+    void follow(const threads& policy);  // the work of `update`
+    void rebuild(const threads& policy); // the work of `build`
+    template <class Map, class Follows>
+    void deform_those(const threads& policy, const Map& map, const Follows& follows); // the work of `deform`
 
     void place_background() {
         background_structure_ = {background_.structure, background_axes_};
         expire();
     }
 
-    scene_view flattened(const threads& policy) const {
-        require_built();
-        if (!for_slices_.current()) {
-            const std::lock_guard lock{mutex_};
-            if (!for_slices_.current())
-                for_slices_.assign(policy, objects_, states_, by_rank_, media_, background_structure_);
-        }
-        return for_slices_.view_of();
-    }
-
-    void expire() {
-        for_slices_.expire();
-        for_rays_.expire();
-    }
+    detail::scene_parts parts() const { return {objects_, states_, by_rank_, media_, background_structure_}; }
+    void expire() { views_.expire(); }
 
     // Ids ascend in the order of the objects.
     std::size_t index_of(object_id id) const {
@@ -271,27 +253,11 @@ class scene {
     std::vector<std::uint32_t> by_rank_{}; // index of the object of each rank
     std::uint32_t next_id_ = 0;
     bool built_ = false;
-    mutable detail::own_mutex mutex_{}; // guards what const functions bring up to date
-    mutable detail::flat_scene for_slices_{}, for_rays_{};
-    mutable detail::use_count sliced_{}; // times, while trees were out of date
+    detail::kept_map deformation_{};
+    mutable detail::scene_views views_{}; // what const functions bring up to date
 };
 
-inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
-    detail::check_object(surface, inside, settings);
-    const object_id id{next_id_};
-    states_.resize(objects_.size() + 1);
-    objects_.push_back({.id = id,
-                        .name = std::move(settings.name),
-                        .surface = std::move(surface),
-                        .inside = inside,
-                        .at = settings.at,
-                        .priority = settings.priority,
-                        .fibres = settings.fibres,
-                        .crease_angle = settings.crease_angle});
-    ++next_id_;
-    built_ = false;
-    return id;
-}
-
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/scene/scene_changes.hpp> // the definitions of what is only declared above
 #endif

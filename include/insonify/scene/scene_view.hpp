@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SCENE_SCENE_VIEW_HPP
 #define INSONIFY_SCENE_SCENE_VIEW_HPP
 
+#include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/bvh/traverse.hpp>
@@ -54,11 +55,12 @@ INSONIFY_FN inline hit intersect(const ray& r, const object_box& o) {
 ///
 /// Objects are ordered by rank: where several contain a point, the first one's medium applies.
 struct scene_view {
-    view<const object_view> objects{};         ///< by rank
-    bvh_view<view<const object_box>> boxes{};  ///< the objects' world boxes, by rank
-    view<const medium> media{};                ///< the background first
-    view<const pose> places{};                 ///< object to world: of the background (identity), then by rank
-    view<const placed_structure> structures{}; ///< of the medium of each place
+    view<const object_view> objects{};             ///< by rank
+    bvh_view<view<const object_box>> boxes{};      ///< the objects' world boxes, by rank
+    view<const medium> media{};                    ///< the background first
+    view<const pose> places{};                     ///< object to world: of the background (identity), then by rank
+    view<const placed_structure> structures{};     ///< of the medium of each place
+    view<const displacement_view> displacements{}; ///< of the tissue of each place, for one frame; empty: at rest
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -5,6 +5,7 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/check.hpp>
+#include <insonify/tracing/frame_displacements.hpp>
 #include <insonify/tracing/frame_plan.hpp>
 #include <insonify/tracing/scratch_memory.hpp>
 #include <insonify/tracing/trace_line.hpp>
@@ -35,6 +36,7 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 struct trace_workspace_of {
     detail::frame_plan<Probe, Model> plan{};                               ///< tables
     detail::tracer_memory<Tracer> tracing{};                               ///< of the tracer
+    detail::frame_displacements displacements{};                           ///< of tissue that is deformed
     std::vector<detail::scratch_memory> scratch{};                         ///< for each block of lines
     std::vector<std::vector<typename Model::sample_type>> plane_samples{}; ///< for each block of lines
 };
@@ -71,16 +73,20 @@ line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const s
             });
         }
     };
+    const view<const displacement_view> displacements = own.displacements.compute(policy, body, frame);
     const float model_time = nanoseconds_of<Model>() * static_cast<float>(samples);
     if constexpr (prepares_frames<Tracer>) {
         auto& state = own.tracing.state;
         how.prepare(policy, body, frame, model, view<scratch_memory>{own.scratch}, state);
+        scene_view scene = state.scene();
+        scene.displacements = displacements;
         const float line_time = (model_time + state.search_time()) * static_cast<float>(frame.planes);
         exec::for_each_block(policy, probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
-            trace_block(state.scene(), state.of_block(begin), begin, end);
+            trace_block(scene, state.of_block(begin), begin, end);
         });
     } else {
-        const scene_view scene = body.view_for_rays(policy);
+        scene_view scene = body.view_for_rays(policy);
+        scene.displacements = displacements;
         exec::for_each_block(policy, probe.lines, lines_per_block, 1e6F,
                              [&](std::size_t begin, std::size_t end) { trace_block(scene, how, begin, end); });
     }
