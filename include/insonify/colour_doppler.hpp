@@ -63,10 +63,15 @@ struct colour_doppler_workspace {
 
 namespace detail {
 
-/// The probe with enough lines, and the focus that it has at the whole depth.
-template <transducer Probe>
-refined<Probe> doppler_probe(const Probe& probe, float depth) {
-    refined<Probe> fine{probe, rays_per_line(probe, depth)};
+/// The probe with the focus that it has at the whole depth, and enough lines: at the focus they are no further apart than
+/// half the beam width, and than two thirds of a cell of scatterers. Coarser lines sample what passes them so rarely that
+/// its spectrum repeats, -7 dB at 1.3 cells and -25 dB at two thirds.
+template <transducer Probe, class Model>
+refined<Probe> doppler_probe(const Probe& probe, float depth, const Model& model) {
+    float rays = rays_per_line(probe, depth);
+    if constexpr (requires { model.scattering.cell; })
+        rays = max(rays, min(1.5F * line_spacing(probe, beam_of(probe, depth).focus) / model.scattering.cell, 8));
+    refined<Probe> fine{probe, rays};
     if constexpr (requires { fine.focus; })
         if (fine.focus == 0) fine.focus = depth / 2;
     return fine;
@@ -101,7 +106,7 @@ flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& 
                           colour_doppler_workspace<Probe, Field, Model>& own) {
     constexpr std::uint32_t decimation = 8;
     settings.check(probe);
-    const refined<Probe> fine = detail::doppler_probe(probe, settings.depth);
+    const refined<Probe> fine = detail::doppler_probe(probe, settings.depth, model);
     const std::uint32_t box_end = settings.box.lines == 0 ? probe.lines : settings.box.first_line + settings.box.lines;
     const float reach = 0.5F * settings.average_lines;
     const auto margin = static_cast<float>(detail::beam_margin(fine, settings.depth));

@@ -16,9 +16,10 @@ struct ensemble_settings {
     std::uint32_t samples = 0; ///< depth samples of each line; 0: two per standard deviation of the shortest pulse
     float prf = 4e3F;          ///< pulse repetition frequency, hertz
     std::uint32_t pulses = 8;  ///< number of pulses along each line
+    std::uint32_t first = 0;   ///< the first of them, where a long train is acquired in parts
     float burst = 4;           ///< length of the excitation in cycles: see `pulse`
     std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
-    float time = 0;            ///< of the first pulse, seconds: the same time gives the same echoes
+    float time = 0;            ///< of pulse 0, seconds: the same time gives the same echoes
     float noise_db = -135;     ///< see `electronic_noise_settings`
     std::uint64_t seed = 1;    ///< of the noise
 
@@ -28,7 +29,7 @@ struct ensemble_settings {
         if (!is_finite(prf) || !(prf >= 1 && prf <= 1e6F))
             throw usage_error{"doppler: the prf is " + detail::number_text(prf) +
                               " Hz; it must be 1 Hz to 1 MHz, such as 4_kHz"};
-        if (pulses < 1 || pulses > 1U << 20U)
+        if (pulses < 1 || pulses > 1U << 20U || first > 1U << 24U)
             throw usage_error{"doppler: the number of pulses must be 1 to 2^20; 8 to 16 are usual for colour"};
         if (!is_finite(time)) throw usage_error{"doppler: `time` must be a finite number of seconds"};
     }
@@ -62,10 +63,11 @@ const iq_ensemble& doppler_ensemble(const Policy& policy, const scene& body, con
         settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
     sent.burst = settings.burst;
     const std::uint32_t frame = mix_bits(__builtin_bit_cast(std::uint32_t, settings.time));
-    trace_ensemble(detail::any_policy{policy}, body, probe, at, model,
-                   {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame}, field,
-                   {.start = settings.time, .interval = 1 / settings.prf, .count = settings.pulses}, own.tracing,
-                   own.traced);
+    trace_ensemble(
+        detail::any_policy{policy}, body, probe, at, model,
+        {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame}, field,
+        {.start = settings.time, .interval = 1 / settings.prf, .count = settings.pulses, .first = settings.first},
+        own.tracing, own.traced);
     const auto formed = [&](iq_lines echoes) {
         return convolve(policy, std::move(echoes), sent, probe, {}, own.convolution);
     };
@@ -80,8 +82,9 @@ const iq_ensemble& doppler_ensemble(const Policy& policy, const scene& body, con
         exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) echoes.values[i] += resting.values[i];
         });
-        echoes = add_electronic_noise(policy, std::move(echoes),
-                                      {.level_db = settings.noise_db, .seed = settings.seed, .frame = frame + k});
+        echoes = add_electronic_noise(
+            policy, std::move(echoes),
+            {.level_db = settings.noise_db, .seed = settings.seed, .frame = frame + settings.first + k});
     }
     return own.echoes;
 }

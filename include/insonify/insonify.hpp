@@ -38,6 +38,7 @@
 #include <insonify/probe/probe_section.hpp>
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/probe/steered.hpp>
+#include <insonify/pulsed_doppler.hpp>
 #include <insonify/scene/diagnose.hpp>
 #include <insonify/scene/poiseuille.hpp>
 #include <insonify/scene/queries.hpp>

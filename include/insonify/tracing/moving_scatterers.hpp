@@ -9,10 +9,13 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Pulses at equal intervals.
 struct pulse_train {
-    float start = 0;         ///< time of the first pulse, seconds
+    float start = 0;         ///< time of pulse 0, seconds: tissue and blood are where they are at rest
     float interval = 0;      ///< one over the pulse repetition frequency, seconds
-    std::uint32_t count = 1; ///< number of pulses
+    std::uint32_t count = 1; ///< number of pulses that are acquired
+    std::uint32_t first = 0; ///< the first of them: a long train is acquired in parts
 
+    /// The pulse after the last one.
+    INSONIFY_FN std::uint32_t end() const { return first + count; }
     /// Time of a pulse, seconds.
     INSONIFY_FN float time(std::uint32_t pulse) const {
         return static_cast<float>(static_cast<double>(start) +
@@ -35,7 +38,7 @@ struct moving_scatterers {
     Scattering at_rest{};             ///< at the first pulse
     const Field* field = nullptr;     ///< velocities
     pulse_train pulses{};             ///< their times
-    std::uint32_t* current = nullptr; ///< receives the pulse of the scatterers that are emitted next
+    std::uint32_t* current = nullptr; ///< receives the number in the train of the pulse that is emitted next
 
     /// See `scattering_field`.
     template <class Emit>
@@ -65,7 +68,7 @@ struct moving_scatterers {
 
   private:
     INSONIFY_FN bool moves(std::uint32_t object, vec3 point) const {
-        for (std::uint32_t k = 0; k < pulses.count; ++k)
+        for (std::uint32_t k = 0; k < pulses.end(); ++k)
             if ((*field)(object_id{object}, point, pulses.time(k)) != vec3{0, 0, 0}) return true;
         return false;
     }
@@ -74,11 +77,13 @@ struct moving_scatterers {
     INSONIFY_FN void emit_moving(const material_line& line, float from, float to, vec3 centre, float spacing,
                                  Emit&& emit) const {
         dvec3 moved{0, 0, 0}; // a float would lose the phase in a long train
-        for (std::uint32_t k = 0; k < pulses.count; ++k) {
-            material_line now = line;
-            now.origin = vec3{dvec3{line.origin} - moved};
-            *current = k;
-            at_rest.scatter(now, from, to, spacing, emit);
+        for (std::uint32_t k = 0; k < pulses.end(); ++k) {
+            if (k >= pulses.first) {
+                material_line now = line;
+                now.origin = vec3{dvec3{line.origin} - moved};
+                *current = k - pulses.first;
+                at_rest.scatter(now, from, to, spacing, emit);
+            }
             const vec3 velocity = (*field)(object_id{line.object}, centre, pulses.time(k) + 0.5F * pulses.interval);
             moved += static_cast<double>(pulses.interval) * dvec3{velocity};
         }

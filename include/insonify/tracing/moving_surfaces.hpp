@@ -36,7 +36,7 @@ class moving_surfaces {
                               place.local_direction(normal), below.begin};
             }
             motions_.push_back(of_surface);
-            for (std::uint32_t k = 0; k < pulses.count && !any; ++k) any = of_surface.speed(field, pulses.time(k)) != 0;
+            for (std::uint32_t k = 0; k < pulses.end() && !any; ++k) any = of_surface.speed(field, pulses.time(k)) != 0;
         }
         return any;
     }

@@ -64,10 +64,13 @@ void emit_ensemble(const line_task& task, const Model& model, view<const layer> 
         .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
     if (!surfaces_move) return;
     const auto no_speckle = model.with_scattering(no_scatterers{});
-    for (current = 0; current < pulses.count; ++current) {
-        line.layers = surfaces.layers();
-        no_speckle.emit(line, pulse_echoes{task, out, samples, current, true});
-        surfaces.advance(field, pulses, current);
+    for (std::uint32_t k = 0; k < pulses.end(); ++k) {
+        if (k >= pulses.first) {
+            current = k - pulses.first;
+            line.layers = surfaces.layers();
+            no_speckle.emit(line, pulse_echoes{task, out, samples, current, true});
+        }
+        surfaces.advance(field, pulses, k);
     }
 }
 
