@@ -123,7 +123,7 @@ flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& 
     sent.burst = settings.burst;
     const float spacing = settings.depth / static_cast<float>(samples);
     const float box_to = settings.box.to > 0 ? settings.box.to : settings.depth;
-    const float last = box_to + sent.envelope(probe.frequency).half_length() + settings.average_length;
+    const float beyond = sent.envelope(probe.frequency).half_length() + settings.average_length, last = box_to + beyond;
     const std::uint32_t traced =
         std::min(samples, decimation * static_cast<std::uint32_t>(std::ceil(last / spacing / decimation)));
     const iq_ensemble& echoes = doppler_ensemble(policy, body, lines, at, field,
@@ -131,6 +131,7 @@ flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& 
                                                   .samples = traced,
                                                   .prf = settings.prf,
                                                   .pulses = settings.ensemble,
+                                                  .from = max(settings.box.from - beyond, 0),
                                                   .burst = settings.burst,
                                                   .planes = settings.planes,
                                                   .time = settings.time,

@@ -17,6 +17,7 @@ struct ensemble_settings {
     float prf = 4e3F;          ///< pulse repetition frequency, hertz
     std::uint32_t pulses = 8;  ///< number of pulses along each line
     std::uint32_t first = 0;   ///< the first of them, where a long train is acquired in parts
+    float from = 0;            ///< depth from which moving scatterers are needed, metres
     float burst = 4;           ///< length of the excitation in cycles: see `pulse`
     std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
     float time = 0;            ///< of pulse 0, seconds: the same time gives the same echoes
@@ -62,12 +63,13 @@ const iq_ensemble& doppler_ensemble(const Policy& policy, const scene& body, con
     const std::uint32_t samples =
         settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
     sent.burst = settings.burst;
-    const std::uint32_t frame = mix_bits(__builtin_bit_cast(std::uint32_t, settings.time));
+    const std::uint32_t frame = mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
+    constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
     trace_ensemble(
         detail::any_policy{policy}, body, probe, at, model,
         {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame}, field,
         {.start = settings.time, .interval = 1 / settings.prf, .count = settings.pulses, .first = settings.first},
-        own.tracing, own.traced);
+        slowest * settings.from, own.tracing, own.traced);
     const auto formed = [&](iq_lines echoes) {
         return convolve(policy, std::move(echoes), sent, probe, {}, own.convolution);
     };

@@ -56,8 +56,8 @@ std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Pro
     const float sigma = sent.sigma_z(probe.frequency), spacing = depth / static_cast<float>(samples_for(depth, sigma));
     sent.burst = settings.burst;
     const float from = max(settings.gate - 0.5F * settings.gate_length, 0), to = from + settings.gate_length;
-    const auto samples =
-        static_cast<std::uint32_t>(std::ceil((to + sent.envelope(probe.frequency).half_length()) / spacing));
+    const float beyond = sent.envelope(probe.frequency).half_length();
+    const auto samples = static_cast<std::uint32_t>(std::ceil((to + beyond) / spacing));
     const auto first = static_cast<std::uint32_t>(from / spacing),
                last = std::min(samples, static_cast<std::uint32_t>(to / spacing) + 1);
     const auto pulses = static_cast<std::uint32_t>(settings.duration * settings.prf);
@@ -72,6 +72,7 @@ std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Pro
                                                       .prf = settings.prf,
                                                       .pulses = std::min(part, pulses - k),
                                                       .first = k,
+                                                      .from = max(from - beyond, 0),
                                                       .burst = settings.burst,
                                                       .planes = settings.planes,
                                                       .time = settings.time,

@@ -33,7 +33,7 @@ class moving_surfaces {
                 const vec3 normal = line.frame.along + clamp(below.slope.x, -steepest, steepest) * across +
                                     clamp(below.slope.y, -steepest, steepest) * line.frame.elevation;
                 of_surface = {tissue.object, place.local_point(line.frame.at(below.begin)),
-                              place.local_direction(normal), below.begin};
+                              place.local_direction(normal), below.begin, 0};
             }
             motions_.push_back(of_surface);
             for (std::uint32_t k = 0; k < pulses.end() && !any; ++k) any = of_surface.speed(field, pulses.time(k)) != 0;
@@ -49,9 +49,10 @@ class moving_surfaces {
         const float time = pulses.time(pulse) + 0.5F * pulses.interval;
         for (std::size_t i = 0; i < motions_.size(); ++i) {
             motion& of_surface = motions_[i];
-            of_surface.distance += pulses.interval * of_surface.speed(field, time);
+            of_surface.moved += static_cast<double>(pulses.interval * of_surface.speed(field, time));
+            const auto distance = static_cast<float>(static_cast<double>(of_surface.distance) + of_surface.moved);
             // Surfaces do not overtake each other.
-            now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(of_surface.distance, now_[i + 1].end));
+            now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(distance, now_[i + 1].end));
         }
     }
 
@@ -60,7 +61,8 @@ class moving_surfaces {
         std::uint32_t object = ~0U; ///< with which it moves
         vec3 point{0, 0, 0};        ///< in coordinates of the object
         vec3 normal{0, 0, 0};       ///< over its component along the line; 0: at rest
-        float distance = 0;         ///< along the line
+        float distance = 0;         ///< along the line, at pulse 0
+        double moved = 0;           ///< since then; a float would lose the phase
 
         float speed(const Field& field, float time) const {
             return normal == vec3{0, 0, 0} ? 0.0F : dot(field(object_id{object}, point, time), normal);

@@ -54,13 +54,14 @@ struct pulse_echoes {
 /// @param out  `samples` of the resting echoes, then as many of each pulse; echoes are added
 template <class Model, velocity_field Field>
 void emit_ensemble(const line_task& task, const Model& model, view<const layer> layers, const Field& field,
-                   const pulse_train& pulses, moving_surfaces<Field>& surfaces, std::size_t samples, view<vec2> out) {
+                   const pulse_train& pulses, float from, moving_surfaces<Field>& surfaces, std::size_t samples,
+                   view<vec2> out) {
     traced_line line = task.line;
     line.layers = layers;
     const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     std::uint32_t current = scatterers::all_pulses;
-    model.with_scattering(scatterers{model.scattering, &field, pulses, &current})
+    model.with_scattering(scatterers{model.scattering, &field, pulses, from, &current})
         .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
     if (!surfaces_move) return;
     const auto no_speckle = model.with_scattering(no_scatterers{});
@@ -80,12 +81,13 @@ void emit_ensemble(const line_task& task, const Model& model, view<const layer> 
 ///
 /// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
 /// @param pulses  their times
+/// @param from    moving scatterers that are nearer to the probe are left out, metres along the lines
 /// @param own     kept from frame to frame
 /// @param out     receives the echoes; its memory is reused
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
-                    const acquisition& scan, const Field& field, const pulse_train& pulses,
+                    const acquisition& scan, const Field& field, const pulse_train& pulses, float from,
                     ensemble_workspace<Probe, Model, Field>& own, ensemble_echoes& out) {
     const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
     const straight_lines how{};
@@ -112,17 +114,17 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
                 memory.fit([&](line_scratch& scratch) {
                     const view<const layer> layers = tracer.template layers_of<Model>(task, scratch);
                     if (layers.empty()) return false;
-                    detail::emit_ensemble(task, model, layers, field, pulses, own.surfaces[begin / block], samples,
-                                          view<vec2>{room});
+                    detail::emit_ensemble(task, model, layers, field, pulses, from, own.surfaces[begin / block],
+                                          samples, view<vec2>{room});
                     return true;
                 });
                 const float* const weights = frame.planes > 1 ? frame.weights(number, plane) : nullptr;
                 for (std::uint32_t slot = 0; slot <= pulses.count; ++slot) {
                     iq_lines& lines = slot == 0 ? out.resting : out.moving[slot - 1];
                     vec2* const to = lines.values.data() + i * samples;
-                    const vec2* const from = room.data() + std::size_t{slot} * samples;
+                    const vec2* const echoes = room.data() + std::size_t{slot} * samples;
                     for (std::uint32_t k = 0; k < samples; ++k) {
-                        const vec2 echo = weights != nullptr ? weights[k] * from[k] : from[k];
+                        const vec2 echo = weights != nullptr ? weights[k] * echoes[k] : echoes[k];
                         to[k] = plane == 0 ? echo : to[k] + echo;
                     }
                 }
