@@ -9,8 +9,10 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/b_mode.hpp>
 #include <insonify/bvh/bvh.hpp>
+#include <insonify/colour_doppler.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
+#include <insonify/doppler_ensemble.hpp>
 #include <insonify/examinations.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/fwd.hpp>
@@ -19,6 +21,8 @@
 #include <insonify/geometry/validate.hpp>
 #include <insonify/image/blur.hpp>
 #include <insonify/image/callipers.hpp>
+#include <insonify/image/colour_image.hpp>
+#include <insonify/image/doppler_picture.hpp>
 #include <insonify/image/grey_map.hpp>
 #include <insonify/image/label_image.hpp>
 #include <insonify/image/m_mode.hpp>
@@ -33,32 +37,40 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/presets.hpp>
+#include <insonify/probe/probe_section.hpp>
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/probe/steered.hpp>
+#include <insonify/pulsed_doppler.hpp>
 #include <insonify/scanner.hpp>
 #include <insonify/scene/body_motion.hpp>
 #include <insonify/scene/compose.hpp>
 #include <insonify/scene/diagnose.hpp>
 #include <insonify/scene/displacement_grid.hpp>
+#include <insonify/scene/poiseuille.hpp>
 #include <insonify/scene/press.hpp>
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/scene/velocity_field.hpp>
+#include <insonify/scene/velocity_samples.hpp>
+#include <insonify/signal/autocorrelation.hpp>
 #include <insonify/signal/compound.hpp>
 #include <insonify/signal/convolve.hpp>
+#include <insonify/signal/doppler_spectrum.hpp>
 #include <insonify/signal/electronic_noise.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/gain.hpp>
 #include <insonify/signal/persistence.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/signal/rf.hpp>
+#include <insonify/signal/slow_time.hpp>
 #include <insonify/tracing/ground_truth.hpp>
 #include <insonify/tracing/label.hpp>
 #include <insonify/tracing/path_estimate.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/pixels.hpp>
 #include <insonify/tracing/trace.hpp>
+#include <insonify/tracing/trace_ensemble.hpp>
 
 #endif
-
 // Outside the guard, so that it is reached also after an earlier include or a precompiled header.
 #include <insonify/io/implementation.hpp>

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_IO_PNG_HPP
 #define INSONIFY_IO_PNG_HPP
 
+#include <insonify/image/colour_image.hpp>
 #include <insonify/image/image.hpp>
 #include <string>
 
@@ -13,6 +14,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///                      other than its size
 /// @throws io_error     for a file that cannot be written
 void write_png(const std::string& path, const image& picture);
+/// Likewise an 8-bit RGB PNG file.
+void write_png(const std::string& path, const colour_image& picture);
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

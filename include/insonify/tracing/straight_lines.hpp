@@ -30,19 +30,24 @@ struct block_tracer {
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<typename Model::sample_type> out) const {
-        view<const layer> layers;
-        if (!known.empty()) {
-            layers = known[std::size_t{task.plane} * lines + task.number % lines_per_block];
-        } else {
-            if (!find(task, scratch.found)) return false;
-            layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found, scratch.layers,
-                                  !takes_normal_incidence<Model>());
-            if (layers.empty()) return false;
-        }
-        line_task seen = task;
-        seen.line.gains = gains.of_line(task.number, task.plane);
-        seen.apply(policy, model, layers, out);
+        const view<const layer> layers = layers_of<Model>(task, scratch);
+        if (layers.empty()) return false;
+        seen(task).apply(policy, model, layers, out);
         return true;
+    }
+
+    /// The layers of a line; none where the scratch is too small.
+    template <acoustic_model Model>
+    INSONIFY_FN view<const layer> layers_of(const line_task& task, line_scratch& scratch) const {
+        if (!known.empty()) return known[std::size_t{task.plane} * lines + task.number % lines_per_block];
+        if (!find(task, scratch.found)) return {};
+        return stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found, scratch.layers,
+                            !takes_normal_incidence<Model>());
+    }
+    /// The task with the corrections for the width of the aperture.
+    INSONIFY_FN line_task seen(line_task task) const {
+        task.line.gains = gains.of_line(task.number, task.plane);
+        return task;
     }
 
     INSONIFY_FN bool find(const line_task& task, line_crossings& found) const {

@@ -1,0 +1,104 @@
+#ifndef INSONIFY_DOPPLER_ENSEMBLE_HPP
+#define INSONIFY_DOPPLER_ENSEMBLE_HPP
+
+#include <insonify/probe/refined.hpp>
+#include <insonify/signal/convolve.hpp>
+#include <insonify/signal/electronic_noise.hpp>
+#include <insonify/signal/slow_time.hpp>
+#include <insonify/tracing/trace_ensemble.hpp>
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How `doppler_ensemble` acquires the echoes of a pulse train.
+struct ensemble_settings {
+    float depth = 0.08F;       ///< metres
+    std::uint32_t samples = 0; ///< depth samples of each line; 0: two per standard deviation of the shortest pulse
+    float prf = 4e3F;          ///< pulse repetition frequency, hertz
+    std::uint32_t pulses = 8;  ///< number of pulses along each line
+    std::uint32_t first = 0;   ///< the first of them, where a long train is acquired in parts
+    float from = 0;            ///< depth from which moving scatterers are needed, metres
+    float burst = 4;           ///< length of the excitation in cycles: see `pulse`
+    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    float time = 0;            ///< of pulse 0, seconds: the same time gives the same echoes
+    float noise_db = -135;     ///< see `electronic_noise_settings`
+    std::uint64_t seed = 1;    ///< of the noise
+
+    /// @throws usage_error  for a setting out of range
+    void check() const {
+        check_depth(depth, "doppler");
+        if (!is_finite(prf) || !(prf >= 1 && prf <= 1e6F))
+            throw usage_error{"doppler: the prf is " + detail::number_text(prf) +
+                              " Hz; it must be 1 Hz to 1 MHz, such as 4_kHz"};
+        if (pulses < 1 || pulses > 1U << 20U || first > 1U << 24U)
+            throw usage_error{"doppler: the number of pulses must be 1 to 2^20; 8 to 16 are usual for colour"};
+        if (!is_finite(time)) throw usage_error{"doppler: `time` must be a finite number of seconds"};
+    }
+};
+
+/// Tables and memory of `doppler_ensemble`.
+template <transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
+struct doppler_workspace {
+    ensemble_workspace<Probe, Model, Field> tracing{}; ///< of `trace_ensemble`
+    convolve_workspace convolution{};                  ///< of `convolve`
+    ensemble_echoes traced{};                          ///< received echoes
+    iq_ensemble echoes{};                              ///< the result
+};
+
+/// The echoes of a pulse train along the lines of a probe, after pulse and beam: the input of all Doppler methods.
+///
+/// Between pulses, scatterers and surfaces move as `field` says; the geometry is that of the scene for all pulses. All
+/// lines are acquired at once. Blood that flows out of the slice is followed by other blood.
+///
+/// @param own  tables and memory; pass it again with the next ensemble
+/// @return     valid until `own` is used again
+/// @throws usage_error, geometry_error  as `trace`, and for settings out of range
+template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model>
+const iq_ensemble& doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                    const Field& field, const ensemble_settings& settings, const Model& model,
+                                    doppler_workspace<Probe, Field, Model>& own) {
+    settings.check();
+    if constexpr (requires { field.check(); }) field.check();
+    pulse sent = nominal_pulse(probe);
+    const std::uint32_t samples =
+        settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
+    sent.burst = settings.burst;
+    const std::uint32_t frame = mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
+    constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
+    trace_ensemble(
+        detail::any_policy{policy}, body, probe, at, model,
+        {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame}, field,
+        {.start = settings.time, .interval = 1 / settings.prf, .count = settings.pulses, .first = settings.first},
+        slowest * settings.from, own.tracing, own.traced);
+    const auto formed = [&](iq_lines echoes) {
+        return convolve(policy, std::move(echoes), sent, probe, {}, own.convolution);
+    };
+    iq_lines& resting = own.traced.resting;
+    resting = formed(std::move(resting));
+    own.echoes.prf = settings.prf;
+    own.echoes.pulses.resize(settings.pulses);
+    for (std::uint32_t k = 0; k < settings.pulses; ++k) {
+        std::swap(own.echoes.pulses[k], own.traced.moving[k]);
+        iq_lines& echoes = own.echoes.pulses[k];
+        echoes = formed(std::move(echoes));
+        exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) echoes.values[i] += resting.values[i];
+        });
+        echoes = add_electronic_noise(
+            policy, std::move(echoes),
+            {.level_db = settings.noise_db, .seed = settings.seed, .frame = frame + settings.first + k});
+    }
+    return own.echoes;
+}
+/// The same for a single ensemble.
+/// @throws usage_error, geometry_error  as above
+template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
+iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                             const Field& field, const ensemble_settings& settings = {}, const Model& model = {}) {
+    doppler_workspace<Probe, Field, Model> own;
+    doppler_ensemble(policy, body, probe, at, field, settings, model, own);
+    return std::move(own.echoes);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif

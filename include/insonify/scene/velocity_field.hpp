@@ -1,0 +1,24 @@
+#ifndef INSONIFY_SCENE_VELOCITY_FIELD_HPP
+#define INSONIFY_SCENE_VELOCITY_FIELD_HPP
+
+#include <insonify/scene/object.hpp>
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The background as an object whose tissue moves: see `velocity_field`. Its coordinates are those of the world.
+inline constexpr object_id background_object{~0U};
+
+/// The velocity of tissue and blood: a function object
+///
+///     vec3 operator()(object_id object, vec3 point, float time) const
+///
+/// of an object (`background_object` for the background), a point in it and a time in seconds. Point, in metres, and
+/// velocity, in m/s, are in coordinates of the object. {0, 0, 0} where nothing moves. It is called from many threads.
+template <class Field>
+concept velocity_field = requires(const Field& field, object_id object, vec3 point, float time) {
+    { field(object, point, time) } -> std::convertible_to<vec3>;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
