@@ -7,12 +7,12 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Linear interpolation between values at whole numbers, for a register full of places at equal steps. Within the register the
 /// slope changes at each whole number.
-/// @param count  of values, at least 2; behind the last one the slope is that before it
-/// @param first  of the places, 0 or more
+/// @param count  of values, at least 2; before the first one and behind the last one the slope is that beside it
+/// @param first  of the places
 INSONIFY_FN INSONIFY_INLINE lanes<simd_width> interpolate(const float* values, std::uint32_t count, float first,
                                                           float step) {
     using floats = lanes<simd_width>;
-    const auto whole = static_cast<std::uint32_t>(first);
+    const auto whole = static_cast<std::uint32_t>(max(first, 0));
     const std::uint32_t before = whole + 2 < count ? whole : count - 2;
     const float part = first - static_cast<float>(before);
     const float* const at = values + before;
@@ -44,7 +44,7 @@ class line_nodes {
 
     /// The values at a register full of distances at equal steps, metres.
     INSONIFY_FN INSONIFY_INLINE lanes<simd_width> at(float distance, float step) const {
-        return interpolate(value_, count_, clamp((distance - first_) / step_, 0, static_cast<float>(count_ - 1)),
+        return interpolate(value_, count_, min((distance - first_) / step_, static_cast<float>(count_ - 1)),
                            step / step_);
     }
 

@@ -155,7 +155,7 @@ class gain_window {
         const float length = (simd_width - 1) * step;
         if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
             fill(distance - 2 * step, max(last_, distance) + simd_width * step); // slabs overlap by a step
-        return interpolate(gain_, count_, max((distance - begin_) * per_point_, 0), step * per_point_);
+        return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
     INSONIFY_FN void fill(float from, float to) {
