@@ -29,3 +29,8 @@ image call(const scan_lines& lines, kept_scan_map<pencil>& kept) {
     return scan_convert(exec::seq, lines, map, scan_convert(exec::par, lines, pencil{}));
 }
 #endif
+#ifdef CALL_image_doppler_picture
+colour_image call(const flow_lines& lines) {
+    return colour_overlay(exec::par, doppler_picture(exec::seq, lines, pencil{}), lines, pencil{});
+}
+#endif

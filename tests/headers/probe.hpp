@@ -35,3 +35,9 @@ vec2 call(const steered<pencil>& probe) {
 #ifdef CALL_probe_transducer
 bool call(const pencil& probe) { return is_full_circle(probe) && line_at_fraction(aperture_fraction(0, 1), 1) == 0; }
 #endif
+#ifdef CALL_probe_probe_section
+vec2 call(const probe_section<pencil>& probe) {
+    probe.check();
+    return probe == probe_section<pencil>{probe, 0, 1} ? probe.locate({0, probe.beam(0).at(1).z}) : vec2{};
+}
+#endif

@@ -80,3 +80,14 @@ scan_lines call(const iq_lines& lines) { return to_rf(exec::par, lines, 5e6F); }
 #ifdef CALL_signal_taps
 void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
 #endif
+#ifdef CALL_signal_slow_time
+iq_ensemble call(const iq_ensemble& echoes) {
+    return filter_walls(exec::seq, filter_walls(exec::par_unseq, echoes, {}), {.type = wall_filter::kind::fir});
+}
+#endif
+#ifdef CALL_signal_autocorrelation
+flow_sample call(const iq_ensemble& echoes) { return flow_of(autocorrelate(exec::par, echoes)(0, 0), 1.0F); }
+#endif
+#ifdef CALL_signal_doppler_spectrum
+doppler_spectrum call(const std::vector<vec2>& echoes) { return spectrum_of(exec::par, echoes, 4e3F, 1, 0, {}); }
+#endif
