@@ -6,6 +6,6 @@ foreach(folder IN ITEMS core geometry execution bvh acoustics probe scene tracin
     list(APPEND pages include/insonify/${folder}/README.md)
 endforeach()
 list(APPEND pages
-    include/insonify/scene/motion.md include/insonify/doppler.md include/insonify/extending.md
-    include/insonify/acoustics/extending.md
+    include/insonify/scanner.md include/insonify/scene/motion.md include/insonify/doppler.md
+    include/insonify/extending.md include/insonify/acoustics/extending.md
     include/insonify/errors.md include/insonify/paper.md bench/README.md CONTRIBUTING.md)
