@@ -2834,12 +2834,12 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Linear interpolation between values at whole numbers, for a register full of places at equal steps. Within the register the
 /// slope changes at each whole number.
-/// @param count  of values, at least 2; behind the last one the slope is that before it
-/// @param first  of the places, 0 or more
+/// @param count  of values, at least 2; before the first one and behind the last one the slope is that beside it
+/// @param first  of the places
 INSONIFY_FN INSONIFY_INLINE lanes<simd_width> interpolate(const float* values, std::uint32_t count, float first,
                                                           float step) {
     using floats = lanes<simd_width>;
-    const auto whole = static_cast<std::uint32_t>(first);
+    const auto whole = static_cast<std::uint32_t>(max(first, 0));
     const std::uint32_t before = whole + 2 < count ? whole : count - 2;
     const float part = first - static_cast<float>(before);
     const float* const at = values + before;
@@ -2871,7 +2871,7 @@ class line_nodes {
 
     /// The values at a register full of distances at equal steps, metres.
     INSONIFY_FN INSONIFY_INLINE lanes<simd_width> at(float distance, float step) const {
-        return interpolate(value_, count_, clamp((distance - first_) / step_, 0, static_cast<float>(count_ - 1)),
+        return interpolate(value_, count_, min((distance - first_) / step_, static_cast<float>(count_ - 1)),
                            step / step_);
     }
 
@@ -3369,7 +3369,7 @@ class gain_window {
         const float length = (simd_width - 1) * step;
         if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
             fill(distance - 2 * step, max(last_, distance) + simd_width * step); // slabs overlap by a step
-        return interpolate(gain_, count_, max((distance - begin_) * per_point_, 0), step * per_point_);
+        return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
     INSONIFY_FN void fill(float from, float to) {
