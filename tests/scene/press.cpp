@@ -73,7 +73,10 @@ TEST_CASE("press on a limb: the skin lies on the face where it is pressed, and o
         const auto met = first_surface(body, {.origin = {x, 0.3_mm, -20_mm}}, [&](object_id id) { return id == skin; });
         REQUIRE(met.has_value());
         const float z = met->point.z - depth; // above the face where below 0
-        if (std::fabs(x) < 10_mm) worst = max(worst, std::fabs(z));
+        if (std::fabs(x) > 10_mm) continue;
+        worst = max(worst, std::fabs(z));
+        CHECK(z < 0); // behind the face: lines start in tissue
+        CHECK(object_at(body, {x, 0.3_mm, depth}) == skin);
     }
     MESSAGE("pressed skin is within ", worst * 1e3F, " mm of the face, expected below 0.1");
     CHECK(worst < 0.1_mm);

@@ -99,6 +99,6 @@ TEST_CASE("a map that folds over where nothing but background is: an error when 
     MESSAGE(message);
     CHECK(message.find("deform: the map folds over near (") == 0);
     // Outside of the field of view, here below it, a map is not looked at.
-    body.deform(exec::par, [](vec3 p) { return vec3{p.x, p.y, 42_mm - std::sqrt(42_mm - p.z) * std::sqrt(42_mm)}; });
+    body.deform(exec::par, [](vec3 p) { return p + vec3{0, 0, p.z > 41.5_mm ? NAN : 1_mm}; });
     CHECK_NOTHROW(echoes_of(body));
 }

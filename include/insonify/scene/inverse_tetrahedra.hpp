@@ -10,6 +10,14 @@ namespace insonify::inline INSONIFY_ABI::detail {
 struct inverse_tetrahedra {
     const tetrahedra& map;
 
+    /// The same as `tetrahedra::check`.
+    template <class Policy>
+    void check(const Policy& policy) const {
+        map.check_nodes();
+        exec::for_each_block(policy, map.mesh_->cells.size(), 8192, 10,
+                             [&](std::size_t begin, std::size_t end) { map.check_cells(begin, end); });
+    }
+
     /// Moves vertices, after locating them where that was not done before.
     template <class Policy>
     bool displace(const Policy& policy, const pose& at, view<const vec3> rest, located_vertices& located,
@@ -31,7 +39,7 @@ struct inverse_tetrahedra {
 
     /// Writes displacements at the nodes of a lattice: see `invert_map`. Each tetrahedron fills the nodes inside of it.
     void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const {
-        const std::size_t layer = std::size_t{where.size.x} * where.size.y, layers = (where.size.z + 7U) / 8U;
+        const std::size_t layer = std::size_t{where.size.x} * where.size.y, layers = (where.size.z + 3U) / 4U;
         exec::for_each_block(policy, where.size.z, layers, 1e6F, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin * layer; i < end * layer; ++i) nodes[4 * i + 3] = empty;
             for (std::size_t i = 0; i < map.mesh_->cells.size(); ++i)
@@ -60,9 +68,8 @@ struct inverse_tetrahedra {
     void fill(std::size_t number, const displacement_lattice& where, float first, float last, float* nodes) const {
         const tetrahedron& cell = map.mesh_->cells[number];
         vec3 corner[4];
-        for (std::size_t k = 0; k < 4; ++k) {
+        for (std::size_t k = 0; k < 4; ++k)
             corner[k].z = dot(where.at.rotation[2], map.nodes_[cell[k]] - where.at.translation) / where.spacing.z;
-        }
         const auto [low, high] = std::minmax({corner[0].z, corner[1].z, corner[2].z, corner[3].z});
         if (high < first || low > last) return;
         for (std::size_t k = 0; k < 4; ++k) corner[k] = where.at.local_point(map.nodes_[cell[k]]) / where.spacing;
@@ -146,8 +153,8 @@ bool displace_vertices(const Policy& policy, const tetrahedra& map, const pose& 
     return inverse_tetrahedra{map}.displace(policy, at, rest, located, now);
 }
 template <class Policy>
-void check_map(const Policy&, const tetrahedra& map, const aabb&) {
-    map.check();
+void check_map(const Policy& policy, const tetrahedra& map, const aabb&) {
+    inverse_tetrahedra{map}.check(policy);
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail

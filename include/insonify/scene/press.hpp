@@ -71,9 +71,9 @@ contact press(const scene& body, const Probe& probe, const pose& at, const press
             const float depth = max(skin.depth(row, i), 0);
             found.depth = max(found.depth, depth);
             sum += depth;
-            face.depth[row][i] = depth > 0 ? depth + behind : 0;
+            face.depth[row][i] = max(depth - behind, 0);
         }
-    if (!(found.depth + behind < settings.decay))
+    if (!(found.depth < settings.decay))
         throw usage_error{detail::joined({"press: the face is ", detail::number_text(found.depth * 1e3F),
                                           " mm deep in the body, more than `decay`: tissue would fold over; raise the "
                                           "probe or `decay`"})};

@@ -47,19 +47,26 @@ class tetrahedra {
 
     /// @throws geometry_error  for a node that is not finite, or a tetrahedron that is turned inside out
     void check() const {
+        check_nodes();
+        check_cells(0, mesh_->cells.size());
+    }
+
+  private:
+    friend struct detail::inverse_tetrahedra;
+
+    void check_nodes() const {
         for (std::size_t i = 0; i < nodes_.size(); ++i)
             if (!is_finite(nodes_[i]))
                 throw geometry_error{
                     detail::joined({"deform: node ", std::to_string(i), " of the tetrahedra is not finite"})};
-        for (std::size_t i = 0; i < mesh_->cells.size(); ++i)
+    }
+    void check_cells(std::size_t begin, std::size_t end) const {
+        for (std::size_t i = begin; i < end; ++i)
             if (!(detail::signed_volume(nodes_, mesh_->cells[i]) * mesh_->orientation[i] > 0))
                 throw geometry_error{detail::joined({"deform: tetrahedron ", std::to_string(i), " near ",
                                                      detail::point_text(nodes_[mesh_->cells[i][0]]),
                                                      " is turned inside out; take a smaller step in the engine"})};
     }
-
-  private:
-    friend struct detail::inverse_tetrahedra;
 
     vec3 displacement(const detail::tetrahedral_point& at) const {
         const std::array<std::uint32_t, 4>& cell = mesh_->cells[at.cell];
