@@ -1,4 +1,4 @@
-// An artery that pulsates beside a vein, by colour, power and pulsed Doppler: eight frames of one heart beat.
+// An artery that pulsates beside a vein, by colour, power and pulsed Doppler: six frames of one heart beat.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 #include <algorithm>
@@ -12,7 +12,7 @@ using namespace insonify;
 namespace {
 
 constexpr float heart_rate = 1.2_Hz, artery_radius = 3_mm, vein_radius = 3.6_mm;
-constexpr std::uint32_t frames = 8;
+constexpr std::uint32_t frames = 6;
 
 /// A tube along an axis whose radius follows the pulse.
 class vessel {
@@ -109,7 +109,7 @@ int main() {
     };
 
     const linear_array probe{.lines = 128, .width = 38_mm, .frequency = 6_MHz, .focus = 18_mm};
-    b_mode_settings grey{.depth = 36_mm, .size = {240, 0}};
+    b_mode_settings grey{.depth = 36_mm, .size = {190, 0}};
     doppler_settings colour{.depth = grey.depth, .prf = 5_kHz, .ensemble = 10, .wall = {.order = 1}};
     const scan_map map = make_scan_map(exec::par, probe, {.depth = grey.depth}, {.size = grey.size});
     colour_image strip{{frames * (map.size.x + 6), 2 * (map.size.y + 6)}};

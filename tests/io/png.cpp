@@ -114,4 +114,23 @@ TEST_CASE("write_png refuses invalid images and paths with a sentence") {
               }) == "/dev/full: writing failed before the end of the file; check the free space on the disk");
 }
 
+TEST_CASE("a PNG of a colour image has 8 bits of red, green and blue") {
+    const temporary_folder folder;
+    colour_image picture{{2, 1}};
+    picture(0, 0) = {1, 0.5F, 0};
+    picture(1, 0) = {-1, 2, std::numeric_limits<float>::quiet_NaN()};
+    write_png(folder.path("c.png"), picture);
+    int columns = 0, rows = 0, channels = 0;
+    unsigned char* const pixels = stbi_load(folder.path("c.png").c_str(), &columns, &rows, &channels, 0);
+    REQUIRE(pixels != nullptr);
+    CHECK(columns == 2);
+    CHECK(rows == 1);
+    REQUIRE(channels == 3);
+    const std::vector<int> found(pixels, pixels + 6), expected{255, 128, 0, 0, 255, 0};
+    CHECK(found == expected);
+    stbi_image_free(pixels);
+    picture.pixels.pop_back();
+    CHECK_THROWS_AS(write_png(folder.path("c.png"), picture), usage_error);
+}
+
 } // namespace png_test
