@@ -9,7 +9,7 @@ namespace live {
 /// The anatomy, the probe with its picture, and the needle, drawn by OpenGL 2.
 class view3d {
   public:
-    float yaw = 0.5F, pitch = 0.5F, distance = 130_mm; ///< of the camera, about `target`
+    float yaw = -0.5F, pitch = 0.5F, distance = 130_mm; ///< of the camera, about `target`
     vec3 target{0, 0, 15_mm};
 
     /// @param body  drawn as it is now
@@ -117,13 +117,13 @@ class view3d {
         glEnd();
     }
 
-    // Depth is down in the window.
+    // From +y, with depth down in the window: x to the right, as in the picture.
     void place_camera(double aspect) const {
         glMatrixMode(GL_PROJECTION);
         glLoadIdentity();
         constexpr double near = 0.005, far = 2, half = 0.4 * near;
         glFrustum(-half * aspect, half * aspect, -half, half, near, far);
-        const vec3 from = target + distance * vec3{std::cos(pitch) * std::sin(yaw), -std::cos(pitch) * std::cos(yaw),
+        const vec3 from = target + distance * vec3{std::cos(pitch) * std::sin(yaw), std::cos(pitch) * std::cos(yaw),
                                                    -std::sin(pitch)};
         const vec3 back = normalize(from - target), right = normalize(cross(vec3{0, 0, -1}, back)),
                    up = cross(back, right);

@@ -142,7 +142,7 @@ void steer(live::worker& scanner, live::view3d& space, bool frozen, float left_e
             scanner.push({"rock", {io.MouseDelta.x * mm}});
             scanner.push({"tilt", {io.MouseDelta.y * mm}});
         } else
-            scanner.push({"slide", {io.MouseDelta.x * mm, -io.MouseDelta.y * mm}});
+            scanner.push({"slide", {io.MouseDelta.x * mm, io.MouseDelta.y * mm}});
     }
 }
 
@@ -182,8 +182,12 @@ void run(const options& asked) {
         if (!asked.replay.empty()) {
             std::ifstream lines{asked.replay};
             if (!lines) throw std::runtime_error{"viewer: " + asked.replay + " cannot be opened"};
-            for (std::string line; std::getline(lines, line);)
-                if (const std::optional<live::event> next = live::parse_event(line)) scanner.push(*next);
+            std::uint32_t frames = 0; // a screenshot shows the last one that is asked for
+            for (std::string line; std::getline(lines, line) && (asked.screenshot.empty() || frames < asked.frames);)
+                if (const std::optional<live::event> next = live::parse_event(line)) {
+                    frames += next->name == "frame" ? 1 : 0;
+                    scanner.push(*next);
+                }
         }
         std::vector<knob_group> knobs = scanner_knobs();
         live::shown_frame frame;
