@@ -10294,19 +10294,26 @@ class tetrahedra {
 
     /// @throws geometry_error  for a node that is not finite, or a tetrahedron that is turned inside out
     void check() const {
+        check_nodes();
+        check_cells(0, mesh_->cells.size());
+    }
+
+  private:
+    friend struct detail::inverse_tetrahedra;
+
+    void check_nodes() const {
         for (std::size_t i = 0; i < nodes_.size(); ++i)
             if (!is_finite(nodes_[i]))
                 throw geometry_error{
                     detail::joined({"deform: node ", std::to_string(i), " of the tetrahedra is not finite"})};
-        for (std::size_t i = 0; i < mesh_->cells.size(); ++i)
+    }
+    void check_cells(std::size_t begin, std::size_t end) const {
+        for (std::size_t i = begin; i < end; ++i)
             if (!(detail::signed_volume(nodes_, mesh_->cells[i]) * mesh_->orientation[i] > 0))
                 throw geometry_error{detail::joined({"deform: tetrahedron ", std::to_string(i), " near ",
                                                      detail::point_text(nodes_[mesh_->cells[i][0]]),
                                                      " is turned inside out; take a smaller step in the engine"})};
     }
-
-  private:
-    friend struct detail::inverse_tetrahedra;
 
     vec3 displacement(const detail::tetrahedral_point& at) const {
         const std::array<std::uint32_t, 4>& cell = mesh_->cells[at.cell];
@@ -10327,6 +10334,14 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// What the scene does with `tetrahedra` in other ways than with other maps.
 struct inverse_tetrahedra {
     const tetrahedra& map;
+
+    /// The same as `tetrahedra::check`.
+    template <class Policy>
+    void check(const Policy& policy) const {
+        map.check_nodes();
+        exec::for_each_block(policy, map.mesh_->cells.size(), 8192, 10,
+                             [&](std::size_t begin, std::size_t end) { map.check_cells(begin, end); });
+    }
 
     /// Moves vertices, after locating them where that was not done before.
     template <class Policy>
@@ -10349,7 +10364,7 @@ struct inverse_tetrahedra {
 
     /// Writes displacements at the nodes of a lattice: see `invert_map`. Each tetrahedron fills the nodes inside of it.
     void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const {
-        const std::size_t layer = std::size_t{where.size.x} * where.size.y, layers = (where.size.z + 7U) / 8U;
+        const std::size_t layer = std::size_t{where.size.x} * where.size.y, layers = (where.size.z + 3U) / 4U;
         exec::for_each_block(policy, where.size.z, layers, 1e6F, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin * layer; i < end * layer; ++i) nodes[4 * i + 3] = empty;
             for (std::size_t i = 0; i < map.mesh_->cells.size(); ++i)
@@ -10378,9 +10393,8 @@ struct inverse_tetrahedra {
     void fill(std::size_t number, const displacement_lattice& where, float first, float last, float* nodes) const {
         const tetrahedron& cell = map.mesh_->cells[number];
         vec3 corner[4];
-        for (std::size_t k = 0; k < 4; ++k) {
+        for (std::size_t k = 0; k < 4; ++k)
             corner[k].z = dot(where.at.rotation[2], map.nodes_[cell[k]] - where.at.translation) / where.spacing.z;
-        }
         const auto [low, high] = std::minmax({corner[0].z, corner[1].z, corner[2].z, corner[3].z});
         if (high < first || low > last) return;
         for (std::size_t k = 0; k < 4; ++k) corner[k] = where.at.local_point(map.nodes_[cell[k]]) / where.spacing;
@@ -10464,8 +10478,8 @@ bool displace_vertices(const Policy& policy, const tetrahedra& map, const pose& 
     return inverse_tetrahedra{map}.displace(policy, at, rest, located, now);
 }
 template <class Policy>
-void check_map(const Policy&, const tetrahedra& map, const aabb&) {
-    map.check();
+void check_map(const Policy& policy, const tetrahedra& map, const aabb&) {
+    inverse_tetrahedra{map}.check(policy);
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -21526,9 +21540,9 @@ contact press(const scene& body, const Probe& probe, const pose& at, const press
             const float depth = max(skin.depth(row, i), 0);
             found.depth = max(found.depth, depth);
             sum += depth;
-            face.depth[row][i] = depth > 0 ? depth + behind : 0;
+            face.depth[row][i] = max(depth - behind, 0);
         }
-    if (!(found.depth + behind < settings.decay))
+    if (!(found.depth < settings.decay))
         throw usage_error{detail::joined({"press: the face is ", detail::number_text(found.depth * 1e3F),
                                           " mm deep in the body, more than `decay`: tissue would fold over; raise the "
                                           "probe or `decay`"})};
