@@ -245,14 +245,13 @@ struct physical {
         const float diffuse =
             std::fabs(arrived) * std::sqrt(scattered * 0.166F / (fnumber * elevation_fnumber)) * cosine;
         if (diffuse > 0) {
-            const pose place = line.places.empty() ? pose{} : line.places[below.place];
-            material_line inside = in_object(line.frame, place, below.object);
+            const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
+            material_line inside = in_object(line.frame, at_place, below.object);
             inside.displacement = line.displacement(below.place);
             const gaussian_field field = surface_field();
             gaussian_field::surface_values values{field, inside, scatterer_spacing(line.frequency)};
-            const float displayed = detail::displayed_stretch(timing, before);
-            echoes.rough_surface(shown, diffuse, slope,
-                                 [&](float offset) { return values(below.begin + offset / displayed); });
+            const float stretch = detail::displayed_stretch(timing, before);
+            echoes.rough_surface(shown, diffuse, slope, [&](float x) { return values(below.begin + x / stretch); });
         }
         return wave;
     }
