@@ -175,12 +175,10 @@ TEST_CASE("curved fibres: the mean power stays, threads and SIMD agree, tissue t
     MESSAGE("mean power of a fan against straight fibres: ", changed, " dB, expected -1 to 0");
     CHECK(std::fabs(changed) < 1);
 
-    // Tissue that has moved by 3 mm with respect to the surface of its object.
-    struct moved {
-        vec3 operator()(std::uint32_t, vec3 p) const { return {p.x - 3_mm, p.y, p.z}; }
-    };
-    const iq_lines shifted = trace(exec::par, body, probe, {.translation = {3_mm, 0, 0}},
-                                   physical{}.with_scattering(gaussian_field<moved>{}), scan);
+    // Tissue that has moved by 3 mm, seen by a probe that moved with it.
+    scene moved{body};
+    moved.deform(exec::par, [](vec3 rest) { return rest + vec3{3_mm, 0, 0}; });
+    const iq_lines shifted = trace(exec::par, moved, probe, {.translation = {3_mm, 0, 0}}, physical{}, scan);
     const auto middle = [&](const iq_lines& lines) { // away from the sides of the block
         iq_lines part{lines.count - 64, lines.samples, lines.depth};
         for (std::uint32_t i = 0; i < part.count; ++i)
