@@ -80,7 +80,7 @@ struct match {
 /// @param stretch  of the window in `now`: metres for each metre at rest
 inline match find_window(const frame& rest, const frame& now, int line, float depth, float stretch, float from,
                          float to) {
-    constexpr float half = 0.75_mm, step = 0.02_mm;
+    constexpr float half = 1_mm, step = 0.02_mm;
     const auto at = [&](float moved) {
         correlation sum;
         for (int i = line - 4; i <= line + 4; ++i)
