@@ -3591,6 +3591,7 @@ struct cell_field {
     /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
     class surface_values {
       public:
+        /// Of a line, which must outlive it; the spacing of scatterers is in metres.
         INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float spacing)
             : field_{field}, line_{line}, spacing_{spacing} {}
 
@@ -5287,14 +5288,13 @@ struct line_grid {
     }
 
     /// One value; indices are not checked.
-    /// @{
     Value& operator()(std::uint32_t line, std::uint32_t sample) {
         return values[static_cast<std::size_t>(line) * samples + sample];
     }
+    /// The same.
     const Value& operator()(std::uint32_t line, std::uint32_t sample) const {
         return values[static_cast<std::size_t>(line) * samples + sample];
     }
-    /// @}
 
     friend bool operator==(const line_grid&, const line_grid&) = default;
 };
@@ -12009,21 +12009,20 @@ class scene {
     /// former one. Rest is where the vertices were at the first call, in the object's present pose. The scene keeps a copy of
     /// the map for its inverse, which each frame needs where its lines run: capture values, not references. If `deform`
     /// throws, the body is at rest. `update` is not needed.
-    /// @param only  the objects that follow, and the background; the others are at rest. By default all follow
     /// @throws geometry_error  where the map folds over, or gives a point that is not finite
     /// @throws usage_error     for an unknown id, or where `build` was not called since the last `add` or `remove`
-    /// @{
     template <exec::policy Policy, deformation_map Map>
     void deform(const Policy& policy, const Map& map) {
         deform_those(threads{policy}, map, [](object_id) { return true; });
     }
+    /// The same for some objects and the background; the other objects are at rest.
+    /// @param only  the objects that follow
     template <exec::policy Policy, deformation_map Map>
     void deform(const Policy& policy, const Map& map, std::span<const object_id> only) {
         for (const object_id id : only) static_cast<void>(index_of(id));
         deform_those(threads{policy}, map,
                      [&](object_id id) { return std::find(only.begin(), only.end(), id) != only.end(); });
     }
-    /// @}
 
     /// The object's vertices at rest, in object coordinates. @throws usage_error  for an unknown id
     std::span<const vec3> rest_positions(object_id id) const {
@@ -13095,6 +13094,7 @@ class cine_loop {
 
     /// Number of frames.
     std::uint32_t size() const { return static_cast<std::uint32_t>(count_); }
+    /// Whether there is none.
     bool empty() const { return count_ == 0; }
 
     /// A frame; not checked. @param back  0: the newest, `size()` - 1: the oldest

@@ -73,6 +73,7 @@ struct cell_field {
     /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
     class surface_values {
       public:
+        /// Of a line, which must outlive it; the spacing of scatterers is in metres.
         INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float spacing)
             : field_{field}, line_{line}, spacing_{spacing} {}
 

@@ -32,14 +32,13 @@ struct line_grid {
     }
 
     /// One value; indices are not checked.
-    /// @{
     Value& operator()(std::uint32_t line, std::uint32_t sample) {
         return values[static_cast<std::size_t>(line) * samples + sample];
     }
+    /// The same.
     const Value& operator()(std::uint32_t line, std::uint32_t sample) const {
         return values[static_cast<std::size_t>(line) * samples + sample];
     }
-    /// @}
 
     friend bool operator==(const line_grid&, const line_grid&) = default;
 };

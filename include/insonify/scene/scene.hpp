@@ -121,21 +121,20 @@ class scene {
     /// former one. Rest is where the vertices were at the first call, in the object's present pose. The scene keeps a copy of
     /// the map for its inverse, which each frame needs where its lines run: capture values, not references. If `deform`
     /// throws, the body is at rest. `update` is not needed.
-    /// @param only  the objects that follow, and the background; the others are at rest. By default all follow
     /// @throws geometry_error  where the map folds over, or gives a point that is not finite
     /// @throws usage_error     for an unknown id, or where `build` was not called since the last `add` or `remove`
-    /// @{
     template <exec::policy Policy, deformation_map Map>
     void deform(const Policy& policy, const Map& map) {
         deform_those(threads{policy}, map, [](object_id) { return true; });
     }
+    /// The same for some objects and the background; the other objects are at rest.
+    /// @param only  the objects that follow
     template <exec::policy Policy, deformation_map Map>
     void deform(const Policy& policy, const Map& map, std::span<const object_id> only) {
         for (const object_id id : only) static_cast<void>(index_of(id));
         deform_those(threads{policy}, map,
                      [&](object_id id) { return std::find(only.begin(), only.end(), id) != only.end(); });
     }
-    /// @}
 
     /// The object's vertices at rest, in object coordinates. @throws usage_error  for an unknown id
     std::span<const vec3> rest_positions(object_id id) const {

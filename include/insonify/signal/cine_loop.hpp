@@ -29,6 +29,7 @@ class cine_loop {
 
     /// Number of frames.
     std::uint32_t size() const { return static_cast<std::uint32_t>(count_); }
+    /// Whether there is none.
     bool empty() const { return count_ == 0; }
 
     /// A frame; not checked. @param back  0: the newest, `size()` - 1: the oldest
