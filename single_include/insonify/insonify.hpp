@@ -3024,7 +3024,10 @@ class sheet_crossings {
     INSONIFY_FN static void for_each_cell(float from, float to, const Visit& visit) {
         const float first = std::floor(min(from, to)), last = std::floor(max(from, to));
         const float step = 1 + std::floor((last - first) / max_cells);
-        for (float cell = first; cell <= last; cell += step) visit(cell);
+        const float steps = (last - first) / step;
+        if (!(steps >= 0 && steps <= max_cells)) return; // a coordinate that is not finite
+        for (std::uint32_t i = 0; i <= static_cast<std::uint32_t>(steps); ++i)
+            visit(first + static_cast<float>(i) * step);
     }
 
     // Rows within a layer are shifted at random.
@@ -13524,7 +13527,7 @@ struct lateral_weights {
     float power(std::uint32_t line, const Covariance& covariance, const Gain& gain,
                 std::vector<float>& amplitudes) const {
         const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
-        amplitudes.resize(static_cast<std::size_t>(end - begin + 1));
+        amplitudes.resize(static_cast<std::size_t>(end - begin) + 1);
         float* to = amplitudes.data();
         for (int offset = begin; offset <= end; ++offset) {
             int neighbour = here + offset;
@@ -21313,6 +21316,7 @@ struct indentation {
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -21338,7 +21342,7 @@ struct pressed_face {
         return width > 0 ? clamp((x - left) / width, 0, 1) * (columns - 1) : 0;
     }
     /// The column that is nearest to a point of the face.
-    std::size_t nearest_column(float x) const { return static_cast<std::size_t>(column(x) + 0.5F); }
+    std::size_t nearest_column(float x) const { return static_cast<std::size_t>(std::lround(column(x))); }
 
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {

@@ -125,7 +125,10 @@ class sheet_crossings {
     INSONIFY_FN static void for_each_cell(float from, float to, const Visit& visit) {
         const float first = std::floor(min(from, to)), last = std::floor(max(from, to));
         const float step = 1 + std::floor((last - first) / max_cells);
-        for (float cell = first; cell <= last; cell += step) visit(cell);
+        const float steps = (last - first) / step;
+        if (!(steps >= 0 && steps <= max_cells)) return; // a coordinate that is not finite
+        for (std::uint32_t i = 0; i <= static_cast<std::uint32_t>(steps); ++i)
+            visit(first + static_cast<float>(i) * step);
     }
 
     // Rows within a layer are shifted at random.

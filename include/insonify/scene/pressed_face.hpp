@@ -3,6 +3,7 @@
 
 #include <insonify/scene/indentation.hpp>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -28,7 +29,7 @@ struct pressed_face {
         return width > 0 ? clamp((x - left) / width, 0, 1) * (columns - 1) : 0;
     }
     /// The column that is nearest to a point of the face.
-    std::size_t nearest_column(float x) const { return static_cast<std::size_t>(column(x) + 0.5F); }
+    std::size_t nearest_column(float x) const { return static_cast<std::size_t>(std::lround(column(x))); }
 
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {

@@ -51,7 +51,7 @@ struct lateral_weights {
     float power(std::uint32_t line, const Covariance& covariance, const Gain& gain,
                 std::vector<float>& amplitudes) const {
         const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
-        amplitudes.resize(static_cast<std::size_t>(end - begin + 1));
+        amplitudes.resize(static_cast<std::size_t>(end - begin) + 1);
         float* to = amplitudes.data();
         for (int offset = begin; offset <= end; ++offset) {
             int neighbour = here + offset;
