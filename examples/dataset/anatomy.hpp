@@ -74,7 +74,7 @@ class anatomies {
             body.add(std::move(surface), varied(one.inside, d, s, next),
                      {.priority = one.priority,
                       .name = name_of(one),
-                      .fibres = one.at.direction(one.fibres),
+                      .fibres = fibres_of(one, s.scale, middle),
                       .crease_angle = one.crease_angle});
         }
         body.build(exec::seq);
@@ -108,6 +108,14 @@ class anatomies {
             return sum;
         }
     };
+
+    /// The fibres of an object where it has been moved to: as if it were not bent.
+    static fibre_directions fibres_of(const object& one, float scale, vec3 middle) {
+        if (!one.fibres.varies()) return one.at.direction(one.fibres({0, 0, 0}));
+        return [fibres = one.fibres, at = one.at, scale, middle](vec3 p) {
+            return at.direction(fibres(at.local_point(p / scale + middle)));
+        };
+    }
 
     static medium varied(medium one, const description& d, const sample& s, std::uint64_t& next) {
         const auto factor = [&] { return d.media.from + (d.media.to - d.media.from) * hash_uniform(s.seed, next++); };

@@ -41,8 +41,8 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
                               .noise = {.level_db = s.noise, .seed = s.seed},
                               .frame = s.number,
                               .compound = {.angles = d.looks, .spread = 10_deg}};
-    b_mode_workspace<Probe> own;
-    const image& picture = b_mode(exec::unseq, body, probe, at, how, physical{}, own);
+    scanner machine{probe, how};
+    const image& picture = machine.scan(exec::unseq, body, at);
     // About one sample for each row of the image, so that no surface falls between two.
     const label_settings maps{.depth = how.depth, .samples = d.size, .grid = label_settings::grid::displayed};
     const auto truth = ground_truth(exec::unseq, body, probe, at, maps);
@@ -68,8 +68,8 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
     made.transmitted = scan_convert_nearest(exec::unseq, truth.transmitted, map).pixels;
     made.depth = scan_convert_nearest(exec::unseq, truth.depth, map).pixels;
     if (d.iq) {
-        made.envelope = envelope(exec::unseq, own.echoes);
-        made.iq = own.echoes;
+        made.envelope = envelope(exec::unseq, machine.echoes());
+        made.iq = machine.echoes();
     }
     return made;
 }
