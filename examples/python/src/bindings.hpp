@@ -30,6 +30,13 @@ struct named_policy {
     }
 };
 
+} // namespace insonify_python
+
+template <>
+inline constexpr bool insonify::exec::is_unsequenced_v<insonify_python::named_policy<true>> = true;
+
+namespace insonify_python {
+
 /// Calls `work` with the policy of a name, without Python's lock: other Python threads run meanwhile.
 /// @throws usage_error  for another name
 template <class Work>
