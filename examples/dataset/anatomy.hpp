@@ -65,11 +65,13 @@ class anatomies {
         scene body{varied(original.background(), d, s, next)};
         const vec3 middle = original.box().centre();
         const bending bend{d, s};
+        aabb box;
         for (const object& one : original.objects()) {
             mesh surface = one.surface;
             for (vec3& p : surface.positions) {
                 const vec3 scaled = s.scale * (one.at.point(p) - middle);
                 p = scaled + bend(scaled);
+                box = merged(box, p);
             }
             body.add(std::move(surface), varied(one.inside, d, s, next),
                      {.priority = one.priority,
@@ -77,11 +79,15 @@ class anatomies {
                       .fibres = fibres_of(one, s.scale, middle),
                       .crease_angle = one.crease_angle});
         }
+        std::optional<object_id> needle; // built with the others, and placed where the probe turns out to be
+        if (s.needle)
+            needle = body.add(make_needle(needle_diameter(s.gauge), 100_mm), tissue::steel,
+                              {.priority = 100, .name = "needle"});
         body.build(exec::seq);
-        const pose at = place_probe(body, d, s);
-        if (s.needle) {
-            add_needle(body, s, at);
-            body.build(exec::seq);
+        const pose at = place_probe(body, box, needle, d, s);
+        if (needle) {
+            body.place(*needle, needle_pose(s, at));
+            body.update(exec::seq);
         }
         return {std::move(body), at};
     }
@@ -125,9 +131,10 @@ class anatomies {
     }
 
     /// On the surface of the object `around`, or of the first, facing inwards.
-    static pose place_probe(const scene& body, const description& d, const sample& s) {
+    static pose place_probe(const scene& body, aabb box, std::optional<object_id> needle, const description& d,
+                            const sample& s) {
         const std::optional<object_id> on = body.find(d.around);
-        const aabb box = on ? body.box(*on) : body.box();
+        if (on) box = body.box(*on);
         const vec3 from = normalize(vec3{d.from[0], d.from[1], d.from[2]}),
                    lateral{d.lateral[0], d.lateral[1], d.lateral[2]};
         const pose straight = look_at(box.centre() + from, box.centre(), lateral); // z inwards
@@ -137,7 +144,7 @@ class anatomies {
         const vec3 shift = straight.direction({s.along * 1_mm, s.across * 1_mm, 0});
         const float far = length(box.size());
         const auto hit = first_surface(body, {.origin = box.centre() + shift + far * outwards, .direction = -outwards},
-                                       [=](object_id id) { return !on || id == *on; });
+                                       [=](object_id id) { return on ? id == *on : id != needle; });
         // A ray that misses leaves the probe on the box, looking at its middle: the sample shows no anatomy, and says so.
         const vec3 place = hit ? hit->point : box.centre() + shift + 0.5F * far * outwards;
         const vec3 inwards = hit ? -hit->normal : -outwards;
@@ -157,12 +164,10 @@ class anatomies {
     }
 
     /// In the plane of the image, from the left, its tip below the middle of the face.
-    static void add_needle(scene& body, const sample& s, const pose& probe) {
+    static pose needle_pose(const sample& s, const pose& probe) {
         const float angle = s.needle_angle * 1_deg;
         const vec3 tip = probe.point({0, 0, s.needle_depth * 1_mm});
-        const vec3 along = probe.direction({std::cos(angle), 0, std::sin(angle)});
-        body.add(make_needle(needle_diameter(s.gauge), 100_mm), tissue::steel,
-                 {.priority = 100, .at = look_at(tip, tip + along, probe.direction({0, 1, 0})), .name = "needle"});
+        return look_at(tip, tip + probe.direction({std::cos(angle), 0, std::sin(angle)}), probe.direction({0, 1, 0}));
     }
 
     std::vector<scene> originals_;

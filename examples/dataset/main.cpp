@@ -111,6 +111,7 @@ int main(int argc, char** argv) {
     add_options(app, d);
     try {
         app.parse(argc, argv);
+        if (d.anatomy.empty() && d.around.empty()) d.around = "skin"; // of the phantom, which lies below gel
         run(d, app.config_to_str(true, false), shared);
         return 0;
     } catch (const CLI::ParseError& error) {
