@@ -7980,6 +7980,7 @@ struct bvh_view {
     }
 
     /// Calls visit(primitive) for every primitive whose bounds overlap the shape: an `aabb` or a `plane`.
+    INSONIFY_VISITS
     template <class Shape, class Visit>
     INSONIFY_FN void for_each_overlap(const Shape& shape, Visit&& visit) const {
         if (nodes.empty()) return;
