@@ -124,18 +124,19 @@ inline void write_hdf5(const std::string& path, const description& d, const anat
     rows(
         "insonify/number", [](const record& r) { return r.numbers.number; }, "-",
         "number of the sample in the dataset");
-    rows(
-        "insonify/pitch", [](const record& r) { return r.pitch; }, "m", "width and height of a pixel");
     for (const named_number& each : numbers())
         rows((std::string{"insonify/"} + each.name).c_str(), [&](const record& r) { return each.of(r.numbers); },
              each.unit, each.description);
-    std::vector<float> poses;
-    for (const record& one : records)
+    std::vector<float> poses, pitches;
+    for (const record& one : records) {
+        pitches.insert(pitches.end(), {one.pitch.x, one.pitch.y});
         for (int row = 0; row < 4; ++row)
             for (int column = 0; column < 4; ++column)
                 poses.push_back(row == 3      ? (column == 3 ? 1.0F : 0.0F)
                                 : column == 3 ? one.at.translation[row]
                                               : one.at.rotation[column][row]);
+    }
+    file.add("insonify/pitch", {n, 2}, pitches.data(), 0, "m", "width and height of a pixel");
     file.add("insonify/pose", {n, 4, 4}, poses.data(), 0, "m", "from the probe to the anatomy");
 
     const float middle = 0.5F * (d.frequency.from + d.frequency.to) * 1e6F;
@@ -177,8 +178,8 @@ inline void write_files(const std::string& path, const anatomies& all, const std
         };
         png(".png", one.image);
         png("_label.png", one.label);
-        std::string text =
-            "{\n  \"number\": " + std::to_string(one.numbers.number) + ",\n  \"pitch\": " + std::to_string(one.pitch);
+        std::string text = "{\n  \"number\": " + std::to_string(one.numbers.number) + ",\n  \"pitch\": [" +
+                           std::to_string(one.pitch.x) + ", " + std::to_string(one.pitch.y) + "]";
         for (const named_number& each : numbers())
             text += std::string{",\n  \""} + each.name + "\": " + std::to_string(each.of(one.numbers));
         text += ",\n  \"labels\": [";

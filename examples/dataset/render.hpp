@@ -9,7 +9,7 @@ namespace dataset {
 struct record {
     sample numbers{};
     pose at{};
-    float pitch = 0;                   ///< of a pixel, metres
+    vec2 pitch{0, 0};                  ///< width and height of a pixel, metres
     std::vector<std::uint8_t> image{}; ///< rows x columns
     std::vector<std::uint8_t> label{};
     std::vector<float> incidence{}, transmitted{}, depth{};

@@ -35,7 +35,7 @@ inline void write_whole(const description& d, const anatomies& all, std::uint32_
             add(iq_kind, H5T_IEEE_F32LE, {n, k, lines, 2});
         }
         add({"insonify/number", "-", "number of the sample in the dataset"}, H5T_STD_U32LE, {n});
-        add({"insonify/pitch", "m", "width and height of a pixel"}, H5T_IEEE_F32LE, {n});
+        add({"insonify/pitch", "m", "width and height of a pixel"}, H5T_IEEE_F32LE, {n, 2});
         add({"insonify/pose", "m", "from the probe to the anatomy"}, H5T_IEEE_F32LE, {n, 4, 4});
         for (const named_number& each : numbers())
             add({(std::string{"insonify/"} + each.name).c_str(), each.unit, each.description}, H5T_IEEE_F32LE, {n});

@@ -37,7 +37,7 @@ grid = us.make_scan_map(probe, us.acquisition(depth=settings.depth, samples=trut
 labels = us.scan_convert(truth.label, grid).pixels
 shadow = us.scan_convert(truth.transmitted, grid).pixels
 
-width, height = 1e3 * grid.pitch * grid.size[0], 1e3 * grid.pitch * grid.size[1]
+width, height = 1e3 * grid.pitch[0] * grid.size[0], 1e3 * grid.pitch[1] * grid.size[1]
 extent = (-width / 2, width / 2, height, 0)
 figure, axes = plt.subplots(1, 3, figsize=(11, 4.2), constrained_layout=True)
 axes[0].imshow(picture.pixels, cmap="gray", vmin=0, vmax=1, extent=extent)

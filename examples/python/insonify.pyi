@@ -161,8 +161,8 @@ class label_image:
 
 class scan_map:
     """Interpolation table of scan_convert, and pixel to millimetre."""
-    pitch: float
     def pixel(self, point: Vector) -> Vector: ...
+    pitch: Vector
     def point(self, pixel: Vector) -> Vector: ...
     size: Vector
 

@@ -12804,7 +12804,10 @@ inline void check_size(uvec2 size, const char* caller, std::string_view advice =
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Size and background of the image. Pixels are square; the field of view is fitted into the image and centred.
+/// Size and background of the image.
+///
+/// If one side is chosen, pixels are square and the field of view fits. If both are given, a rectangular field of view fills
+/// the image, whatever the shape of its pixels; any other, such as a sector, is fitted and centred with square pixels.
 struct scan_convert_settings {
     uvec2 size{0, 0};     ///< columns, rows; a 0 is chosen to fit the field of view; both 0: 512 columns
     float background = 0; ///< brightness of the pixels outside the field of view
@@ -12819,7 +12822,7 @@ struct scan_map {
 
     uvec2 size{0, 0};          ///< columns, rows
     vec2 centre{0, 0};         ///< the point at the centre of the image
-    float pitch = 0;           ///< width of a pixel, metres
+    vec2 pitch{0, 0};          ///< width and height of a pixel, metres
     float background = 0;      ///< brightness of the pixels outside the field of view
     std::uint32_t count = 0;   ///< number of lines
     std::uint32_t samples = 0; ///< depth samples of each line
@@ -12897,6 +12900,13 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
         }
     }
     const vec2 extent = upper - lower;
+    const vec2 middle = 0.5F * (lower + upper);
+    const auto inside = [&](vec2 at) { // in lines and metres
+        return at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= scan.depth;
+    };
+    bool is_rectangle = extent.x > 0;
+    for (const vec2 corner : {vec2{-0.499F, -0.499F}, {0.499F, -0.499F}, {-0.499F, 0.499F}, {0.499F, 0.499F}})
+        is_rectangle = is_rectangle && inside(probe.locate(middle + corner * extent));
 
     // A side that is chosen is rounded up, with a tolerance for rounding errors of the extent.
     const auto pixels_of = [](float length, float pitch) {
@@ -12905,20 +12915,21 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     };
     scan_map map = std::move(recycled);
     map.size = settings.size;
-    map.centre = 0.5F * (lower + upper);
+    map.centre = middle;
     map.background = settings.background;
     map.count = probe.lines;
     map.samples = samples;
     map.depth = scan.depth;
     if (map.size.x == 0 && map.size.y == 0) map.size.x = 512;
-    const float pitch_across = map.size.x == 0 ? 0 : extent.x / static_cast<float>(map.size.x);
-    const float pitch_down = map.size.y == 0 ? 0 : extent.y / static_cast<float>(map.size.y);
-    map.pitch = max(pitch_across, pitch_down);
-    if (!is_finite(map.pitch) || !(map.pitch > 0))
+    map.pitch = {map.size.x == 0 ? 0 : extent.x / static_cast<float>(map.size.x),
+                 map.size.y == 0 ? 0 : extent.y / static_cast<float>(map.size.y)};
+    const float wider = max(map.pitch.x, map.pitch.y);
+    if (!is_rectangle || map.size.x == 0 || map.size.y == 0) map.pitch = {wider, wider};
+    if (!is_finite(wider) || !(wider > 0))
         throw usage_error{
             "scan_convert: the field of view has no width; give the number of rows and leave that of columns at 0"};
-    if (map.size.x == 0) map.size.x = pixels_of(extent.x, map.pitch);
-    if (map.size.y == 0) map.size.y = pixels_of(extent.y, map.pitch);
+    if (map.size.x == 0) map.size.x = pixels_of(extent.x, wider);
+    if (map.size.y == 0) map.size.y = pixels_of(extent.y, wider);
     detail::check_map_size(map.size, scan.depth, extent);
 
     const std::size_t pixels = static_cast<std::size_t>(map.size.x) * map.size.y;
@@ -12933,7 +12944,7 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
         for (std::uint32_t x = 0; x < map.size.x; ++x) {
             const vec2 at = probe.locate(map.point(x, y));
             const std::size_t i = row * map.size.x + x;
-            if (!(at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= map.depth)) {
+            if (!inside(at)) {
                 map.first[i] = scan_map::outside;
                 map.across[i] = map.along[i] = 0;
                 continue;
@@ -19983,7 +19994,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Distance between two points of a picture, metres.
 /// @param from, to  pixel coordinates: see `scan_map`
-inline float distance(const scan_map& map, vec2 from, vec2 to) { return map.pitch * length(to - from); }
+inline float distance(const scan_map& map, vec2 from, vec2 to) { return length(map.pitch * (to - from)); }
 
 /// What is measured of an outline.
 struct outline_measure {
@@ -20009,17 +20020,16 @@ inline outline_measure measure_outline(const scan_map& map, view<const vec2> out
         twice += cross;
         x += cross * (double{a.x} + double{b.x});
         y += cross * (double{a.y} + double{b.y});
-        around += double{length(b - a)};
+        around += double{length(map.pitch * (b - a))};
         mean_x += double{a.x};
         mean_y += double{a.y};
     }
-    const double pitch{map.pitch};
     const bool flat = !(std::fabs(twice) > 0);
     const auto points = static_cast<double>(count);
     const vec2 inside{static_cast<float>(flat ? mean_x / points : x / (3 * twice)),
                       static_cast<float>(flat ? mean_y / points : y / (3 * twice))};
-    return {.area = static_cast<float>(0.5 * std::fabs(twice) * pitch * pitch),
-            .circumference = static_cast<float>(around * pitch),
+    return {.area = static_cast<float>(0.5 * std::fabs(twice) * double{map.pitch.x} * double{map.pitch.y}),
+            .circumference = static_cast<float>(around),
             .centroid = origin + inside};
 }
 

@@ -12,6 +12,8 @@ namespace {
 
 const scan_map linear = make_scan_map(exec::seq, linear_array{.lines = 50, .width = 40_mm},
                                       {.depth = 50_mm, .samples = 100}, {.size = {400, 0}});
+const scan_map uneven = make_scan_map(exec::seq, linear_array{.lines = 50, .width = 40_mm},
+                                      {.depth = 50_mm, .samples = 100}, {.size = {100, 700}}); // pixels 0.4 x 0.071 mm
 const scan_map convex = make_scan_map(exec::seq, convex_array{}, {.depth = 120_mm, .samples = 100}, {.size = {333, 0}});
 
 double ratio(float measured, double expected) { return static_cast<double>(measured) / expected; }
@@ -21,7 +23,7 @@ double ratio(float measured, double expected) { return static_cast<double>(measu
 TEST_CASE("callipers: distances are those of the points, in metres") {
     CHECK(ratio(distance(linear, {0, 200}, {400, 200}), 40e-3) == doctest::Approx(1).epsilon(1e-5)); // the whole width
     CHECK(ratio(distance(linear, {200, 0}, {200, 500}), 50e-3) == doctest::Approx(1).epsilon(1e-5)); // the whole depth
-    for (const scan_map& map : {linear, convex}) {
+    for (const scan_map& map : {linear, uneven, convex}) {
         const vec2 a = map.pixel({-3_mm, 20_mm}), b = map.pixel({9_mm, 25_mm}); // 5, 12, 13
         MESSAGE("13 mm is measured as ", 1e3F * distance(map, a, b), " mm");
         CHECK(ratio(distance(map, a, b), 13e-3) == doctest::Approx(1).epsilon(1e-5));
@@ -30,7 +32,7 @@ TEST_CASE("callipers: distances are those of the points, in metres") {
 }
 
 TEST_CASE("callipers: area, circumference and centroid of rectangles, triangles and circles") {
-    for (const scan_map& map : {linear, convex}) {
+    for (const scan_map& map : {linear, uneven, convex}) {
         const auto outline = [&](std::vector<vec2> points) {
             for (vec2& p : points) p = map.pixel(p);
             return points;

@@ -7,7 +7,9 @@
 #include <insonify/probe/radial_array.hpp>
 #include "scan_lines.hpp"
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <doctest/doctest.h>
 
 using namespace insonify;
@@ -79,7 +81,8 @@ double worst_of_grid(const Probe& probe, float depth, uvec2 size, double pitch, 
     int points = 0;
     const scan_map map = make_scan_map(exec::par, probe, {.depth = depth, .samples = 400}, {.size = size});
     CHECK(map.size == size);
-    CHECK(static_cast<double>(map.pitch) == doctest::Approx(pitch).epsilon(1e-5));
+    CHECK(static_cast<double>(map.pitch.x) == doctest::Approx(pitch).epsilon(1e-5));
+    CHECK(static_cast<double>(map.pitch.y) == doctest::Approx(pitch).epsilon(1e-5));
     const double sigma = 3 * pitch;
     for (double x = -0.06; x < 0.061; x += 0.015)
         for (double z = 0.007; z < 0.08; z += 0.015) {
@@ -152,15 +155,54 @@ TEST_CASE("scan_convert: bilinear between two lines of two samples") {
             CHECK(std::fabs(picture(x, y) - (1 + 2 * fraction(x) + fraction(y))) < 1e-5F);
 }
 
-TEST_CASE("scan_convert: the field of view is centred in images of another aspect ratio, the rest is background") {
+TEST_CASE("scan_convert: a rectangular field of view fills the image, whatever its aspect ratio") {
     const linear_array probe{.lines = 20, .width = 20_mm};
-    const scan_lines lines = filled(20, 10, 40_mm, 1);
-    const image wide = scan_convert(exec::seq, lines, probe, {.size = {100, 40}, .background = 0.25F});
-    for (std::uint32_t y = 0; y < 40; ++y)
-        for (std::uint32_t x = 0; x < 100; ++x) CHECK(wide(x, y) == (x >= 40 && x < 60 ? 1 : 0.25F));
-    const image high = scan_convert(exec::seq, lines, probe, {.size = {20, 100}});
-    for (std::uint32_t y = 0; y < 100; ++y)
-        for (std::uint32_t x = 0; x < 20; ++x) CHECK(high(x, y) == (y >= 30 && y < 70 ? 1 : 0));
+    scan_lines lines{20, 10, 40_mm};
+    for (std::uint32_t i = 0; i < 20; ++i)
+        for (std::uint32_t k = 0; k < 10; ++k) lines(i, k) = static_cast<float>(i + 100 * k);
+    for (const uvec2 size : {uvec2{200, 800}, {100, 40}, {20, 100}}) {
+        const scan_map map = make_scan_map(exec::seq, probe, {.depth = 40_mm, .samples = 10}, {.size = size});
+        const vec2 pitch{20_mm / static_cast<float>(size.x), 40_mm / static_cast<float>(size.y)};
+        CHECK(static_cast<double>(map.pitch.x) == doctest::Approx(pitch.x).epsilon(1e-5));
+        CHECK(static_cast<double>(map.pitch.y) == doctest::Approx(pitch.y).epsilon(1e-5));
+        const image picture = scan_convert(exec::seq, lines, map);
+        double worst = 0;
+        for (std::uint32_t y = 0; y < size.y; ++y)
+            for (std::uint32_t x = 0; x < size.x; ++x) {
+                const double i = std::clamp((x + 0.5) * 20 / size.x - 0.5, 0.0, 19.0);
+                const double k = std::clamp((y + 0.5) * 10 / size.y - 0.5, 0.0, 9.0);
+                worst = std::max(worst, std::fabs(static_cast<double>(picture(x, y)) - i - 100 * k));
+                const vec2 at = map.point(x, y), back = map.pixel(at) - vec2{0.5F, 0.5F};
+                worst = std::max(worst, std::hypot(static_cast<double>(back.x) - x, static_cast<double>(back.y) - y));
+            }
+        MESSAGE(size.x, " x ", size.y, ": off by ", worst);
+        CHECK(worst < 1e-2);
+    }
+}
+
+TEST_CASE("scan_convert: a sector is centred in images of another aspect ratio, the rest is background") {
+    const phased_array probe{.lines = 60, .field_of_view = 60_deg}; // 40 mm wide, 40 mm deep
+    const scan_lines lines = filled(60, 10, 40_mm, 1);
+    const auto filled_box = [&](uvec2 size) { // first and last column, first and last row
+        const image picture = scan_convert(exec::seq, lines, probe, {.size = size, .background = 0.25F});
+        std::array<std::uint32_t, 4> box{size.x, 0, size.y, 0};
+        for (std::uint32_t y = 0; y < size.y; ++y)
+            for (std::uint32_t x = 0; x < size.x; ++x)
+                if (picture(x, y) == 1)
+                    box = {std::min(box[0], x), std::max(box[1], x), std::min(box[2], y), std::max(box[3], y)};
+                else
+                    REQUIRE(picture(x, y) == 0.25F);
+        return box;
+    };
+    const auto off = [&](uvec2 size, std::array<std::uint32_t, 4> expected) { // in pixels
+        const std::array<std::uint32_t, 4> box = filled_box(size);
+        int worst = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            worst = std::max(worst, std::abs(static_cast<int>(box[i]) - static_cast<int>(expected[i])));
+        return worst;
+    };
+    CHECK(off({160, 80}, {40, 119, 0, 79}) <= 1); // the corners of the arc may miss the centres of pixels
+    CHECK(off({80, 160}, {0, 79, 40, 119}) <= 1);
 }
 
 TEST_CASE("scan_convert: a size of 0 is chosen to fit the field of view") {

@@ -83,7 +83,7 @@ void show_picture(const live::shown_frame& frame, GLuint texture) {
     draw->AddImage(reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(texture)), {left, origin.y},
                    {left + columns * scale, origin.y + rows * scale});
     const auto grey = IM_COL32(200, 200, 200, 255);
-    const auto y_of = [&](float depth) { return origin.y + (depth - frame.top) / frame.pitch * scale; };
+    const auto y_of = [&](float depth) { return origin.y + (depth - frame.top) / frame.pitch.y * scale; };
     for (int mm = 0; static_cast<float>(mm) * 1_mm < frame.depth; mm += 5) {
         const float y = y_of(static_cast<float>(mm) * 1_mm);
         draw->AddLine({left - (mm % 10 == 0 ? 10.0F : 5.0F), y}, {left, y}, grey);

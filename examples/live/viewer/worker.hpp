@@ -19,7 +19,7 @@ struct shown_frame {
     std::uint32_t gauge = 22;
     float bevel = 15_deg;
     float depth = 0, top = 0, focus = 0; ///< metres: of the picture's lower and upper edge, and of the focus
-    float pitch = 0;                     ///< of a pixel, metres
+    vec2 pitch{0, 0};                    ///< width and height of a pixel, metres
     bool frozen = false;
     double seconds = 0;      ///< that the frame took
     std::uint32_t count = 0; ///< frames so far

@@ -84,7 +84,8 @@ void bind_grids(py::module_& module) {
     py::class_<scan_map>(module, "scan_map", "Interpolation table of scan_convert, and pixel to millimetre.")
         .def_property_readonly(
             "size", [](const scan_map& self) { return self.size; }, "columns, rows")
-        .def_readonly("pitch", &scan_map::pitch, "width of a pixel, metres")
+        .def_property_readonly(
+            "pitch", [](const scan_map& self) { return self.pitch; }, "width and height of a pixel, metres")
         .def(
             "point", [](const scan_map& self, vec2 pixel) { return self.point(pixel); }, py::arg("pixel"),
             "From pixel coordinates to (x, z) in the slice plane, metres.")

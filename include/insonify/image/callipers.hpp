@@ -9,7 +9,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Distance between two points of a picture, metres.
 /// @param from, to  pixel coordinates: see `scan_map`
-inline float distance(const scan_map& map, vec2 from, vec2 to) { return map.pitch * length(to - from); }
+inline float distance(const scan_map& map, vec2 from, vec2 to) { return length(map.pitch * (to - from)); }
 
 /// What is measured of an outline.
 struct outline_measure {
@@ -35,17 +35,16 @@ inline outline_measure measure_outline(const scan_map& map, view<const vec2> out
         twice += cross;
         x += cross * (double{a.x} + double{b.x});
         y += cross * (double{a.y} + double{b.y});
-        around += double{length(b - a)};
+        around += double{length(map.pitch * (b - a))};
         mean_x += double{a.x};
         mean_y += double{a.y};
     }
-    const double pitch{map.pitch};
     const bool flat = !(std::fabs(twice) > 0);
     const auto points = static_cast<double>(count);
     const vec2 inside{static_cast<float>(flat ? mean_x / points : x / (3 * twice)),
                       static_cast<float>(flat ? mean_y / points : y / (3 * twice))};
-    return {.area = static_cast<float>(0.5 * std::fabs(twice) * pitch * pitch),
-            .circumference = static_cast<float>(around * pitch),
+    return {.area = static_cast<float>(0.5 * std::fabs(twice) * double{map.pitch.x} * double{map.pitch.y}),
+            .circumference = static_cast<float>(around),
             .centroid = origin + inside};
 }
 

@@ -20,7 +20,10 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Size and background of the image. Pixels are square; the field of view is fitted into the image and centred.
+/// Size and background of the image.
+///
+/// If one side is chosen, pixels are square and the field of view fits. If both are given, a rectangular field of view fills
+/// the image, whatever the shape of its pixels; any other, such as a sector, is fitted and centred with square pixels.
 struct scan_convert_settings {
     uvec2 size{0, 0};     ///< columns, rows; a 0 is chosen to fit the field of view; both 0: 512 columns
     float background = 0; ///< brightness of the pixels outside the field of view
@@ -35,7 +38,7 @@ struct scan_map {
 
     uvec2 size{0, 0};          ///< columns, rows
     vec2 centre{0, 0};         ///< the point at the centre of the image
-    float pitch = 0;           ///< width of a pixel, metres
+    vec2 pitch{0, 0};          ///< width and height of a pixel, metres
     float background = 0;      ///< brightness of the pixels outside the field of view
     std::uint32_t count = 0;   ///< number of lines
     std::uint32_t samples = 0; ///< depth samples of each line
@@ -113,6 +116,13 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
         }
     }
     const vec2 extent = upper - lower;
+    const vec2 middle = 0.5F * (lower + upper);
+    const auto inside = [&](vec2 at) { // in lines and metres
+        return at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= scan.depth;
+    };
+    bool is_rectangle = extent.x > 0;
+    for (const vec2 corner : {vec2{-0.499F, -0.499F}, {0.499F, -0.499F}, {-0.499F, 0.499F}, {0.499F, 0.499F}})
+        is_rectangle = is_rectangle && inside(probe.locate(middle + corner * extent));
 
     // A side that is chosen is rounded up, with a tolerance for rounding errors of the extent.
     const auto pixels_of = [](float length, float pitch) {
@@ -121,20 +131,21 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     };
     scan_map map = std::move(recycled);
     map.size = settings.size;
-    map.centre = 0.5F * (lower + upper);
+    map.centre = middle;
     map.background = settings.background;
     map.count = probe.lines;
     map.samples = samples;
     map.depth = scan.depth;
     if (map.size.x == 0 && map.size.y == 0) map.size.x = 512;
-    const float pitch_across = map.size.x == 0 ? 0 : extent.x / static_cast<float>(map.size.x);
-    const float pitch_down = map.size.y == 0 ? 0 : extent.y / static_cast<float>(map.size.y);
-    map.pitch = max(pitch_across, pitch_down);
-    if (!is_finite(map.pitch) || !(map.pitch > 0))
+    map.pitch = {map.size.x == 0 ? 0 : extent.x / static_cast<float>(map.size.x),
+                 map.size.y == 0 ? 0 : extent.y / static_cast<float>(map.size.y)};
+    const float wider = max(map.pitch.x, map.pitch.y);
+    if (!is_rectangle || map.size.x == 0 || map.size.y == 0) map.pitch = {wider, wider};
+    if (!is_finite(wider) || !(wider > 0))
         throw usage_error{
             "scan_convert: the field of view has no width; give the number of rows and leave that of columns at 0"};
-    if (map.size.x == 0) map.size.x = pixels_of(extent.x, map.pitch);
-    if (map.size.y == 0) map.size.y = pixels_of(extent.y, map.pitch);
+    if (map.size.x == 0) map.size.x = pixels_of(extent.x, wider);
+    if (map.size.y == 0) map.size.y = pixels_of(extent.y, wider);
     detail::check_map_size(map.size, scan.depth, extent);
 
     const std::size_t pixels = static_cast<std::size_t>(map.size.x) * map.size.y;
@@ -149,7 +160,7 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
         for (std::uint32_t x = 0; x < map.size.x; ++x) {
             const vec2 at = probe.locate(map.point(x, y));
             const std::size_t i = row * map.size.x + x;
-            if (!(at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= map.depth)) {
+            if (!inside(at)) {
                 map.first[i] = scan_map::outside;
                 map.across[i] = map.along[i] = 0;
                 continue;
