@@ -185,11 +185,12 @@ struct cell_field {
             const std::int64_t remaining = end_slot - slot;
             const auto count = static_cast<std::uint32_t>(remaining < run_length ? remaining : run_length);
             const double offset = static_cast<double>(slot) + 0.5 - from;
-            for (std::uint32_t i = 0; i < count; i += simd_width) {
-                const auto value = cells.values<simd_width>(static_cast<std::uint32_t>(slot) + i,
-                                                            floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) +
-                                                                lanes<simd_width>(static_cast<float>(offset)),
-                                                            numbers);
+            for (std::uint32_t i = 0; i < count; i += max_simd_width) {
+                const auto value =
+                    cells.values<max_simd_width>(static_cast<std::uint32_t>(slot) + i,
+                                                 floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) +
+                                                     lanes<max_simd_width>(static_cast<float>(offset)),
+                                                 numbers);
                 store(value.real, real + i);
                 store(value.imaginary, imaginary + i);
             }

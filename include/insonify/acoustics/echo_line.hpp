@@ -108,7 +108,7 @@ class echo_line {
     // Echo i lies at depth + i * step, with its amplitude times scale * ratio^i.
     INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
                          float scale, float ratio) const {
-        constexpr int width = simd_width;
+        constexpr int width = max_simd_width;
         using floats = lanes<width>;
         const vec2 step_factor = ratio * phase(step);
         float powers[2][width];
@@ -165,19 +165,19 @@ class echo_line {
     }
 
     // Loads `count` floats, at most a register; the other lanes are 0.
-    INSONIFY_FN INSONIFY_INLINE static lanes<simd_width> load_some(const float* from, std::uint32_t count) {
-        if (count >= simd_width) return load<simd_width>(from);
-        float some[simd_width] = {};
+    INSONIFY_FN INSONIFY_INLINE static lanes<max_simd_width> load_some(const float* from, std::uint32_t count) {
+        if (count >= max_simd_width) return load<max_simd_width>(from);
+        float some[max_simd_width] = {};
         for (std::uint32_t i = 0; i < count; ++i) some[i] = from[i];
-        return load<simd_width>(some);
+        return load<max_simd_width>(some);
     }
 
     template <class Lanes>
     INSONIFY_FN INSONIFY_INLINE static void store_pairs(const Lanes& x, const Lanes& y, vec2* to) {
-        float apart[2][simd_width];
+        float apart[2][max_simd_width];
         store(x, apart[0]);
         store(y, apart[1]);
-        for (int i = 0; i < simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
+        for (int i = 0; i < max_simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
     }
 
     // Adds to a sample and the next one; an index below 0 wraps around.

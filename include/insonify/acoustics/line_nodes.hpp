@@ -9,16 +9,16 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// slope changes at each whole number.
 /// @param count  of values, at least 2; before the first one and behind the last one the slope is that beside it
 /// @param first  of the places
-INSONIFY_FN INSONIFY_INLINE lanes<simd_width> interpolate(const float* values, std::uint32_t count, float first,
-                                                          float step) {
-    using floats = lanes<simd_width>;
+INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> interpolate(const float* values, std::uint32_t count, float first,
+                                                              float step) {
+    using floats = lanes<max_simd_width>;
     const auto whole = static_cast<std::uint32_t>(max(first, 0));
     const std::uint32_t before = whole + 2 < count ? whole : count - 2;
     const float part = first - static_cast<float>(before);
     const float* const at = values + before;
-    const floats away = floats_of<simd_width>(steps_of_bits<simd_width>(0, 1)) * floats(step) + floats(part);
+    const floats away = floats_of<max_simd_width>(steps_of_bits<max_simd_width>(0, 1)) * floats(step) + floats(part);
     floats sum = multiply_add(away, floats(at[1] - at[0]), floats(at[0]));
-    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (simd_width - 1) * step && before + i + 1 < count; ++i)
+    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (max_simd_width - 1) * step && before + i + 1 < count; ++i)
         sum = multiply_add(max(away - floats(static_cast<float>(i)), floats(0.0F)),
                            floats(at[i + 1] - 2 * at[i] + at[i - 1]), sum);
     return sum;
@@ -36,14 +36,14 @@ class line_nodes {
         step_ = max(apart, (to - from) / (max_count - 3));
         first_ = std::floor((origin + from) / step_) * step_ - origin;
         count_ = static_cast<std::uint32_t>(clamp((to - first_) / step_, 0, max_count - 3)) + 2;
-        for (std::uint32_t i = 0; i < count_; i += simd_width)
-            store(field(lanes<simd_width>(first_) +
-                        floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) * lanes<simd_width>(step_)),
+        for (std::uint32_t i = 0; i < count_; i += max_simd_width)
+            store(field(lanes<max_simd_width>(first_) +
+                        floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) * lanes<max_simd_width>(step_)),
                   value_ + i);
     }
 
     /// The values at a register full of distances at equal steps, metres.
-    INSONIFY_FN INSONIFY_INLINE lanes<simd_width> at(float distance, float step) const {
+    INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> at(float distance, float step) const {
         return interpolate(value_, count_, min((distance - first_) / step_, static_cast<float>(count_ - 1)),
                            step / step_);
     }
@@ -70,7 +70,7 @@ class line_nodes {
 
     float first_ = 0, step_ = 1; // metres
     std::uint32_t count_ = 0;
-    float value_[max_count + simd_width];
+    float value_[max_count + max_simd_width];
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

@@ -31,34 +31,34 @@ class sheath_gains {
             return static_cast<std::uint32_t>(clamp((distance - first) / step, 0, static_cast<float>(count)));
         };
         if (!(begin_ < end_)) return;
-        const std::uint32_t from = slot(begin_) / simd_width * simd_width, to = slot(end_ + step);
+        const std::uint32_t from = slot(begin_) / max_simd_width * max_simd_width, to = slot(end_ + step);
         if (from >= to) return;
         if (!prepared_) prepare();
         const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
-        for (std::uint32_t i = from; i < to; i += simd_width) {
+        for (std::uint32_t i = from; i < to; i += max_simd_width) {
             const float here = first + static_cast<float>(i) * step;
             const floats distance =
-                floats(here - surface_) + floats_of<simd_width>(steps_of_bits<simd_width>(0, 1)) * floats(step);
+                floats(here - surface_) + floats_of<max_simd_width>(steps_of_bits<max_simd_width>(0, 1)) * floats(step);
             const floats within = distance * floats(cosine_ / of_.thickness) / thickness_.at(here, step);
             const auto line = [&](float place) {
                 const floats away = (within - floats(place)) * per_width;
-                return power_of_two<simd_width>(away * away * floats(-0.72134752F));
+                return power_of_two<max_simd_width>(away * away * floats(-0.72134752F));
             };
             const floats both = multiply_add(line(0.85F), other_.at(here, step), line(0.1F));
             const floats gain = multiply_add(level_.at(here, step), both, floats(1.0F));
-            store(load<simd_width>(real + i) * gain, real + i);
-            store(load<simd_width>(imaginary + i) * gain, imaginary + i);
+            store(load<max_simd_width>(real + i) * gain, real + i);
+            store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
         }
     }
 
   private:
-    using floats = lanes<simd_width>;
+    using floats = lanes<max_simd_width>;
 
     INSONIFY_FN void prepare() {
         const float origin = dot(origin_, along_) / dot(along_, along_);
         const auto evaluate = [&](line_nodes& nodes, float size, std::uint32_t number, float factor, float offset) {
             nodes.evaluate(begin_, end_, 0.2F * size, origin, [&](const floats& distance) {
-                return power_of_two<simd_width>(
+                return power_of_two<max_simd_width>(
                     multiply_add(noise(size, number, distance), floats(factor), floats(offset)));
             });
         };
@@ -75,8 +75,8 @@ class sheath_gains {
         const auto coordinate = [&](int k) {
             return multiply_add(distance, floats(along_[k] / size), floats(origin_[k] / size));
         };
-        return value_noise<simd_width>(mix_bits(key_ ^ (number * 0x632BE5ABU)), coordinate(0), coordinate(1),
-                                       coordinate(2));
+        return value_noise<max_simd_width>(mix_bits(key_ ^ (number * 0x632BE5ABU)), coordinate(0), coordinate(1),
+                                           coordinate(2));
     }
 
     const structure::sheath_layer& of_;

@@ -7,10 +7,10 @@
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Fraction 0 to 1 of some of the bits.
-INSONIFY_FN INSONIFY_INLINE lanes<simd_width> fraction_of_bits(const bit_lanes<simd_width>& random, std::uint32_t shift,
-                                                               std::uint32_t count) {
-    return floats_of<simd_width>((random >> static_cast<int>(shift)) & ((1U << count) - 1)) *
-           lanes<simd_width>(1 / static_cast<float>((1U << count) - 1));
+INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> fraction_of_bits(const bit_lanes<max_simd_width>& random,
+                                                                   std::uint32_t shift, std::uint32_t count) {
+    return floats_of<max_simd_width>((random >> static_cast<int>(shift)) & ((1U << count) - 1)) *
+           lanes<max_simd_width>(1 / static_cast<float>((1U << count) - 1));
 }
 
 /// Points at equal steps of a line, and their gains.
@@ -22,9 +22,9 @@ struct gain_points {
 
     INSONIFY_FN float distance(std::uint32_t i) const { return first + static_cast<float>(i) * spacing; }
     INSONIFY_FN float last() const { return distance(count - 1); }
-    INSONIFY_FN INSONIFY_INLINE lanes<simd_width> distances(std::uint32_t i) const {
-        return lanes<simd_width>(first) +
-               floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) * lanes<simd_width>(spacing);
+    INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> distances(std::uint32_t i) const {
+        return lanes<max_simd_width>(first) +
+               floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) * lanes<max_simd_width>(spacing);
     }
 };
 
@@ -63,8 +63,8 @@ class sheet_crossings {
     }
 
   private:
-    using floats = lanes<simd_width>;
-    using bits = bit_lanes<simd_width>;
+    using floats = lanes<max_simd_width>;
+    using bits = bit_lanes<max_simd_width>;
     using linear = line_nodes::linear;
     static constexpr std::uint32_t max_cells = 256; // along one axis; of more, that many
 
@@ -133,18 +133,18 @@ class sheet_crossings {
 
     // Rows within a layer are shifted at random.
     INSONIFY_FN void enter_rows(part_list& layers, part_list& rows, const gain_points& points) const {
-        for (std::uint32_t i = 0; i < layers.count; i += simd_width) {
-            const bits layer = bits_of_whole<simd_width>(load<simd_width>(layers.layer + i));
-            const bits random = mix_lanes<simd_width>(layer * 0xC2B2AE35U + key_);
+        for (std::uint32_t i = 0; i < layers.count; i += max_simd_width) {
+            const bits layer = bits_of_whole<max_simd_width>(load<max_simd_width>(layers.layer + i));
+            const bits random = mix_lanes<max_simd_width>(layer * 0xC2B2AE35U + key_);
             const linear_lanes y =
-                displaced(1, {load<simd_width>(layers.wave + i), load<simd_width>(layers.wave_step + i)});
+                displaced(1, {load<max_simd_width>(layers.wave + i), load<max_simd_width>(layers.wave_step + i)});
             const floats shift = fraction_of_bits(random, 0, 16);
-            float from[simd_width], to[simd_width];
-            std::uint32_t of_layer[simd_width];
-            store(y.at(load<simd_width>(layers.begin + i)) + shift, from);
-            store(y.at(load<simd_width>(layers.end + i)) + shift, to);
-            store_bits<simd_width>(random, of_layer);
-            for (std::uint32_t k = i; k < i + simd_width && k < layers.count; ++k)
+            float from[max_simd_width], to[max_simd_width];
+            std::uint32_t of_layer[max_simd_width];
+            store(y.at(load<max_simd_width>(layers.begin + i)) + shift, from);
+            store(y.at(load<max_simd_width>(layers.end + i)) + shift, to);
+            store_bits<max_simd_width>(random, of_layer);
+            for (std::uint32_t k = i; k < i + max_simd_width && k < layers.count; ++k)
                 for_each_cell(from[k - i], to[k - i], [&](float row) {
                     if (rows.full()) enter_cells(rows, points);
                     rows.push({layers.begin[k], layers.end[k]}, {layers.wave[k], layers.wave_step[k]}, layers.layer[k],
@@ -156,32 +156,32 @@ class sheet_crossings {
 
     // Cells within a row are shifted too.
     INSONIFY_FN void enter_cells(part_list& rows, const gain_points& points) const {
-        for (std::uint32_t i = 0; i < rows.count; i += simd_width) {
-            const bits of_layer = load_bits<simd_width>(rows.of_layer + i);
-            const floats row = load<simd_width>(rows.row + i), layer = load<simd_width>(rows.layer + i);
-            const linear_lanes wave{load<simd_width>(rows.wave + i), load<simd_width>(rows.wave_step + i)};
+        for (std::uint32_t i = 0; i < rows.count; i += max_simd_width) {
+            const bits of_layer = load_bits<max_simd_width>(rows.of_layer + i);
+            const floats row = load<max_simd_width>(rows.row + i), layer = load<max_simd_width>(rows.layer + i);
+            const linear_lanes wave{load<max_simd_width>(rows.wave + i), load<max_simd_width>(rows.wave_step + i)};
             cell_lanes in;
-            in.begin = load<simd_width>(rows.begin + i);
-            in.end = load<simd_width>(rows.end + i);
+            in.begin = load<max_simd_width>(rows.begin + i);
+            in.end = load<max_simd_width>(rows.end + i);
             in.y = displaced(1, wave);
             in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - row;
             in.y.clip(floats(0.0F), floats(1.0F), in.begin, in.end);
             in.z = displaced(2, wave);
             in.z.first = in.z.first - layer;
-            const bits column = mix_lanes<simd_width>(bits_of_whole<simd_width>(row) * 0x85EBCA6BU + of_layer);
+            const bits column = mix_lanes<max_simd_width>(bits_of_whole<max_simd_width>(row) * 0x85EBCA6BU + of_layer);
             linear_lanes x = displaced(0, wave);
             x.first = x.first + fraction_of_bits(column, 0, 16);
             const floats from = x.at(in.begin), to = x.at(in.end), lowest = min(from, to), highest = max(from, to);
-            const auto passed = in.begin < in.end && floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) <
+            const auto passed = in.begin < in.end && floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) <
                                                          floats(static_cast<float>(rows.count));
-            bits number = floor_bits<simd_width>(lowest);
+            bits number = floor_bits<max_simd_width>(lowest);
             for (std::uint32_t tries = 0; tries < max_cells; ++tries, number = number + 1U) {
-                const auto entered = passed && floats_of<simd_width>(number) <= highest;
+                const auto entered = passed && floats_of<max_simd_width>(number) <= highest;
                 if (bits_of(entered) == 0) break;
-                const bits random = mix_lanes<simd_width>(column + number * 0x9E3779B9U);
+                const bits random = mix_lanes<max_simd_width>(column + number * 0x9E3779B9U);
                 const auto holds_sheet = entered && fraction_of_bits(random, 0, 8) < floats(of_.fill);
                 if (bits_of(holds_sheet) == 0) continue;
-                in.x = {x.first - floats_of<simd_width>(number), x.step};
+                in.x = {x.first - floats_of<max_simd_width>(number), x.step};
                 cross(in, random, holds_sheet, points);
             }
         }
@@ -196,18 +196,19 @@ class sheet_crossings {
 
     // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its profile ends
     // at four standard deviations.
-    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<simd_width>& holds_sheet,
+    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<max_simd_width>& holds_sheet,
                            const gain_points& points) const {
         const floats one(1.0F), half(0.5F);
-        const bits b = mix_lanes<simd_width>(a + 0x51ED270BU);
+        const bits b = mix_lanes<max_simd_width>(a + 0x51ED270BU);
         const floats half_length =
             floats(0.375F) * multiply_add(fraction_of_bits(a, 8, 8), floats(0.55F), floats(0.45F));
         const floats half_width =
             floats(0.4F * cell_.y) * multiply_add(fraction_of_bits(a, 16, 8), floats(0.4F), floats(0.6F));
         const floats angle = (fraction_of_bits(b, 14, 8) - half) * floats(2 * of_.turn), squared = angle * angle;
-        const floats sine = angle * polynomial<simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
+        const floats sine =
+            angle * polynomial<max_simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
         const floats cosine =
-            polynomial<simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
+            polynomial<max_simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
         const auto from_centre = [&](const linear_lanes& at, const floats& extent, const floats& random,
                                      const floats& unit) -> linear_lanes {
             const floats e = min(extent, half);
@@ -229,46 +230,46 @@ class sheet_crossings {
         within.clip(-one, one, begin, end);
         x.clip(-one, one, begin, end);
         const floats per_point(1 / points.spacing);
-        const bits first = floor_bits<simd_width>((floats(points.first) - begin) * per_point), // less than 0
-            last = floor_bits<simd_width>((end - floats(points.first)) * per_point);
+        const bits first = floor_bits<max_simd_width>((floats(points.first) - begin) * per_point), // less than 0
+            last = floor_bits<max_simd_width>((end - floats(points.first)) * per_point);
         std::uint32_t met =
-            bits_of(holds_sheet && begin < end && -floats_of<simd_width>(first) <= floats_of<simd_width>(last));
+            bits_of(holds_sheet && begin < end && -floats_of<max_simd_width>(first) <= floats_of<max_simd_width>(last));
         if (met == 0) return;
 
-        const floats steps = floats_of<simd_width>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
+        const floats steps = floats_of<max_simd_width>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
         const floats level_number =
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = multiply_add(level_number, floats(bits_per_decibel * of_.spread_db),
                                           floats(bits_per_decibel * of_.level_db));
         const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
         const floats turned = (facing * facing - one) * floats(per_lobe_);
-        const floats echo = multiply_add(power_of_two<simd_width>(turned), floats(1 - diffuse_), floats(diffuse_));
+        const floats echo = multiply_add(power_of_two<max_simd_width>(turned), floats(1 - diffuse_), floats(diffuse_));
 
-        std::uint32_t from[simd_width], to[simd_width];
-        store_bits<simd_width>(-first, from);
-        store_bits<simd_width>(last, to);
-        float sheet[7][simd_width];
+        std::uint32_t from[max_simd_width], to[max_simd_width];
+        store_bits<max_simd_width>(-first, from);
+        store_bits<max_simd_width>(last, to);
+        float sheet[7][max_simd_width];
         store(across.first, sheet[0]);
         store(across.step, sheet[1]);
         store(within.first, sheet[2]);
         store(within.step, sheet[3]);
         store(x.first, sheet[4]);
         store(x.step, sheet[5]);
-        store(power_of_two<simd_width>(level) * echo, sheet[6]);
+        store(power_of_two<max_simd_width>(level) * echo, sheet[6]);
         for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
             if ((met & 1U) == 0) continue;
             const auto at = [&](int which, const floats& distance) {
                 return multiply_add(distance, floats(sheet[which + 1][k]), floats(sheet[which][k]));
             };
             const floats amplitude(sheet[6][k]), zero(0.0F), end_point(static_cast<float>(to[k]) + 0.5F);
-            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += simd_width) {
+            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += max_simd_width) {
                 const floats distance = points.distances(i), offset = at(0, distance), w = at(2, distance),
                              l = at(4, distance);
                 const floats outline = max(one - l * l, zero) * max(one - w * w, zero);
                 const floats here =
-                    power_of_two<simd_width>(offset * offset * floats(-0.72134752F)) * sqrt(outline) * amplitude;
-                const auto inside = floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) < end_point;
-                store(load<simd_width>(points.gain + i) + select(inside, here, zero), points.gain + i);
+                    power_of_two<max_simd_width>(offset * offset * floats(-0.72134752F)) * sqrt(outline) * amplitude;
+                const auto inside = floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) < end_point;
+                store(load<max_simd_width>(points.gain + i) + select(inside, here, zero), points.gain + i);
             }
         }
     }

@@ -39,8 +39,8 @@ class structure_gains {
         const auto vary = [&](line_nodes& nodes, const structure::variation& v, std::uint32_t number) {
             if (v.deviation_db == 0) return;
             evaluate(nodes, 0.5F * shortest(v.size), [&](const floats& distance) {
-                return power_of_two<simd_width>(noise(v.size, number, distance) *
-                                                floats(bits_per_decibel * v.deviation_db));
+                return power_of_two<max_simd_width>(noise(v.size, number, distance) *
+                                                    floats(bits_per_decibel * v.deviation_db));
             });
         };
         vary(mottling, of.mottling, 1);
@@ -49,7 +49,7 @@ class structure_gains {
             return of.wave > 0 ? noise(of.wave_length * vec3{1, 0.6F, 0.6F}, 3, distance) * floats(of.wave)
                                : floats(0.0F);
         });
-        for (std::uint32_t i = 0; i < points.count; i += simd_width) {
+        for (std::uint32_t i = 0; i < points.count; i += max_simd_width) {
             const float here = points.distance(i);
             floats between = of.grain.deviation_db == 0 ? floats(1.0F) : grain.at(here, points.spacing);
             if (of.bundles.spacing > 0)
@@ -59,13 +59,14 @@ class structure_gains {
         add_sheets(of.sheets, tissue_.layers[0], waves, points);
         add_sheets(of.septa, tissue_.layers[1], waves, points);
         if (of.mottling.deviation_db == 0) return;
-        for (std::uint32_t i = 0; i < points.count; i += simd_width)
-            store(load<simd_width>(points.gain + i) * mottling.at(points.distance(i), points.spacing), points.gain + i);
+        for (std::uint32_t i = 0; i < points.count; i += max_simd_width)
+            store(load<max_simd_width>(points.gain + i) * mottling.at(points.distance(i), points.spacing),
+                  points.gain + i);
     }
 
   private:
-    using floats = lanes<simd_width>;
-    using bits = bit_lanes<simd_width>;
+    using floats = lanes<max_simd_width>;
+    using bits = bit_lanes<max_simd_width>;
 
     INSONIFY_FN void add_sheets(const structure::sheet_layer& of, const placed_structure::sheets& all,
                                 const line_nodes& waves, const gain_points& points) const {
@@ -88,25 +89,26 @@ class structure_gains {
     }
     INSONIFY_FN floats noise(vec3 size, std::uint32_t number, const floats& distance) const {
         const mat3& axes = tissue_.axes;
-        return value_noise<simd_width>(mix_bits(key_ + number), along_axis(axes[0], size.x).at(distance),
-                                       along_axis(axes[1], size.y).at(distance),
-                                       along_axis(axes[2], size.z).at(distance));
+        return value_noise<max_simd_width>(mix_bits(key_ + number), along_axis(axes[0], size.x).at(distance),
+                                           along_axis(axes[1], size.y).at(distance),
+                                           along_axis(axes[2], size.z).at(distance));
     }
 
     // 1 between the bundles, their level inside.
     INSONIFY_FN INSONIFY_INLINE floats bundles(const floats& distance, const floats& aside) const {
         const structure::bundle_layer& of = tissue_.of.bundles;
         const floats z = along_axis(tissue_.axes[2], of.spacing).at(distance) + aside * floats(1 / of.spacing);
-        const bits layer = floor_bits<simd_width>(z), row_bits = mix_lanes<simd_width>(layer * 0x9E3779B9U + key_);
+        const bits layer = floor_bits<max_simd_width>(z),
+                   row_bits = mix_lanes<max_simd_width>(layer * 0x9E3779B9U + key_);
         const floats y = along_axis(tissue_.axes[1], of.spacing).at(distance) + aside * floats(0.7F / of.spacing) +
                          fraction_of_bits(row_bits, 0, 16); // each row by itself, or bundles would be in columns
-        const bits row = floor_bits<simd_width>(y);
-        const bits random = mix_lanes<simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (key_ ^ 0x2545F491U));
+        const bits row = floor_bits<max_simd_width>(y);
+        const bits random = mix_lanes<max_simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (key_ ^ 0x2545F491U));
         const float largest = 0.5F * of.diameter / of.spacing;
         const floats radius =
             floats(largest) * multiply_add(fraction_of_bits(random, 0, 8), floats(0.4F), floats(0.6F));
         const auto from_centre = [&](const floats& place, const bits& cell, std::uint32_t shift) {
-            return place - floats_of<simd_width>(cell) -
+            return place - floats_of<max_simd_width>(cell) -
                    multiply_add(floats(1.0F) - (radius + radius), fraction_of_bits(random, shift, 8), radius);
         };
         const floats dy = from_centre(y, row, 8), dz = from_centre(z, layer, 16);
@@ -130,13 +132,13 @@ class gain_window {
 
     /// Multiplies `count` complex amplitudes, at equal steps from a distance on; distances never decrease.
     INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
-        for (std::uint32_t i = 0; i < count; i += simd_width) {
+        for (std::uint32_t i = 0; i < count; i += max_simd_width) {
             const floats gain = at(first + static_cast<float>(i) * step, step);
-            if (count - i >= simd_width) {
-                store(load<simd_width>(real + i) * gain, real + i);
-                store(load<simd_width>(imaginary + i) * gain, imaginary + i);
+            if (count - i >= max_simd_width) {
+                store(load<max_simd_width>(real + i) * gain, real + i);
+                store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
             } else {
-                float each[simd_width];
+                float each[max_simd_width];
                 store(gain, each);
                 for (std::uint32_t k = i; k < count; ++k) {
                     real[k] *= each[k - i];
@@ -147,14 +149,14 @@ class gain_window {
     }
 
   private:
-    using floats = lanes<simd_width>;
+    using floats = lanes<max_simd_width>;
     static constexpr std::uint32_t max_points = 256; // at a time
 
     // At a register full of distances.
     INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
-        const float length = (simd_width - 1) * step;
+        const float length = (max_simd_width - 1) * step;
         if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
-            fill(distance - 2 * step, max(last_, distance) + simd_width * step); // slabs overlap by a step
+            fill(distance - 2 * step, max(last_, distance) + max_simd_width * step); // slabs overlap by a step
         return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
@@ -169,7 +171,7 @@ class gain_window {
     const structure_gains& of_;
     float last_, begin_ = 0, per_point_ = 1;
     std::uint32_t count_ = 0;
-    float gain_[max_points + simd_width];
+    float gain_[max_points + max_simd_width];
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

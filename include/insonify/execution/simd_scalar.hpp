@@ -12,6 +12,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// The width of trees and packets.
 inline constexpr int simd_width = 4;
+inline constexpr int max_simd_width = simd_width; ///< for long runs
 
 namespace detail {
 

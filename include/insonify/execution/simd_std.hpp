@@ -14,6 +14,8 @@ namespace stdx = std::experimental;
 
 /// Floats in one register, 8 at most: the width of trees and packets.
 inline constexpr int simd_width = stdx::native_simd<float>::size() < 8 ? 4 : 8;
+/// Floats in the widest register: for long runs.
+inline constexpr int max_simd_width = stdx::native_simd<float>::size() < 16 ? simd_width : 16;
 
 template <int N>
 using lanes = stdx::simd<float, stdx::simd_abi::deduce_t<float, N>>;
@@ -56,7 +58,10 @@ template <class Abi>
 INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>& a, const stdx::simd<float, Abi>& b,
                                                     const stdx::simd<float, Abi>& c) {
 #if defined(__FMA__) // stdx::fma of libstdc++ 12 is not inlined at -O2
-    if constexpr (requires { static_cast<__m256>(a); })
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(
+            _mm512_fmadd_ps(static_cast<__m512>(a), static_cast<__m512>(b), static_cast<__m512>(c)));
+    else if constexpr (requires { static_cast<__m256>(a); })
         return stdx::simd<float, Abi>(
             _mm256_fmadd_ps(static_cast<__m256>(a), static_cast<__m256>(b), static_cast<__m256>(c)));
     else if constexpr (requires { static_cast<__m128>(a); })
@@ -77,8 +82,11 @@ template <class Abi>
 INSONIFY_INLINE stdx::simd<float, Abi> select(const stdx::simd_mask<float, Abi>& mask, const stdx::simd<float, Abi>& a,
                                               const stdx::simd<float, Abi>& b) {
 #if defined(__clang__) && defined(__AVX512VL__) // where() of libstdc++ 12 assigns nothing there
-    const auto bits = static_cast<__mmask8>(bits_of(mask));
-    if constexpr (requires { static_cast<__m256>(a); })
+    const auto all = static_cast<__mmask16>(bits_of(mask));
+    const auto bits = static_cast<__mmask8>(all);
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(_mm512_mask_blend_ps(all, static_cast<__m512>(b), static_cast<__m512>(a)));
+    else if constexpr (requires { static_cast<__m256>(a); })
         return stdx::simd<float, Abi>(_mm256_mask_blend_ps(bits, static_cast<__m256>(b), static_cast<__m256>(a)));
     else if constexpr (requires { static_cast<__m128>(a); })
         return stdx::simd<float, Abi>(_mm_mask_blend_ps(bits, static_cast<__m128>(b), static_cast<__m128>(a)));

@@ -17,6 +17,12 @@ inline constexpr int simd_width = 8;
 #else
 inline constexpr int simd_width = 4;
 #endif
+/// Floats in the widest register: for long runs.
+#if defined(__AVX512F__)
+inline constexpr int max_simd_width = 16;
+#else
+inline constexpr int max_simd_width = simd_width;
+#endif
 
 namespace detail {
 
