@@ -298,6 +298,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// The width of trees and packets.
 inline constexpr int simd_width = 4;
+inline constexpr int max_simd_width = simd_width; ///< for long runs
 
 namespace detail {
 
@@ -488,6 +489,8 @@ namespace stdx = std::experimental;
 
 /// Floats in one register, 8 at most: the width of trees and packets.
 inline constexpr int simd_width = stdx::native_simd<float>::size() < 8 ? 4 : 8;
+/// Floats in the widest register: for long runs.
+inline constexpr int max_simd_width = stdx::native_simd<float>::size() < 16 ? simd_width : 16;
 
 template <int N>
 using lanes = stdx::simd<float, stdx::simd_abi::deduce_t<float, N>>;
@@ -530,7 +533,10 @@ template <class Abi>
 INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>& a, const stdx::simd<float, Abi>& b,
                                                     const stdx::simd<float, Abi>& c) {
 #if defined(__FMA__) // stdx::fma of libstdc++ 12 is not inlined at -O2
-    if constexpr (requires { static_cast<__m256>(a); })
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(
+            _mm512_fmadd_ps(static_cast<__m512>(a), static_cast<__m512>(b), static_cast<__m512>(c)));
+    else if constexpr (requires { static_cast<__m256>(a); })
         return stdx::simd<float, Abi>(
             _mm256_fmadd_ps(static_cast<__m256>(a), static_cast<__m256>(b), static_cast<__m256>(c)));
     else if constexpr (requires { static_cast<__m128>(a); })
@@ -551,8 +557,11 @@ template <class Abi>
 INSONIFY_INLINE stdx::simd<float, Abi> select(const stdx::simd_mask<float, Abi>& mask, const stdx::simd<float, Abi>& a,
                                               const stdx::simd<float, Abi>& b) {
 #if defined(__clang__) && defined(__AVX512VL__) // where() of libstdc++ 12 assigns nothing there
-    const auto bits = static_cast<__mmask8>(bits_of(mask));
-    if constexpr (requires { static_cast<__m256>(a); })
+    const auto all = static_cast<__mmask16>(bits_of(mask));
+    const auto bits = static_cast<__mmask8>(all);
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(_mm512_mask_blend_ps(all, static_cast<__m512>(b), static_cast<__m512>(a)));
+    else if constexpr (requires { static_cast<__m256>(a); })
         return stdx::simd<float, Abi>(_mm256_mask_blend_ps(bits, static_cast<__m256>(b), static_cast<__m256>(a)));
     else if constexpr (requires { static_cast<__m128>(a); })
         return stdx::simd<float, Abi>(_mm_mask_blend_ps(bits, static_cast<__m128>(b), static_cast<__m128>(a)));
@@ -618,6 +627,12 @@ namespace insonify::inline INSONIFY_ABI {
 inline constexpr int simd_width = 8;
 #else
 inline constexpr int simd_width = 4;
+#endif
+/// Floats in the widest register: for long runs.
+#if defined(__AVX512F__)
+inline constexpr int max_simd_width = 16;
+#else
+inline constexpr int max_simd_width = simd_width;
 #endif
 
 namespace detail {
@@ -2836,16 +2851,16 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// slope changes at each whole number.
 /// @param count  of values, at least 2; before the first one and behind the last one the slope is that beside it
 /// @param first  of the places
-INSONIFY_FN INSONIFY_INLINE lanes<simd_width> interpolate(const float* values, std::uint32_t count, float first,
-                                                          float step) {
-    using floats = lanes<simd_width>;
+INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> interpolate(const float* values, std::uint32_t count, float first,
+                                                              float step) {
+    using floats = lanes<max_simd_width>;
     const auto whole = static_cast<std::uint32_t>(max(first, 0));
     const std::uint32_t before = whole + 2 < count ? whole : count - 2;
     const float part = first - static_cast<float>(before);
     const float* const at = values + before;
-    const floats away = floats_of<simd_width>(steps_of_bits<simd_width>(0, 1)) * floats(step) + floats(part);
+    const floats away = floats_of<max_simd_width>(steps_of_bits<max_simd_width>(0, 1)) * floats(step) + floats(part);
     floats sum = multiply_add(away, floats(at[1] - at[0]), floats(at[0]));
-    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (simd_width - 1) * step && before + i + 1 < count; ++i)
+    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (max_simd_width - 1) * step && before + i + 1 < count; ++i)
         sum = multiply_add(max(away - floats(static_cast<float>(i)), floats(0.0F)),
                            floats(at[i + 1] - 2 * at[i] + at[i - 1]), sum);
     return sum;
@@ -2863,14 +2878,14 @@ class line_nodes {
         step_ = max(apart, (to - from) / (max_count - 3));
         first_ = std::floor((origin + from) / step_) * step_ - origin;
         count_ = static_cast<std::uint32_t>(clamp((to - first_) / step_, 0, max_count - 3)) + 2;
-        for (std::uint32_t i = 0; i < count_; i += simd_width)
-            store(field(lanes<simd_width>(first_) +
-                        floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) * lanes<simd_width>(step_)),
+        for (std::uint32_t i = 0; i < count_; i += max_simd_width)
+            store(field(lanes<max_simd_width>(first_) +
+                        floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) * lanes<max_simd_width>(step_)),
                   value_ + i);
     }
 
     /// The values at a register full of distances at equal steps, metres.
-    INSONIFY_FN INSONIFY_INLINE lanes<simd_width> at(float distance, float step) const {
+    INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> at(float distance, float step) const {
         return interpolate(value_, count_, min((distance - first_) / step_, static_cast<float>(count_ - 1)),
                            step / step_);
     }
@@ -2897,7 +2912,7 @@ class line_nodes {
 
     float first_ = 0, step_ = 1; // metres
     std::uint32_t count_ = 0;
-    float value_[max_count + simd_width];
+    float value_[max_count + max_simd_width];
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -2906,10 +2921,10 @@ class line_nodes {
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Fraction 0 to 1 of some of the bits.
-INSONIFY_FN INSONIFY_INLINE lanes<simd_width> fraction_of_bits(const bit_lanes<simd_width>& random, std::uint32_t shift,
-                                                               std::uint32_t count) {
-    return floats_of<simd_width>((random >> static_cast<int>(shift)) & ((1U << count) - 1)) *
-           lanes<simd_width>(1 / static_cast<float>((1U << count) - 1));
+INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> fraction_of_bits(const bit_lanes<max_simd_width>& random,
+                                                                   std::uint32_t shift, std::uint32_t count) {
+    return floats_of<max_simd_width>((random >> static_cast<int>(shift)) & ((1U << count) - 1)) *
+           lanes<max_simd_width>(1 / static_cast<float>((1U << count) - 1));
 }
 
 /// Points at equal steps of a line, and their gains.
@@ -2921,9 +2936,9 @@ struct gain_points {
 
     INSONIFY_FN float distance(std::uint32_t i) const { return first + static_cast<float>(i) * spacing; }
     INSONIFY_FN float last() const { return distance(count - 1); }
-    INSONIFY_FN INSONIFY_INLINE lanes<simd_width> distances(std::uint32_t i) const {
-        return lanes<simd_width>(first) +
-               floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) * lanes<simd_width>(spacing);
+    INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> distances(std::uint32_t i) const {
+        return lanes<max_simd_width>(first) +
+               floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) * lanes<max_simd_width>(spacing);
     }
 };
 
@@ -2962,8 +2977,8 @@ class sheet_crossings {
     }
 
   private:
-    using floats = lanes<simd_width>;
-    using bits = bit_lanes<simd_width>;
+    using floats = lanes<max_simd_width>;
+    using bits = bit_lanes<max_simd_width>;
     using linear = line_nodes::linear;
     static constexpr std::uint32_t max_cells = 256; // along one axis; of more, that many
 
@@ -3032,18 +3047,18 @@ class sheet_crossings {
 
     // Rows within a layer are shifted at random.
     INSONIFY_FN void enter_rows(part_list& layers, part_list& rows, const gain_points& points) const {
-        for (std::uint32_t i = 0; i < layers.count; i += simd_width) {
-            const bits layer = bits_of_whole<simd_width>(load<simd_width>(layers.layer + i));
-            const bits random = mix_lanes<simd_width>(layer * 0xC2B2AE35U + key_);
+        for (std::uint32_t i = 0; i < layers.count; i += max_simd_width) {
+            const bits layer = bits_of_whole<max_simd_width>(load<max_simd_width>(layers.layer + i));
+            const bits random = mix_lanes<max_simd_width>(layer * 0xC2B2AE35U + key_);
             const linear_lanes y =
-                displaced(1, {load<simd_width>(layers.wave + i), load<simd_width>(layers.wave_step + i)});
+                displaced(1, {load<max_simd_width>(layers.wave + i), load<max_simd_width>(layers.wave_step + i)});
             const floats shift = fraction_of_bits(random, 0, 16);
-            float from[simd_width], to[simd_width];
-            std::uint32_t of_layer[simd_width];
-            store(y.at(load<simd_width>(layers.begin + i)) + shift, from);
-            store(y.at(load<simd_width>(layers.end + i)) + shift, to);
-            store_bits<simd_width>(random, of_layer);
-            for (std::uint32_t k = i; k < i + simd_width && k < layers.count; ++k)
+            float from[max_simd_width], to[max_simd_width];
+            std::uint32_t of_layer[max_simd_width];
+            store(y.at(load<max_simd_width>(layers.begin + i)) + shift, from);
+            store(y.at(load<max_simd_width>(layers.end + i)) + shift, to);
+            store_bits<max_simd_width>(random, of_layer);
+            for (std::uint32_t k = i; k < i + max_simd_width && k < layers.count; ++k)
                 for_each_cell(from[k - i], to[k - i], [&](float row) {
                     if (rows.full()) enter_cells(rows, points);
                     rows.push({layers.begin[k], layers.end[k]}, {layers.wave[k], layers.wave_step[k]}, layers.layer[k],
@@ -3055,32 +3070,32 @@ class sheet_crossings {
 
     // Cells within a row are shifted too.
     INSONIFY_FN void enter_cells(part_list& rows, const gain_points& points) const {
-        for (std::uint32_t i = 0; i < rows.count; i += simd_width) {
-            const bits of_layer = load_bits<simd_width>(rows.of_layer + i);
-            const floats row = load<simd_width>(rows.row + i), layer = load<simd_width>(rows.layer + i);
-            const linear_lanes wave{load<simd_width>(rows.wave + i), load<simd_width>(rows.wave_step + i)};
+        for (std::uint32_t i = 0; i < rows.count; i += max_simd_width) {
+            const bits of_layer = load_bits<max_simd_width>(rows.of_layer + i);
+            const floats row = load<max_simd_width>(rows.row + i), layer = load<max_simd_width>(rows.layer + i);
+            const linear_lanes wave{load<max_simd_width>(rows.wave + i), load<max_simd_width>(rows.wave_step + i)};
             cell_lanes in;
-            in.begin = load<simd_width>(rows.begin + i);
-            in.end = load<simd_width>(rows.end + i);
+            in.begin = load<max_simd_width>(rows.begin + i);
+            in.end = load<max_simd_width>(rows.end + i);
             in.y = displaced(1, wave);
             in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - row;
             in.y.clip(floats(0.0F), floats(1.0F), in.begin, in.end);
             in.z = displaced(2, wave);
             in.z.first = in.z.first - layer;
-            const bits column = mix_lanes<simd_width>(bits_of_whole<simd_width>(row) * 0x85EBCA6BU + of_layer);
+            const bits column = mix_lanes<max_simd_width>(bits_of_whole<max_simd_width>(row) * 0x85EBCA6BU + of_layer);
             linear_lanes x = displaced(0, wave);
             x.first = x.first + fraction_of_bits(column, 0, 16);
             const floats from = x.at(in.begin), to = x.at(in.end), lowest = min(from, to), highest = max(from, to);
-            const auto passed = in.begin < in.end && floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) <
+            const auto passed = in.begin < in.end && floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) <
                                                          floats(static_cast<float>(rows.count));
-            bits number = floor_bits<simd_width>(lowest);
+            bits number = floor_bits<max_simd_width>(lowest);
             for (std::uint32_t tries = 0; tries < max_cells; ++tries, number = number + 1U) {
-                const auto entered = passed && floats_of<simd_width>(number) <= highest;
+                const auto entered = passed && floats_of<max_simd_width>(number) <= highest;
                 if (bits_of(entered) == 0) break;
-                const bits random = mix_lanes<simd_width>(column + number * 0x9E3779B9U);
+                const bits random = mix_lanes<max_simd_width>(column + number * 0x9E3779B9U);
                 const auto holds_sheet = entered && fraction_of_bits(random, 0, 8) < floats(of_.fill);
                 if (bits_of(holds_sheet) == 0) continue;
-                in.x = {x.first - floats_of<simd_width>(number), x.step};
+                in.x = {x.first - floats_of<max_simd_width>(number), x.step};
                 cross(in, random, holds_sheet, points);
             }
         }
@@ -3095,18 +3110,19 @@ class sheet_crossings {
 
     // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its profile ends
     // at four standard deviations.
-    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<simd_width>& holds_sheet,
+    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<max_simd_width>& holds_sheet,
                            const gain_points& points) const {
         const floats one(1.0F), half(0.5F);
-        const bits b = mix_lanes<simd_width>(a + 0x51ED270BU);
+        const bits b = mix_lanes<max_simd_width>(a + 0x51ED270BU);
         const floats half_length =
             floats(0.375F) * multiply_add(fraction_of_bits(a, 8, 8), floats(0.55F), floats(0.45F));
         const floats half_width =
             floats(0.4F * cell_.y) * multiply_add(fraction_of_bits(a, 16, 8), floats(0.4F), floats(0.6F));
         const floats angle = (fraction_of_bits(b, 14, 8) - half) * floats(2 * of_.turn), squared = angle * angle;
-        const floats sine = angle * polynomial<simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
+        const floats sine =
+            angle * polynomial<max_simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
         const floats cosine =
-            polynomial<simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
+            polynomial<max_simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
         const auto from_centre = [&](const linear_lanes& at, const floats& extent, const floats& random,
                                      const floats& unit) -> linear_lanes {
             const floats e = min(extent, half);
@@ -3128,46 +3144,46 @@ class sheet_crossings {
         within.clip(-one, one, begin, end);
         x.clip(-one, one, begin, end);
         const floats per_point(1 / points.spacing);
-        const bits first = floor_bits<simd_width>((floats(points.first) - begin) * per_point), // less than 0
-            last = floor_bits<simd_width>((end - floats(points.first)) * per_point);
+        const bits first = floor_bits<max_simd_width>((floats(points.first) - begin) * per_point), // less than 0
+            last = floor_bits<max_simd_width>((end - floats(points.first)) * per_point);
         std::uint32_t met =
-            bits_of(holds_sheet && begin < end && -floats_of<simd_width>(first) <= floats_of<simd_width>(last));
+            bits_of(holds_sheet && begin < end && -floats_of<max_simd_width>(first) <= floats_of<max_simd_width>(last));
         if (met == 0) return;
 
-        const floats steps = floats_of<simd_width>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
+        const floats steps = floats_of<max_simd_width>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
         const floats level_number =
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = multiply_add(level_number, floats(bits_per_decibel * of_.spread_db),
                                           floats(bits_per_decibel * of_.level_db));
         const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
         const floats turned = (facing * facing - one) * floats(per_lobe_);
-        const floats echo = multiply_add(power_of_two<simd_width>(turned), floats(1 - diffuse_), floats(diffuse_));
+        const floats echo = multiply_add(power_of_two<max_simd_width>(turned), floats(1 - diffuse_), floats(diffuse_));
 
-        std::uint32_t from[simd_width], to[simd_width];
-        store_bits<simd_width>(-first, from);
-        store_bits<simd_width>(last, to);
-        float sheet[7][simd_width];
+        std::uint32_t from[max_simd_width], to[max_simd_width];
+        store_bits<max_simd_width>(-first, from);
+        store_bits<max_simd_width>(last, to);
+        float sheet[7][max_simd_width];
         store(across.first, sheet[0]);
         store(across.step, sheet[1]);
         store(within.first, sheet[2]);
         store(within.step, sheet[3]);
         store(x.first, sheet[4]);
         store(x.step, sheet[5]);
-        store(power_of_two<simd_width>(level) * echo, sheet[6]);
+        store(power_of_two<max_simd_width>(level) * echo, sheet[6]);
         for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
             if ((met & 1U) == 0) continue;
             const auto at = [&](int which, const floats& distance) {
                 return multiply_add(distance, floats(sheet[which + 1][k]), floats(sheet[which][k]));
             };
             const floats amplitude(sheet[6][k]), zero(0.0F), end_point(static_cast<float>(to[k]) + 0.5F);
-            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += simd_width) {
+            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += max_simd_width) {
                 const floats distance = points.distances(i), offset = at(0, distance), w = at(2, distance),
                              l = at(4, distance);
                 const floats outline = max(one - l * l, zero) * max(one - w * w, zero);
                 const floats here =
-                    power_of_two<simd_width>(offset * offset * floats(-0.72134752F)) * sqrt(outline) * amplitude;
-                const auto inside = floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) < end_point;
-                store(load<simd_width>(points.gain + i) + select(inside, here, zero), points.gain + i);
+                    power_of_two<max_simd_width>(offset * offset * floats(-0.72134752F)) * sqrt(outline) * amplitude;
+                const auto inside = floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) < end_point;
+                store(load<max_simd_width>(points.gain + i) + select(inside, here, zero), points.gain + i);
             }
         }
     }
@@ -3256,8 +3272,8 @@ class structure_gains {
         const auto vary = [&](line_nodes& nodes, const structure::variation& v, std::uint32_t number) {
             if (v.deviation_db == 0) return;
             evaluate(nodes, 0.5F * shortest(v.size), [&](const floats& distance) {
-                return power_of_two<simd_width>(noise(v.size, number, distance) *
-                                                floats(bits_per_decibel * v.deviation_db));
+                return power_of_two<max_simd_width>(noise(v.size, number, distance) *
+                                                    floats(bits_per_decibel * v.deviation_db));
             });
         };
         vary(mottling, of.mottling, 1);
@@ -3266,7 +3282,7 @@ class structure_gains {
             return of.wave > 0 ? noise(of.wave_length * vec3{1, 0.6F, 0.6F}, 3, distance) * floats(of.wave)
                                : floats(0.0F);
         });
-        for (std::uint32_t i = 0; i < points.count; i += simd_width) {
+        for (std::uint32_t i = 0; i < points.count; i += max_simd_width) {
             const float here = points.distance(i);
             floats between = of.grain.deviation_db == 0 ? floats(1.0F) : grain.at(here, points.spacing);
             if (of.bundles.spacing > 0)
@@ -3276,13 +3292,14 @@ class structure_gains {
         add_sheets(of.sheets, tissue_.layers[0], waves, points);
         add_sheets(of.septa, tissue_.layers[1], waves, points);
         if (of.mottling.deviation_db == 0) return;
-        for (std::uint32_t i = 0; i < points.count; i += simd_width)
-            store(load<simd_width>(points.gain + i) * mottling.at(points.distance(i), points.spacing), points.gain + i);
+        for (std::uint32_t i = 0; i < points.count; i += max_simd_width)
+            store(load<max_simd_width>(points.gain + i) * mottling.at(points.distance(i), points.spacing),
+                  points.gain + i);
     }
 
   private:
-    using floats = lanes<simd_width>;
-    using bits = bit_lanes<simd_width>;
+    using floats = lanes<max_simd_width>;
+    using bits = bit_lanes<max_simd_width>;
 
     INSONIFY_FN void add_sheets(const structure::sheet_layer& of, const placed_structure::sheets& all,
                                 const line_nodes& waves, const gain_points& points) const {
@@ -3305,25 +3322,26 @@ class structure_gains {
     }
     INSONIFY_FN floats noise(vec3 size, std::uint32_t number, const floats& distance) const {
         const mat3& axes = tissue_.axes;
-        return value_noise<simd_width>(mix_bits(key_ + number), along_axis(axes[0], size.x).at(distance),
-                                       along_axis(axes[1], size.y).at(distance),
-                                       along_axis(axes[2], size.z).at(distance));
+        return value_noise<max_simd_width>(mix_bits(key_ + number), along_axis(axes[0], size.x).at(distance),
+                                           along_axis(axes[1], size.y).at(distance),
+                                           along_axis(axes[2], size.z).at(distance));
     }
 
     // 1 between the bundles, their level inside.
     INSONIFY_FN INSONIFY_INLINE floats bundles(const floats& distance, const floats& aside) const {
         const structure::bundle_layer& of = tissue_.of.bundles;
         const floats z = along_axis(tissue_.axes[2], of.spacing).at(distance) + aside * floats(1 / of.spacing);
-        const bits layer = floor_bits<simd_width>(z), row_bits = mix_lanes<simd_width>(layer * 0x9E3779B9U + key_);
+        const bits layer = floor_bits<max_simd_width>(z),
+                   row_bits = mix_lanes<max_simd_width>(layer * 0x9E3779B9U + key_);
         const floats y = along_axis(tissue_.axes[1], of.spacing).at(distance) + aside * floats(0.7F / of.spacing) +
                          fraction_of_bits(row_bits, 0, 16); // each row by itself, or bundles would be in columns
-        const bits row = floor_bits<simd_width>(y);
-        const bits random = mix_lanes<simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (key_ ^ 0x2545F491U));
+        const bits row = floor_bits<max_simd_width>(y);
+        const bits random = mix_lanes<max_simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (key_ ^ 0x2545F491U));
         const float largest = 0.5F * of.diameter / of.spacing;
         const floats radius =
             floats(largest) * multiply_add(fraction_of_bits(random, 0, 8), floats(0.4F), floats(0.6F));
         const auto from_centre = [&](const floats& place, const bits& cell, std::uint32_t shift) {
-            return place - floats_of<simd_width>(cell) -
+            return place - floats_of<max_simd_width>(cell) -
                    multiply_add(floats(1.0F) - (radius + radius), fraction_of_bits(random, shift, 8), radius);
         };
         const floats dy = from_centre(y, row, 8), dz = from_centre(z, layer, 16);
@@ -3347,13 +3365,13 @@ class gain_window {
 
     /// Multiplies `count` complex amplitudes, at equal steps from a distance on; distances never decrease.
     INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
-        for (std::uint32_t i = 0; i < count; i += simd_width) {
+        for (std::uint32_t i = 0; i < count; i += max_simd_width) {
             const floats gain = at(first + static_cast<float>(i) * step, step);
-            if (count - i >= simd_width) {
-                store(load<simd_width>(real + i) * gain, real + i);
-                store(load<simd_width>(imaginary + i) * gain, imaginary + i);
+            if (count - i >= max_simd_width) {
+                store(load<max_simd_width>(real + i) * gain, real + i);
+                store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
             } else {
-                float each[simd_width];
+                float each[max_simd_width];
                 store(gain, each);
                 for (std::uint32_t k = i; k < count; ++k) {
                     real[k] *= each[k - i];
@@ -3364,14 +3382,14 @@ class gain_window {
     }
 
   private:
-    using floats = lanes<simd_width>;
+    using floats = lanes<max_simd_width>;
     static constexpr std::uint32_t max_points = 256; // at a time
 
     // At a register full of distances.
     INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
-        const float length = (simd_width - 1) * step;
+        const float length = (max_simd_width - 1) * step;
         if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
-            fill(distance - 2 * step, max(last_, distance) + simd_width * step); // slabs overlap by a step
+            fill(distance - 2 * step, max(last_, distance) + max_simd_width * step); // slabs overlap by a step
         return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
@@ -3386,7 +3404,7 @@ class gain_window {
     const structure_gains& of_;
     float last_, begin_ = 0, per_point_ = 1;
     std::uint32_t count_ = 0;
-    float gain_[max_points + simd_width];
+    float gain_[max_points + max_simd_width];
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -3420,34 +3438,34 @@ class sheath_gains {
             return static_cast<std::uint32_t>(clamp((distance - first) / step, 0, static_cast<float>(count)));
         };
         if (!(begin_ < end_)) return;
-        const std::uint32_t from = slot(begin_) / simd_width * simd_width, to = slot(end_ + step);
+        const std::uint32_t from = slot(begin_) / max_simd_width * max_simd_width, to = slot(end_ + step);
         if (from >= to) return;
         if (!prepared_) prepare();
         const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
-        for (std::uint32_t i = from; i < to; i += simd_width) {
+        for (std::uint32_t i = from; i < to; i += max_simd_width) {
             const float here = first + static_cast<float>(i) * step;
             const floats distance =
-                floats(here - surface_) + floats_of<simd_width>(steps_of_bits<simd_width>(0, 1)) * floats(step);
+                floats(here - surface_) + floats_of<max_simd_width>(steps_of_bits<max_simd_width>(0, 1)) * floats(step);
             const floats within = distance * floats(cosine_ / of_.thickness) / thickness_.at(here, step);
             const auto line = [&](float place) {
                 const floats away = (within - floats(place)) * per_width;
-                return power_of_two<simd_width>(away * away * floats(-0.72134752F));
+                return power_of_two<max_simd_width>(away * away * floats(-0.72134752F));
             };
             const floats both = multiply_add(line(0.85F), other_.at(here, step), line(0.1F));
             const floats gain = multiply_add(level_.at(here, step), both, floats(1.0F));
-            store(load<simd_width>(real + i) * gain, real + i);
-            store(load<simd_width>(imaginary + i) * gain, imaginary + i);
+            store(load<max_simd_width>(real + i) * gain, real + i);
+            store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
         }
     }
 
   private:
-    using floats = lanes<simd_width>;
+    using floats = lanes<max_simd_width>;
 
     INSONIFY_FN void prepare() {
         const float origin = dot(origin_, along_) / dot(along_, along_);
         const auto evaluate = [&](line_nodes& nodes, float size, std::uint32_t number, float factor, float offset) {
             nodes.evaluate(begin_, end_, 0.2F * size, origin, [&](const floats& distance) {
-                return power_of_two<simd_width>(
+                return power_of_two<max_simd_width>(
                     multiply_add(noise(size, number, distance), floats(factor), floats(offset)));
             });
         };
@@ -3464,8 +3482,8 @@ class sheath_gains {
         const auto coordinate = [&](int k) {
             return multiply_add(distance, floats(along_[k] / size), floats(origin_[k] / size));
         };
-        return value_noise<simd_width>(mix_bits(key_ ^ (number * 0x632BE5ABU)), coordinate(0), coordinate(1),
-                                       coordinate(2));
+        return value_noise<max_simd_width>(mix_bits(key_ ^ (number * 0x632BE5ABU)), coordinate(0), coordinate(1),
+                                           coordinate(2));
     }
 
     const structure::sheath_layer& of_;
@@ -3706,11 +3724,12 @@ struct cell_field {
             const std::int64_t remaining = end_slot - slot;
             const auto count = static_cast<std::uint32_t>(remaining < run_length ? remaining : run_length);
             const double offset = static_cast<double>(slot) + 0.5 - from;
-            for (std::uint32_t i = 0; i < count; i += simd_width) {
-                const auto value = cells.values<simd_width>(static_cast<std::uint32_t>(slot) + i,
-                                                            floats_of<simd_width>(steps_of_bits<simd_width>(i, 1)) +
-                                                                lanes<simd_width>(static_cast<float>(offset)),
-                                                            numbers);
+            for (std::uint32_t i = 0; i < count; i += max_simd_width) {
+                const auto value =
+                    cells.values<max_simd_width>(static_cast<std::uint32_t>(slot) + i,
+                                                 floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) +
+                                                     lanes<max_simd_width>(static_cast<float>(offset)),
+                                                 numbers);
                 store(value.real, real + i);
                 store(value.imaginary, imaginary + i);
             }
@@ -3851,7 +3870,7 @@ class echo_line {
     // Echo i lies at depth + i * step, with its amplitude times scale * ratio^i.
     INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
                          float scale, float ratio) const {
-        constexpr int width = simd_width;
+        constexpr int width = max_simd_width;
         using floats = lanes<width>;
         const vec2 step_factor = ratio * phase(step);
         float powers[2][width];
@@ -3908,19 +3927,19 @@ class echo_line {
     }
 
     // Loads `count` floats, at most a register; the other lanes are 0.
-    INSONIFY_FN INSONIFY_INLINE static lanes<simd_width> load_some(const float* from, std::uint32_t count) {
-        if (count >= simd_width) return load<simd_width>(from);
-        float some[simd_width] = {};
+    INSONIFY_FN INSONIFY_INLINE static lanes<max_simd_width> load_some(const float* from, std::uint32_t count) {
+        if (count >= max_simd_width) return load<max_simd_width>(from);
+        float some[max_simd_width] = {};
         for (std::uint32_t i = 0; i < count; ++i) some[i] = from[i];
-        return load<simd_width>(some);
+        return load<max_simd_width>(some);
     }
 
     template <class Lanes>
     INSONIFY_FN INSONIFY_INLINE static void store_pairs(const Lanes& x, const Lanes& y, vec2* to) {
-        float apart[2][simd_width];
+        float apart[2][max_simd_width];
         store(x, apart[0]);
         store(y, apart[1]);
-        for (int i = 0; i < simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
+        for (int i = 0; i < max_simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
     }
 
     // Adds to a sample and the next one; an index below 0 wraps around.
