@@ -58,8 +58,9 @@ class anatomies {
         return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id)) : one.name;
     }
 
-    /// The anatomy of a sample: scaled, bent, with its own media; and the pose of the probe on it.
-    std::pair<scene, pose> make(const description& d, const sample& s) const {
+    /// The anatomy of a sample: scaled, bent, pressed, with its own media; and the pose of the probe on it.
+    template <transducer Probe>
+    std::pair<scene, pose> make(const Probe& probe, const description& d, const sample& s) const {
         const scene& original = originals_[s.anatomy];
         std::uint64_t next = 1000; // beyond those of draw_sample
         scene body{varied(original.background(), d, s, next)};
@@ -89,10 +90,23 @@ class anatomies {
             body.place(*needle, needle_pose(s, at));
             body.update(exec::seq);
         }
+        if (s.pressure > 0) yield(body, probe, at, needle);
         return {std::move(body), at};
     }
 
   private:
+    /// Deforms the body, but not the needle, where the probe is pressed into it.
+    template <transducer Probe>
+    static void yield(scene& body, const Probe& probe, const pose& at, std::optional<object_id> needle) {
+        const auto soft = [=](object_id id) { return id != needle; };
+        contact touch = press(body, probe, at, {.decay = 1}, soft);
+        touch.deformation.decay = max(20_mm, 2 * touch.depth); // an edge of a tilted probe may be deep
+        std::vector<object_id> yielding;
+        for (const object& one : body.objects())
+            if (soft(one.id)) yielding.push_back(one.id);
+        body.deform(exec::seq, touch.deformation, yielding);
+    }
+
     /// A smooth displacement: waves along three directions.
     struct bending {
         vec3 direction[3]{}, wave[3]{};
@@ -149,7 +163,7 @@ class anatomies {
         const vec3 place = hit ? hit->point : box.centre() + shift + 0.5F * far * outwards;
         const vec3 inwards = hit ? -hit->normal : -outwards;
         const pose on_surface =
-            look_at(place - s.standoff * 1_mm * inwards, place + inwards,
+            look_at(place + (s.pressure - s.standoff) * 1_mm * inwards, place + inwards,
                     std::fabs(dot(normalize(lateral), inwards)) < 0.99F ? lateral : straight.rotation[1]);
         const auto turned = [](float degrees, int axis) {
             const float c = std::cos(degrees * 1_deg), n = std::sin(degrees * 1_deg);

@@ -66,6 +66,7 @@ struct description {
     range along{-8, 8}, across{-8, 8};             ///< shift of the probe along the array and across it
     range tilt{-5, 5}, rock{-5, 5}, turn{-10, 10}; ///< degrees
     range standoff{0, 1};                          ///< distance of the face from the surface
+    range pressure{0, 0};                          ///< how deep the face is pressed into the surface
 
     std::string probe = "linear"; ///< linear, convex or phased
     std::uint32_t lines = 128, planes = 3, looks = 1;
@@ -101,6 +102,7 @@ struct description {
         ordered("--rock", rock, -60, 60);
         ordered("--turn", turn, -180, 180);
         ordered("--standoff", standoff, 0, 50);
+        ordered("--pressure", pressure, 0, 20);
         ordered("--frequency", frequency, 0.5F, 50);
         ordered("--depth", depth, 5, 300);
         ordered("--focus", focus, 1, 300);
@@ -162,7 +164,8 @@ inline void add_options(CLI::App& app, description& d) {
     varies("--tilt", d.tilt, "Turn of the probe about its array, degrees");
     varies("--rock", d.rock, "Turn within the slice, degrees");
     varies("--turn", d.turn, "Turn about its axis, degrees");
-    varies("--standoff", d.standoff, "Distance of the face from the surface, mm");
+    varies("--standoff", d.standoff, "Distance of the face from the surface, mm; 0 where it is pressed");
+    varies("--pressure", d.pressure, "How deep the probe is pressed into the surface, mm; the tissue below yields");
     app.add_option("--probe", d.probe, "Array")
         ->check(CLI::IsMember({"linear", "convex", "phased"}))
         ->capture_default_str();
