@@ -85,26 +85,36 @@ class anatomies {
             needle = body.add(make_needle(needle_diameter(s.gauge), 100_mm), tissue::steel,
                               {.priority = 100, .name = "needle"});
         body.build(exec::seq);
-        const pose at = place_probe(body, box, needle, d, s);
+        const auto [at, outside] = place_probe(body, box, needle, d, s);
         if (needle) {
             body.place(*needle, needle_pose(s, at));
             body.update(exec::seq);
         }
-        if (s.pressure > 0) yield(body, probe, at, needle);
+        if (s.pressure > 0) yield(body, probe, at, outside, needle);
         return {std::move(body), at};
     }
 
   private:
     /// Deforms the body, but not the needle, where the probe is pressed into it.
+    /// @param outside  a point in front of the surface: gel that contains it makes way
     template <transducer Probe>
-    static void yield(scene& body, const Probe& probe, const pose& at, std::optional<object_id> needle) {
-        const auto soft = [=](object_id id) { return id != needle; };
-        contact touch = press(body, probe, at, {.decay = 1}, soft);
+    static void yield(scene& body, const Probe& probe, const pose& at, vec3 outside, std::optional<object_id> needle) {
+        const auto contains_outside = [&](object_id id) {
+            const ray away{.origin = outside, .direction = {0, 0, 1}};
+            const auto hit = first_surface(body, away, [=](object_id other) { return other == id; });
+            return hit && dot(hit->normal, away.direction) > 0;
+        };
+        std::vector<object_id> soft, pressed;
+        for (const object& one : body.objects()) {
+            if (one.id == needle) continue;
+            soft.push_back(one.id);
+            if (!contains_outside(one.id)) pressed.push_back(one.id);
+        }
+        contact touch = press(body, probe, at, {.decay = 1}, [&](object_id id) {
+            return std::find(pressed.begin(), pressed.end(), id) != pressed.end();
+        });
         touch.deformation.decay = max(20_mm, 2 * touch.depth); // an edge of a tilted probe may be deep
-        std::vector<object_id> yielding;
-        for (const object& one : body.objects())
-            if (soft(one.id)) yielding.push_back(one.id);
-        body.deform(exec::seq, touch.deformation, yielding);
+        body.deform(exec::seq, touch.deformation, soft);
     }
 
     /// A smooth displacement: waves along three directions.
@@ -144,9 +154,15 @@ class anatomies {
         return one;
     }
 
+    /// Where the probe is, and a point in front of the surface there.
+    struct probe_place {
+        pose at{};
+        vec3 outside{0, 0, 0};
+    };
+
     /// On the surface of the object `around`, or of the first, facing inwards.
-    static pose place_probe(const scene& body, aabb box, std::optional<object_id> needle, const description& d,
-                            const sample& s) {
+    static probe_place place_probe(const scene& body, aabb box, std::optional<object_id> needle, const description& d,
+                                   const sample& s) {
         const std::optional<object_id> on = body.find(d.around);
         if (on) box = body.box(*on);
         const vec3 from = normalize(vec3{d.from[0], d.from[1], d.from[2]}),
@@ -174,7 +190,7 @@ class anatomies {
             m[j][i] = -n;
             return pose{m, {0, 0, 0}};
         };
-        return on_surface * turned(s.turn, 2) * turned(s.tilt, 0) * turned(s.rock, 1);
+        return {on_surface * turned(s.turn, 2) * turned(s.tilt, 0) * turned(s.rock, 1), place - 0.1_mm * inwards};
     }
 
     /// In the plane of the image, from the left, its tip below the middle of the face.

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import signal
 import subprocess
 import time
@@ -165,6 +166,7 @@ def test_options_from_a_file(tmp_path):
 def test_plan(tmp_path):
     told = run(tmp_path, *SMALL, "--plan").stdout
     assert "24 samples of 64 x 64 pixels in 6 parts" in told and "MB on disk" in told
+    assert re.search(r"pressure: 0\.\d+ to 2\.\d+ mm\n", told) and "focus: 15" in told and "frequency:" not in told
     assert not (tmp_path / "out").exists()
 
 

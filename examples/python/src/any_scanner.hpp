@@ -60,7 +60,8 @@ class scanner_of final : public any_scanner {
     }
     void set_probe(const py::object& probe) override {
         if (!py::isinstance<Probe>(probe))
-            throw py::type_error("scanner: `probe` stays a " + py::cast<std::string>(py::type::of<Probe>().attr("__name__")) +
+            throw py::type_error("scanner: `probe` stays a " +
+                                 py::cast<std::string>(py::type::of<Probe>().attr("__name__")) +
                                  "; make another scanner for another array");
         own_.probe = py::cast<const Probe&>(probe);
     }

@@ -87,7 +87,14 @@ class settings_class {
         class_.def("__setattr__", [name = name_, members = members_](const py::object& self, const std::string& member,
                                                                      const py::object& value) {
             require<py::attribute_error>(name, *members, member);
-            py::module_::import("builtins").attr("object").attr("__setattr__")(self, member, value);
+            try {
+                py::module_::import("builtins").attr("object").attr("__setattr__")(self, member, value);
+            } catch (py::error_already_set& error) {
+                if (!error.matches(PyExc_TypeError)) throw;
+                throw py::type_error("`" + member + "` of " + name + " cannot be " +
+                                     py::cast<std::string>(py::repr(value)) + "; it is of the kind of " +
+                                     py::cast<std::string>(py::repr(self.attr(member.c_str()))));
+            }
         });
         class_.def("__copy__", [](const Settings& self) { return Settings(self); });
         class_.def("__deepcopy__", [](const Settings& self, const py::dict&) { return Settings(self); });

@@ -7,15 +7,16 @@ namespace insonify_python {
 namespace {
 
 /// @param velocities  steps x size.z x size.y x size.x x 3, or without steps
-velocity_samples make_samples(float_array velocities, object_id object, vec3 lower, vec3 spacing,
-                              float interval) {
+velocity_samples make_samples(float_array velocities, object_id object, vec3 lower, vec3 spacing, float interval) {
     const py::ssize_t axes = velocities.ndim();
     if ((axes != 4 && axes != 5) || velocities.shape(axes - 1) != 3)
         throw usage_error{"velocity_samples: `velocities` must be an array of samples along z, y and x, of 3 m/s each; "
                           "or of steps of time and these"};
     const auto along = [&](py::ssize_t axis) { return static_cast<std::uint32_t>(velocities.shape(axis)); };
-    velocity_samples made{
-        .object = object, .lower = lower, .spacing = spacing, .size = {along(axes - 2), along(axes - 3), along(axes - 4)}};
+    velocity_samples made{.object = object,
+                          .lower = lower,
+                          .spacing = spacing,
+                          .size = {along(axes - 2), along(axes - 3), along(axes - 4)}};
     made.velocities = rows_of(velocities.reshape({-1, 3}), "velocity_samples: the velocities");
     made.steps = axes == 5 ? along(0) : 1;
     made.interval = interval;
@@ -30,7 +31,8 @@ void bind_fields(py::module_& module) {
         .member("systole", &pulsatile::systole, "phase of the peak, 0.05 to 0.2")
         .member("delay", &pulsatile::delay, "the first beat begins at this time, seconds");
     wave.type()
-        .def("__call__", &pulsatile::operator(), py::arg("time"), "Velocity at a time in seconds over that of the peak.")
+        .def("__call__", &pulsatile::operator(), py::arg("time"),
+             "Velocity at a time in seconds over that of the peak.")
         .def("mean", &pulsatile::mean, "The mean over a beat.");
     settings_class<poiseuille> tube{module, "poiseuille", "Laminar flow in a straight tube: a velocity field."};
     tube.member("object", &poiseuille::object, "id of the object whose blood flows")
@@ -120,7 +122,8 @@ void bind_doppler_settings(py::module_& module) {
         .member("size", &doppler_picture_settings::size, "columns, rows; a 0 is chosen")
         .member("min_power_db", &doppler_picture_settings::min_power_db, "weaker echoes show no flow")
         .member("min_velocity", &doppler_picture_settings::min_velocity, "slower flow is not shown, m/s");
-    settings_class<colour_overlay_settings>(module, "colour_overlay_settings", "Colours of flow, and where they are shown.")
+    settings_class<colour_overlay_settings>(module, "colour_overlay_settings",
+                                            "Colours of flow, and where they are shown.")
         .choice("map", &colour_overlay_settings::map,
                 {{"velocity", doppler_map::velocity}, {"power", doppler_map::power}}, "what is shown")
         .member("max_velocity", &colour_overlay_settings::max_velocity, "of the brightest colour, m/s; 0: chosen")

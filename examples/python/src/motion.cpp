@@ -172,9 +172,10 @@ void bind_grids_of_nodes(py::module_& module, py::class_<scene>& scene_type) {
             },
             "size.z x size.y x size.x x 3, metres: a view to write into");
     bind_map(grid, scene_type);
-    module.def("sample_map", &sample_map, py::arg("map"), py::arg("lower"), py::arg("upper"), py::arg("spacing"),
-               "A Python function as a displacement_grid between two corners: it is called once, with an array of N x 3 "
-               "points at rest, and returns where they are now.");
+    module.def(
+        "sample_map", &sample_map, py::arg("map"), py::arg("lower"), py::arg("upper"), py::arg("spacing"),
+        "A Python function as a displacement_grid between two corners: it is called once, with an array of N x 3 "
+        "points at rest, and returns where they are now.");
     py::class_<tetrahedra> cells{module, "tetrahedra", "The tetrahedra of a finite-element engine: a map for deform."};
     cells
         .def(py::init(&make_tetrahedra), py::arg("nodes"), py::arg("cells"),
@@ -195,13 +196,14 @@ template <class... Maps>
 composed_maps composed_of(const py::args& given, std::tuple<Maps...>*) {
     composed_maps made;
     for (const py::handle one : given) {
-        const bool found = ((py::isinstance<Maps>(one) && [&] {
-                                const auto map = std::make_shared<const Maps>(py::cast<const Maps&>(one));
-                                made.maps.push_back({[map](vec3 rest) { return (*map)(rest); },
-                                                     [map] { check_settings(*map); }});
-                                return true;
-                            }()) ||
-                            ...);
+        const bool found =
+            ((py::isinstance<Maps>(one) &&
+              [&] {
+                  const auto map = std::make_shared<const Maps>(py::cast<const Maps&>(one));
+                  made.maps.push_back({[map](vec3 rest) { return (*map)(rest); }, [map] { check_settings(*map); }});
+                  return true;
+              }()) ||
+             ...);
         if (!found)
             throw py::type_error("compose: not a map: " + py::cast<std::string>(py::repr(one)) +
                                  "; make one of a function by sample_map");

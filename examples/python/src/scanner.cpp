@@ -11,7 +11,8 @@ struct stored_pictures {
 };
 
 void bind_cine(py::module_& module) {
-    py::class_<stored_picture>(module, "stored_frame", "A frame of the cine loop: amplitudes, before they are displayed.")
+    py::class_<stored_picture>(module, "stored_frame",
+                               "A frame of the cine loop: amplitudes, before they are displayed.")
         .def_readonly("at", &stored_picture::at, "pose of the probe")
         .def_readonly("time", &stored_picture::time, "time stamp, seconds")
         .def_readonly("amplitudes", &stored_picture::amplitudes, "after time gain and compounding");
@@ -22,8 +23,8 @@ void bind_cine(py::module_& module) {
             [](const stored_pictures& self, std::int64_t back) {
                 const std::int64_t count = self.of.stored(), place = back < 0 ? back + count : back;
                 if (place < 0 || place >= count)
-                    throw py::index_error("cine: `back` is " + std::to_string(back) + ", and " +
-                                          std::to_string(count) + " frames are stored");
+                    throw py::index_error("cine: `back` is " + std::to_string(back) + ", and " + std::to_string(count) +
+                                          " frames are stored");
                 return self.of.stored(static_cast<std::uint32_t>(place));
             },
             py::arg("back"), "A copy of a frame; 0: the newest.");
@@ -65,9 +66,10 @@ void bind_scanner(py::module_& module) {
     bind_measures(module);
     const auto settings = py::return_value_policy::reference_internal;
     const auto copy = py::return_value_policy::copy;
-    py::class_<any_scanner>(module, "scanner",
-                            "What an application holds: probe, settings and model, which may change between frames, and "
-                            "the memory of pictures. Not for two threads at once.")
+    py::class_<any_scanner>(
+        module, "scanner",
+        "What an application holds: probe, settings and model, which may change between frames, and "
+        "the memory of pictures. Not for two threads at once.")
         .def_property(
             "probe", [](const py::object& self) { return py::cast<any_scanner&>(self).probe(self); },
             &any_scanner::set_probe, "the transducer")
@@ -98,7 +100,8 @@ void bind_scanner(py::module_& module) {
         .def(
             "labels",
             [](any_scanner& self, const scene& body, const std::string& policy) { return self.labels(policy, body); },
-            py::arg("scene"), py::kw_only(), py::arg("policy") = "par_unseq", "The object at each pixel of the last picture.")
+            py::arg("scene"), py::kw_only(), py::arg("policy") = "par_unseq",
+            "The object at each pixel of the last picture.")
         .def_property_readonly(
             "cine", [](const any_scanner& self) { return stored_pictures{self}; }, py::keep_alive<0, 1>(),
             "the stored frames, the newest first")
@@ -113,7 +116,8 @@ void bind_scanner(py::module_& module) {
                                "a copy of the complex echoes of the last look")
         .def_property_readonly("map", py::cpp_function(&any_scanner::map, settings),
                                "pixels of the last picture to points of the slice")
-        .def_property_readonly("at", py::cpp_function(&any_scanner::at, copy), "pose of the probe, for the last picture")
+        .def_property_readonly("at", py::cpp_function(&any_scanner::at, copy),
+                               "pose of the probe, for the last picture")
         .def_property_readonly("times", py::cpp_function(&any_scanner::times, copy), "of the last picture")
         .def("point", &any_scanner::point, py::arg("pixel"), "The point in the world that a pixel shows.")
         .def("pixel", &any_scanner::pixel, py::arg("point"), "The pixel coordinates of a point in the world.");

@@ -143,8 +143,8 @@ py::array rest_positions_of(const py::object& self, object_id id) {
 void remove_from(const py::object& self, object_id id) {
     for (const py::handle entry : held_views(self))
         if (py::cast<object_id>(entry[py::int_(0)]) == id)
-            throw usage_error{"scene::remove: an array of positions(" +
-                              std::to_string(static_cast<std::uint32_t>(id)) + ") is still in use; delete it first"};
+            throw usage_error{"scene::remove: an array of positions(" + std::to_string(static_cast<std::uint32_t>(id)) +
+                              ") is still in use; delete it first"};
     py::cast<scene&>(self).remove(id);
 }
 

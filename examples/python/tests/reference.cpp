@@ -36,9 +36,7 @@ class writer {
 
 void draw_pictures(writer& write) {
     const scene body = phantom();
-    const auto draw = [&](const auto& probe) {
-        write(b_mode(exec::par_unseq, body, probe, pose{}, settings).pixels);
-    };
+    const auto draw = [&](const auto& probe) { write(b_mode(exec::par_unseq, body, probe, pose{}, settings).pixels); };
     draw(linear_array{.lines = 96});
     draw(convex_array{.lines = 96});
     draw(phased_array{.lines = 96});

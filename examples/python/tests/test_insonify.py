@@ -157,6 +157,8 @@ def test_settings():
         us.linear_array(width_mm=38)
     with pytest.raises(AttributeError, match="no setting 'dpeth'"):
         how.dpeth = 3
+    with pytest.raises(TypeError, match="`lines` of linear_array cannot be 9.5; it is of the kind of 96"):
+        probe.lines = 9.5
     with pytest.raises(us.usage_error, match="one of all, one"):
         how.compound.update = "two"
     changed = tissue.muscle
