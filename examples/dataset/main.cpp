@@ -78,14 +78,14 @@ void print_plan(const description& d, const anatomies& all, const ranks& shared)
     for (std::size_t i = 0; i < all.labels().names.size(); ++i)
         std::printf(" %zu %s", i, all.labels().names[i].c_str());
     std::printf("\nwhat varies, in the first %u samples:\n", std::min(d.samples, 1000U));
-    for (const named_number& each : numbers()) {
-        float least = each.of(draw_sample(d, 0)), most = least;
+    for (const named_number& one : numbers()) {
+        float least = one.of(draw_sample(d, 0)), most = least;
         for (std::uint32_t i = 1; i < std::min(d.samples, 1000U); ++i) {
-            const float value = each.of(draw_sample(d, i));
+            const float value = one.of(draw_sample(d, i));
             least = std::min(least, value);
             most = std::max(most, value);
         }
-        if (least < most) std::printf("  %s: %g to %g %s\n", each.name, least, most, each.unit);
+        if (least < most) std::printf("  %s: %g to %g %s\n", one.name, least, most, one.unit);
     }
 }
 
