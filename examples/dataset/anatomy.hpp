@@ -58,8 +58,9 @@ class anatomies {
         return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id)) : one.name;
     }
 
-    /// The anatomy of a sample: scaled, bent, with its own media; and the pose of the probe on it.
-    std::pair<scene, pose> make(const description& d, const sample& s) const {
+    /// The anatomy of a sample: scaled, bent, pressed, with its own media; and the pose of the probe on it.
+    template <transducer Probe>
+    std::pair<scene, pose> make(const Probe& probe, const description& d, const sample& s) const {
         const scene& original = originals_[s.anatomy];
         std::uint64_t next = 1000; // beyond those of draw_sample
         scene body{varied(original.background(), d, s, next)};
@@ -84,15 +85,38 @@ class anatomies {
             needle = body.add(make_needle(needle_diameter(s.gauge), 100_mm), tissue::steel,
                               {.priority = 100, .name = "needle"});
         body.build(exec::seq);
-        const pose at = place_probe(body, box, needle, d, s);
+        const auto [at, outside] = place_probe(body, box, needle, d, s);
         if (needle) {
             body.place(*needle, needle_pose(s, at));
             body.update(exec::seq);
         }
+        if (s.pressure > 0) yield(body, probe, at, outside, needle);
         return {std::move(body), at};
     }
 
   private:
+    /// Deforms the body, but not the needle, where the probe is pressed into it.
+    /// @param outside  a point in front of the surface: gel that contains it makes way
+    template <transducer Probe>
+    static void yield(scene& body, const Probe& probe, const pose& at, vec3 outside, std::optional<object_id> needle) {
+        const auto contains_outside = [&](object_id id) {
+            const ray away{.origin = outside, .direction = {0, 0, 1}};
+            const auto hit = first_surface(body, away, [=](object_id other) { return other == id; });
+            return hit && dot(hit->normal, away.direction) > 0;
+        };
+        std::vector<object_id> soft, pressed;
+        for (const object& one : body.objects()) {
+            if (one.id == needle) continue;
+            soft.push_back(one.id);
+            if (!contains_outside(one.id)) pressed.push_back(one.id);
+        }
+        contact touch = press(body, probe, at, {.decay = 1}, [&](object_id id) {
+            return std::find(pressed.begin(), pressed.end(), id) != pressed.end();
+        });
+        touch.deformation.decay = max(20_mm, 2 * touch.depth); // an edge of a tilted probe may be deep
+        body.deform(exec::seq, touch.deformation, soft);
+    }
+
     /// A smooth displacement: waves along three directions.
     struct bending {
         vec3 direction[3]{}, wave[3]{};
@@ -130,9 +154,15 @@ class anatomies {
         return one;
     }
 
+    /// Where the probe is, and a point in front of the surface there.
+    struct probe_place {
+        pose at{};
+        vec3 outside{0, 0, 0};
+    };
+
     /// On the surface of the object `around`, or of the first, facing inwards.
-    static pose place_probe(const scene& body, aabb box, std::optional<object_id> needle, const description& d,
-                            const sample& s) {
+    static probe_place place_probe(const scene& body, aabb box, std::optional<object_id> needle, const description& d,
+                                   const sample& s) {
         const std::optional<object_id> on = body.find(d.around);
         if (on) box = body.box(*on);
         const vec3 from = normalize(vec3{d.from[0], d.from[1], d.from[2]}),
@@ -149,7 +179,7 @@ class anatomies {
         const vec3 place = hit ? hit->point : box.centre() + shift + 0.5F * far * outwards;
         const vec3 inwards = hit ? -hit->normal : -outwards;
         const pose on_surface =
-            look_at(place - s.standoff * 1_mm * inwards, place + inwards,
+            look_at(place + (s.pressure - s.standoff) * 1_mm * inwards, place + inwards,
                     std::fabs(dot(normalize(lateral), inwards)) < 0.99F ? lateral : straight.rotation[1]);
         const auto turned = [](float degrees, int axis) {
             const float c = std::cos(degrees * 1_deg), n = std::sin(degrees * 1_deg);
@@ -160,7 +190,7 @@ class anatomies {
             m[j][i] = -n;
             return pose{m, {0, 0, 0}};
         };
-        return on_surface * turned(s.turn, 2) * turned(s.tilt, 0) * turned(s.rock, 1);
+        return {on_surface * turned(s.turn, 2) * turned(s.tilt, 0) * turned(s.rock, 1), place - 0.1_mm * inwards};
     }
 
     /// In the plane of the image, from the left, its tip below the middle of the face.

@@ -66,6 +66,7 @@ struct description {
     range along{-8, 8}, across{-8, 8};             ///< shift of the probe along the array and across it
     range tilt{-5, 5}, rock{-5, 5}, turn{-10, 10}; ///< degrees
     range standoff{0, 1};                          ///< distance of the face from the surface
+    range pressure{0, 0};                          ///< how deep the face is pressed into the surface
 
     std::string probe = "linear"; ///< linear, convex or phased
     std::uint32_t lines = 128, planes = 3, looks = 1;
@@ -101,6 +102,7 @@ struct description {
         ordered("--rock", rock, -60, 60);
         ordered("--turn", turn, -180, 180);
         ordered("--standoff", standoff, 0, 50);
+        ordered("--pressure", pressure, 0, 20);
         ordered("--frequency", frequency, 0.5F, 50);
         ordered("--depth", depth, 5, 300);
         ordered("--focus", focus, 1, 300);
@@ -125,36 +127,48 @@ struct description {
 
 /// The options of the command line and of the file of `--config`, whose lines are `option = value`.
 inline void add_options(CLI::App& app, description& d) {
+    const char* group = "";
+    app.footer("A..B is a range: each sample has a value of its own in it. One number is for all samples.");
     app.set_config("--config", "", "A file of lines such as: frequency = 5..9", false);
     const auto option = [&](const char* name, auto& value, const char* help) {
-        app.add_option(name, value, help)->capture_default_str();
+        return app.add_option(name, value, help)->capture_default_str()->group(group);
+    };
+    const auto flag = [&](const char* name, bool& value, const char* help) {
+        app.add_flag(name, value, help)->group(group);
     };
     const auto varies = [&](const char* name, range& value, const char* help) {
         app.add_option(name, value, help)
             ->type_name("A..B")
             ->default_str(detail::number_text(value.from) +
-                          (value.from == value.to ? "" : ".." + detail::number_text(value.to)));
+                          (value.from == value.to ? "" : ".." + detail::number_text(value.to)))
+            ->group(group);
     };
-    option("--seed", d.seed, "Selects the samples");
+    const auto direction = [&](const char* name, std::array<float, 3>& value, const char* help) {
+        option(name, value, help)->delimiter(',')->type_name("X,Y,Z");
+    };
+    group = "Dataset";
     option("--samples", d.samples, "Number of samples");
+    option("--seed", d.seed, "Another number gives other samples");
     option("--size", d.size, "Columns and rows of the images");
-    option("--output", d.output, "Folder");
-    app.add_option("--format", d.format, "Files")->check(CLI::IsMember({"hdf5", "png"}))->capture_default_str();
-    option("--part", d.part, "Samples in each HDF5 file, which are lost together if the program is killed");
-    app.add_flag("--iq", d.iq, "Store envelope and IQ along the lines, too");
-    app.add_flag("--plan", d.plan, "Print what would be done, its size and its time, and stop");
-    option("--anatomy", d.anatomy, "OBJ files with media; without, the phantom of a nerve block");
+    option("--output", d.output, "Folder to write to; a run that was stopped goes on where it was");
+    option("--format", d.format, "HDF5 files, or PNG files beside JSON files")->check(CLI::IsMember({"hdf5", "png"}));
+    option("--part", d.part, "Samples in each HDF5 file; it is written as a whole");
+    flag("--iq", d.iq, "Store envelope and IQ along the lines, too");
+    flag("--plan", d.plan, "Print what varies, how long it takes and how large it will be, and stop");
+
+    group = "Anatomy";
+    option("--anatomy", d.anatomy, "OBJ files whose materials are tissues; without: the phantom of a nerve block");
     option("--unit", d.unit, "Length of 1 in the OBJ files, mm");
     option("--background", d.background, "Tissue outside the objects of the OBJ files");
-    varies("--scale", d.scale, "Factor of all lengths of the anatomy");
-    varies("--bend", d.bend, "Rms of a smooth random displacement of the anatomy, mm");
+    varies("--scale", d.scale, "Factor of all lengths");
+    varies("--bend", d.bend, "Rms of a smooth random displacement, mm");
     option("--bend-length", d.bend_length, "Its wavelength, mm");
+    varies("--media", d.media, "Factor of attenuation and of backscatter, for each tissue by itself");
+
+    group = "Place of the probe";
     option("--around", d.around,
            "Name of the object whose surface the probe is placed on; without: the first that it meets");
-    const auto direction = [&](const char* name, std::array<float, 3>& value, const char* help) {
-        app.add_option(name, value, help)->delimiter(',')->capture_default_str();
-    };
-    direction("--from", d.from, "Direction from the middle of that object to the probe, such as 0,-1,0");
+    direction("--from", d.from, "Direction from the middle of that object to the probe");
     direction("--lateral", d.lateral, "Direction of the array");
     varies("--spread", d.spread, "Angle between the direction of the probe and --from, degrees");
     varies("--along", d.along, "Shift of the probe along its array, mm");
@@ -162,24 +176,26 @@ inline void add_options(CLI::App& app, description& d) {
     varies("--tilt", d.tilt, "Turn of the probe about its array, degrees");
     varies("--rock", d.rock, "Turn within the slice, degrees");
     varies("--turn", d.turn, "Turn about its axis, degrees");
-    varies("--standoff", d.standoff, "Distance of the face from the surface, mm");
-    app.add_option("--probe", d.probe, "Array")
-        ->check(CLI::IsMember({"linear", "convex", "phased"}))
-        ->capture_default_str();
+    varies("--standoff", d.standoff, "Gel between face and surface, mm; none where the probe is pressed");
+    varies("--pressure", d.pressure, "How deep the probe is pressed into the surface, mm; the tissue below yields");
+
+    group = "Probe and image";
+    option("--probe", d.probe, "Array")->check(CLI::IsMember({"linear", "convex", "phased"}));
     option("--lines", d.lines, "Scan lines");
-    option("--planes", d.planes, "Elevation planes: 1, 3, 5 or 7");
+    option("--planes", d.planes, "Elevation planes, which sample the slice thickness: 1, 3, 5 or 7");
     option("--looks", d.looks, "Looks over 10 degrees that are averaged");
-    varies("--frequency", d.frequency, "MHz");
-    varies("--depth", d.depth, "mm");
-    varies("--focus", d.focus, "mm");
-    varies("--gain", d.gain, "dB");
-    varies("--dynamic-range", d.dynamic_range, "dB");
-    varies("--noise", d.noise, "Electronic noise, dB relative to a perfect mirror");
-    varies("--media", d.media, "Factor of attenuation and backscatter, for each medium by itself");
-    option("--needle", d.needle, "Share of the samples that have a needle");
-    varies("--gauge", d.gauge, "Of the needle");
-    varies("--needle-angle", d.needle_angle, "To the face of the probe, degrees");
-    varies("--needle-depth", d.needle_depth, "Of its tip, mm");
+    varies("--frequency", d.frequency, "Carrier frequency, MHz");
+    varies("--depth", d.depth, "Of the image, mm");
+    varies("--focus", d.focus, "Depth of the transmit focus, mm");
+    varies("--gain", d.gain, "Added to every level, dB");
+    varies("--dynamic-range", d.dynamic_range, "From black to white, dB");
+    varies("--noise", d.noise, "Electronic noise, dB relative to the echo of a perfect mirror");
+
+    group = "Needle";
+    option("--needle", d.needle, "Fraction of the samples that have a needle, 0 to 1");
+    varies("--gauge", d.gauge, "Its size, 18 (thick) to 25 (thin)");
+    varies("--needle-angle", d.needle_angle, "Angle to the face of the probe, degrees");
+    varies("--needle-depth", d.needle_depth, "Depth of its tip, mm");
 }
 
 } // namespace dataset

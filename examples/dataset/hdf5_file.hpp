@@ -2,11 +2,14 @@
 #define INSONIFY_DATASET_HDF5_FILE_HPP
 
 #include <insonify/core/error.hpp>
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <hdf5.h>
 #include <string>
 #include <utility>
 #include <vector>
+#include <zlib.h>
 
 namespace dataset {
 
@@ -55,6 +58,33 @@ inline hid_t type_of<std::uint64_t>() {
     return H5T_STD_U64LE;
 }
 
+/// A row of an array, compressed.
+using packed_row = std::vector<unsigned char>;
+
+/// Compresses numbers as the filters of HDF5 do: first bytes, second bytes and so on together, then deflate. Run lengths
+/// alone are twice as fast as a search for longer matches, for a tenth more bytes. Any thread may do it.
+template <class Number>
+packed_row pack(const std::vector<Number>& numbers) {
+    const std::size_t size = numbers.size() * sizeof(Number);
+    const auto* bytes = reinterpret_cast<const unsigned char*>(numbers.data());
+    std::vector<unsigned char> shuffled(size);
+    for (std::size_t byte = 0; byte < sizeof(Number); ++byte)
+        for (std::size_t i = 0; i < numbers.size(); ++i)
+            shuffled[byte * numbers.size() + i] = bytes[i * sizeof(Number) + byte];
+    z_stream stream{};
+    deflateInit2(&stream, 1, Z_DEFLATED, MAX_WBITS, MAX_MEM_LEVEL, Z_RLE);
+    packed_row packed(deflateBound(&stream, static_cast<uLong>(size)));
+    stream.next_in = shuffled.data();
+    stream.avail_in = static_cast<uInt>(size);
+    stream.next_out = packed.data();
+    stream.avail_out = static_cast<uInt>(packed.size());
+    const int done = deflate(&stream, Z_FINISH);
+    packed.resize(stream.total_out);
+    deflateEnd(&stream);
+    if (done != Z_STREAM_END) throw insonify::io_error{"zlib cannot compress a row of an array"};
+    return packed;
+}
+
 /// A file that is being written. The same content gives the same bytes: no times are stored.
 class hdf5_file {
   public:
@@ -79,22 +109,15 @@ class hdf5_file {
     /// An attribute of the whole file.
     void set_text(const std::string& name, const std::string& text) { set_text(file_, name, text); }
 
-    /// An array with its unit and description; `chunk` elements along the first axis are compressed together, 0: none.
+    /// An array with its unit and description.
     template <class Number>
-    void add(const std::string& name, const std::vector<hsize_t>& shape, const Number* values, hsize_t chunk,
-             const std::string& unit, const std::string& text) {
+    void add(const std::string& name, const std::vector<hsize_t>& shape, const Number* values, const std::string& unit,
+             const std::string& text) {
         const handle space{shape.empty() ? H5Screate(H5S_SCALAR)
                                          : H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
                            H5Sclose, "write " + path_};
         const handle properties{H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "write " + path_};
         check(H5Pset_obj_track_times(properties, false), "write " + path_);
-        if (chunk > 0) {
-            std::vector<hsize_t> block = shape;
-            block[0] = chunk;
-            check(H5Pset_chunk(properties, static_cast<int>(block.size()), block.data()), "write " + path_);
-            check(H5Pset_shuffle(properties), "write " + path_);
-            check(H5Pset_deflate(properties, 1), "write " + path_);
-        }
         const handle array{
             H5Dcreate2(file_, name.c_str(), type_of<Number>(), space, H5P_DEFAULT, properties, H5P_DEFAULT), H5Dclose,
             "write " + path_};
@@ -105,7 +128,30 @@ class hdf5_file {
     /// A single number.
     template <class Number>
     void add(const std::string& name, Number value, const std::string& unit, const std::string& text) {
-        add(name, {}, &value, 0, unit, text);
+        add(name, {}, &value, unit, text);
+    }
+    /// An array of packed rows.
+    /// @param row  returns the row of a number
+    template <class Row>
+    void add_packed(const std::string& name, hid_t type, const std::vector<hsize_t>& shape, const Row& row,
+                    const std::string& unit, const std::string& text) {
+        const handle space{H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose,
+                           "write " + path_};
+        const handle properties{H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "write " + path_};
+        check(H5Pset_obj_track_times(properties, false), "write " + path_);
+        std::vector<hsize_t> block = shape, start(shape.size(), 0);
+        block[0] = 1;
+        check(H5Pset_chunk(properties, static_cast<int>(block.size()), block.data()), "write " + path_);
+        check(H5Pset_shuffle(properties), "write " + path_);
+        check(H5Pset_deflate(properties, 1), "write " + path_);
+        const handle array{H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT), H5Dclose,
+                           "write " + path_};
+        for (; start[0] < shape[0]; ++start[0]) {
+            const packed_row& packed = row(start[0]);
+            check(H5Dwrite_chunk(array, H5P_DEFAULT, 0, start.data(), packed.size(), packed.data()), "write " + path_);
+        }
+        set_text(array, "unit", unit);
+        set_text(array, "description", text);
     }
 
     /// An array whose rows are those of arrays of the same name in other files, one after the other.

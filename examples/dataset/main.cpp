@@ -1,6 +1,7 @@
 // A dataset of labelled ultrasound images: what varies is described by options or a file, and MPI spreads the samples over
 // processes. See README.md.
 #define INSONIFY_IMPLEMENTATION
+#include "drawing.hpp"
 #include "ranks.hpp"
 #include "summary.hpp"
 #include <chrono>
@@ -51,31 +52,48 @@ void prepare_folder(const description& d, const std::string& described) {
     for (const auto& draft : drafts) std::filesystem::remove_all(draft);
 }
 
-void print_plan(const description& d, const anatomies& all, int processes) {
+/// Threads of this process: all cores where it is alone, else one, as there is a process for each core.
+std::uint32_t threads_of(const ranks& shared) {
+    return shared.count() > 1 ? 1 : std::max(std::thread::hardware_concurrency(), 1U);
+}
+
+void print_plan(const description& d, const anatomies& all, const ranks& shared) {
     const double begin = now();
     const std::uint32_t trial = std::min(d.samples, 4U);
     std::vector<record> records;
-    for (std::uint32_t i = 0; i < trial; ++i) records.push_back(render(d, all, draw_sample(d, i)));
+    for (std::uint32_t i = 0; i < trial; ++i) {
+        records.push_back(render(d, all, draw_sample(d, i)));
+        pack(records.back(), d, longest_line(d));
+    }
     const double each = (now() - begin) / trial;
     const std::filesystem::path draft = std::filesystem::temp_directory_path() / "insonify-plan.h5";
     write_hdf5(draft.string(), d, all, records, longest_line(d));
     const double bytes = static_cast<double>(std::filesystem::file_size(draft)) / trial * d.samples;
     std::filesystem::remove(draft);
-    const double cores = std::max(processes > 1 ? processes : static_cast<int>(std::thread::hardware_concurrency()), 1);
+    const double cores = static_cast<double>(threads_of(shared)) * shared.count();
     std::printf("%u samples of %u x %u pixels in %u parts in '%s'\n%.0f ms a sample on one core: about %.0f s on %.0f\n"
                 "about %.1f MB on disk\nlabels:",
                 d.samples, d.size, d.size, part_count(d), d.output.c_str(), 1e3 * each, each * d.samples / cores, cores,
                 bytes / 1e6);
     for (std::size_t i = 0; i < all.labels().names.size(); ++i)
         std::printf(" %zu %s", i, all.labels().names[i].c_str());
-    std::printf("\n");
+    std::printf("\nwhat varies, in the first %u samples:\n", std::min(d.samples, 1000U));
+    for (const named_number& one : numbers()) {
+        float least = one.of(draw_sample(d, 0)), most = least;
+        for (std::uint32_t i = 1; i < std::min(d.samples, 1000U); ++i) {
+            const float value = one.of(draw_sample(d, i));
+            least = std::min(least, value);
+            most = std::max(most, value);
+        }
+        if (least < most) std::printf("  %s: %g to %g %s\n", one.name, least, most, one.unit);
+    }
 }
 
 void run(const description& d, const std::string& described, ranks& shared) {
     d.check();
     const anatomies all{d};
     if (d.plan) {
-        if (shared.rank() == 0) print_plan(d, all, shared.count());
+        if (shared.rank() == 0) print_plan(d, all, shared);
         return;
     }
     if (shared.rank() == 0) prepare_folder(d, described);
@@ -83,16 +101,16 @@ void run(const description& d, const std::string& described, ranks& shared) {
 
     const double begin = now();
     const std::uint32_t parts = part_count(d);
-    std::uint32_t drawn = 0, there = 0;
-    for (std::uint32_t part = shared.next(); part < parts; part = shared.next()) {
-        const std::uint32_t made = make_part(d, all, part, shared.rank(), shared.count() == 1, longest_line(d));
-        (made == 0 ? there : drawn) += made == 0 ? 1 : made;
-        if (shared.rank() == 0 && made > 0) {
+    std::uint32_t drawn = 0;
+    drawing{d, all, longest_line(d), shared.rank()}.run(
+        threads_of(shared), [&] { return shared.next(); },
+        [&](std::uint32_t part, std::uint32_t samples) {
+            drawn += samples;
+            if (shared.rank() != 0 || samples == 0) return;
             const double passed = now() - begin, share = static_cast<double>(part + 1) / parts;
             std::fprintf(stderr, "\r%3.0f %%, %.1f samples/s, %.0f s left   ", 100 * share,
                          static_cast<double>(drawn) * shared.count() / passed, passed * (1 - share) / share);
-        }
-    }
+        });
     shared.all(true);
     if (shared.rank() != 0) return;
     if (d.format == "hdf5") write_whole(d, all, longest_line(d));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <utility>
 
 /// The samples are stored in parts of equal size. A part is written under another name and then renamed: where its file
 /// exists it is complete, whatever happened. Its content depends on the description and its number alone.
@@ -27,62 +28,81 @@ inline std::string part_name(const description& d, std::uint32_t part) {
 
 namespace detail_ {
 
-/// An array of all samples of a part.
-template <class Number>
-std::vector<Number> gathered(const std::vector<record>& records, std::vector<Number> record::*member) {
-    std::vector<Number> all;
-    for (const record& one : records) all.insert(all.end(), (one.*member).begin(), (one.*member).end());
-    return all;
-}
-
 /// Values along lines as samples x lines, as the format has them; shorter lines end with zeros.
-template <class Value, int Components>
-std::vector<float> along_lines(const std::vector<record>& records, line_grid<Value> record::*member,
-                               std::uint32_t samples, std::uint32_t lines) {
-    std::vector<float> all(records.size() * samples * lines * Components);
-    for (std::size_t n = 0; n < records.size(); ++n) {
-        const line_grid<Value>& from = records[n].*member;
-        for (std::uint32_t line = 0; line < from.count; ++line)
-            for (std::uint32_t k = 0; k < from.samples; ++k) {
-                float* to = &all[((n * samples + k) * lines + line) * Components];
-                if constexpr (Components == 2) {
-                    to[0] = from(line, k).x;
-                    to[1] = from(line, k).y;
-                } else {
-                    to[0] = from(line, k);
-                }
+template <int Components, class Value>
+std::vector<float> along_lines(const line_grid<Value>& from, std::uint32_t samples, std::uint32_t lines) {
+    std::vector<float> all(std::size_t{samples} * lines * Components);
+    for (std::uint32_t line = 0; line < from.count; ++line)
+        for (std::uint32_t k = 0; k < from.samples; ++k) {
+            float* to = &all[(std::size_t{k} * lines + line) * Components];
+            if constexpr (Components == 2) {
+                to[0] = from(line, k).x;
+                to[1] = from(line, k).y;
+            } else {
+                to[0] = from(line, k);
             }
-    }
+        }
     return all;
 }
 
 } // namespace detail_
 
-/// Lists the arrays of a part: those with a row for each sample, and their units.
-struct array_kind {
+/// An array with a row for each sample.
+struct row_kind {
     const char* name;
     const char* unit;
     const char* description;
+    bool bytes;                 ///< 8-bit; else floats
+    std::vector<hsize_t> shape; ///< of a row
 };
-inline constexpr array_kind image_kind{"data/image_sc", "-",
-                                       "B-mode image, scan-converted: 0 black to 255 white; rows from the top"};
-inline constexpr array_kind label_kind{
-    "insonify/label", "-",
-    "index into `label_names` of the object at each pixel of image_sc; 255: outside the field of view"};
-inline constexpr array_kind map_kinds[] = {
-    {"insonify/incidence", "rad", "angle between the beam and the normal of the surface in a pixel; 0: none"},
-    {"insonify/transmitted", "-", "amplitude that arrives in a pixel and returns, 0 to 1"},
-    {"insonify/depth", "m", "of what a pixel shows, along its line"}};
-inline constexpr array_kind envelope_kind{
-    "data/envelope_data", "-", "amplitude along the lines: samples x lines; 1 is the echo of a perfect mirror"};
-inline constexpr array_kind iq_kind{"data/beamformed_data", "-",
-                                    "complex echoes along the lines: samples x lines x (in phase, quadrature)"};
 
-/// Writes a part as HDF5.
+/// The arrays of a part, and of the whole.
+/// @param samples  of the longest line
+inline std::vector<row_kind> row_kinds(const description& d, std::uint32_t samples) {
+    const hsize_t size = d.size, k = samples, lines = d.lines;
+    const std::vector<hsize_t> pixels{size, size};
+    std::vector<row_kind> all{
+        {"data/image_sc", "-", "B-mode image, scan-converted: 0 black to 255 white; rows from the top", true, pixels},
+        {"insonify/label", "-",
+         "index into `label_names` of the object at each pixel of image_sc; 255: outside the field of view", true,
+         pixels},
+        {"insonify/incidence", "rad", "angle between the beam and the normal of the surface in a pixel; 0: none", false,
+         pixels},
+        {"insonify/transmitted", "-", "amplitude that arrives in a pixel and returns, 0 to 1", false, pixels},
+        {"insonify/depth", "m", "of what a pixel shows, along its line", false, pixels}};
+    if (d.iq) {
+        all.push_back({"data/envelope_data",
+                       "-",
+                       "amplitude along the lines: samples x lines; 1 is the echo of a perfect mirror",
+                       false,
+                       {k, lines}});
+        all.push_back({"data/beamformed_data",
+                       "-",
+                       "complex echoes along the lines: samples x lines x (in phase, quadrature)",
+                       false,
+                       {k, lines, 2}});
+    }
+    return all;
+}
+
+/// Compresses the arrays of a sample, and frees them.
+inline void pack(record& one, const description& d, std::uint32_t samples) {
+    const auto add = [&](const auto& values) { one.packed.push_back(pack(values)); };
+    add(std::exchange(one.image, {}));
+    add(std::exchange(one.label, {}));
+    add(std::exchange(one.incidence, {}));
+    add(std::exchange(one.transmitted, {}));
+    add(std::exchange(one.depth, {}));
+    if (!d.iq) return;
+    add(detail_::along_lines<1>(std::exchange(one.envelope, {}), samples, d.lines));
+    add(detail_::along_lines<2>(std::exchange(one.iq, {}), samples, d.lines));
+}
+
+/// Writes a part, whose samples are packed, as HDF5.
 /// @param samples  of the longest line
 inline void write_hdf5(const std::string& path, const description& d, const anatomies& all,
                        const std::vector<record>& records, std::uint32_t samples) {
-    const hsize_t n = records.size(), size = d.size;
+    const hsize_t n = records.size();
     hdf5_file file{path};
     file.set_text("label_names", [&] {
         std::string text;
@@ -100,26 +120,20 @@ inline void write_hdf5(const std::string& path, const description& d, const anat
     file.add_group("scan", "settings that all samples share, or their means");
     file.add_group("insonify", "ground truth, and the numbers that vary");
 
-    const auto images = detail_::gathered(records, &record::image), labels = detail_::gathered(records, &record::label);
-    file.add(image_kind.name, {n, size, size}, images.data(), 1, image_kind.unit, image_kind.description);
-    file.add(label_kind.name, {n, size, size}, labels.data(), 1, label_kind.unit, label_kind.description);
-    std::vector<float> record::*const maps[] = {&record::incidence, &record::transmitted, &record::depth};
-    for (std::size_t i = 0; i < 3; ++i) {
-        const auto values = detail_::gathered(records, maps[i]);
-        file.add(map_kinds[i].name, {n, size, size}, values.data(), 1, map_kinds[i].unit, map_kinds[i].description);
-    }
-    if (d.iq) {
-        const hsize_t k = samples, lines = d.lines;
-        const auto envelope = detail_::along_lines<float, 1>(records, &record::envelope, samples, d.lines);
-        file.add(envelope_kind.name, {n, k, lines}, envelope.data(), 1, envelope_kind.unit, envelope_kind.description);
-        const auto iq = detail_::along_lines<vec2, 2>(records, &record::iq, samples, d.lines);
-        file.add(iq_kind.name, {n, k, lines, 2}, iq.data(), 1, iq_kind.unit, iq_kind.description);
+    const std::vector<row_kind> kinds = row_kinds(d, samples);
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+        std::vector<hsize_t> shape = kinds[i].shape;
+        shape.insert(shape.begin(), n);
+        file.add_packed(
+            kinds[i].name, kinds[i].bytes ? H5T_STD_U8LE : H5T_IEEE_F32LE, shape,
+            [&](hsize_t row) -> const packed_row& { return records[row].packed[i]; }, kinds[i].unit,
+            kinds[i].description);
     }
 
     const auto rows = [&](const char* name, const auto& of, const char* unit, const char* text) {
         std::vector<std::decay_t<decltype(of(records[0]))>> values;
         for (const record& one : records) values.push_back(of(one));
-        file.add(name, {n}, values.data(), 0, unit, text);
+        file.add(name, {n}, values.data(), unit, text);
     };
     rows(
         "insonify/number", [](const record& r) { return r.numbers.number; }, "-",
@@ -136,8 +150,8 @@ inline void write_hdf5(const std::string& path, const description& d, const anat
                                 : column == 3 ? one.at.translation[row]
                                               : one.at.rotation[column][row]);
     }
-    file.add("insonify/pitch", {n, 2}, pitches.data(), 0, "m", "width and height of a pixel");
-    file.add("insonify/pose", {n, 4, 4}, poses.data(), 0, "m", "from the probe to the anatomy");
+    file.add("insonify/pitch", {n, 2}, pitches.data(), "m", "width and height of a pixel");
+    file.add("insonify/pose", {n, 4, 4}, poses.data(), "m", "from the probe to the anatomy");
 
     const float middle = 0.5F * (d.frequency.from + d.frequency.to) * 1e6F;
     file.add("scan/n_frames", static_cast<std::uint32_t>(n), "-", "number of samples");
@@ -156,10 +170,10 @@ inline void write_hdf5(const std::string& path, const description& d, const anat
                                                   : linear_array{.lines = d.lines}.beam(static_cast<float>(i)).origin;
         geometry.insert(geometry.end(), {origin.x, origin.y, origin.z});
     }
-    file.add("scan/probe_geometry", {d.lines, 3}, geometry.data(), 0, "m",
+    file.add("scan/probe_geometry", {d.lines, 3}, geometry.data(), "m",
              "origin of each line, in the frame of the probe");
     const std::vector<float> zeros(d.lines);
-    file.add("scan/initial_times", {d.lines}, zeros.data(), 0, "s", "of the first sample of each line");
+    file.add("scan/initial_times", {d.lines}, zeros.data(), "s", "of the first sample of each line");
     file.flush();
 }
 
@@ -198,21 +212,12 @@ inline void write_files(const std::string& path, const anatomies& all, const std
     }
 }
 
-/// Draws and writes a part, unless its file is there.
-/// @param writer   a number of the process, for the name of its draft
-/// @param threads  whether to draw on all cores: each sample is drawn by one, so the result is the same
-/// @param samples  of the longest line
-/// @return number of samples drawn
-inline std::uint32_t make_part(const description& d, const anatomies& all, std::uint32_t part, int writer, bool threads,
-                               std::uint32_t samples) {
-    const std::filesystem::path done = std::filesystem::path{d.output} / part_name(d, part);
-    if (std::filesystem::exists(done)) return 0;
-    const std::filesystem::path draft = done.string() + ".draft" + std::to_string(writer);
-    const auto [first, last] = samples_of_part(d, part);
-    std::vector<record> records(last - first);
-    for_each_index(exec::par.threads(threads ? 0 : 1), records.size(), [&, begin = first](std::size_t i) {
-        records[i] = render(d, all, draw_sample(d, begin + static_cast<std::uint32_t>(i)));
-    });
+/// Writes a part under another name, then renames it.
+/// @param writer  a number of the process, for that name
+inline void write_part(const description& d, const anatomies& all, std::uint32_t part,
+                       const std::vector<record>& records, int writer, std::uint32_t samples) {
+    const std::filesystem::path done = std::filesystem::path{d.output} / part_name(d, part),
+                                draft = done.string() + ".draft" + std::to_string(writer);
     try {
         if (d.format == "png")
             write_files(draft.string(), all, records, d.size);
@@ -224,7 +229,6 @@ inline std::uint32_t make_part(const description& d, const anatomies& all, std::
         throw;
     }
     std::filesystem::rename(draft, done);
-    return last - first;
 }
 
 } // namespace dataset

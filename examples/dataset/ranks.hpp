@@ -12,7 +12,8 @@ namespace dataset {
 class ranks {
   public:
     ranks(int& argc, char**& argv) {
-        MPI_Init(&argc, &argv);
+        int given = 0;
+        MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &given);
         MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
         MPI_Comm_size(MPI_COMM_WORLD, &count_);
         MPI_Win_allocate(rank_ == 0 ? sizeof(std::uint32_t) : 0, sizeof(std::uint32_t), MPI_INFO_NULL, MPI_COMM_WORLD,
@@ -30,7 +31,7 @@ class ranks {
     int rank() const { return rank_; }
     int count() const { return count_; }
 
-    /// The number of the next part that no one has taken.
+    /// The number of the next part that no one has taken. Any thread may call it, one at a time.
     std::uint32_t next() {
         const std::uint32_t one = 1;
         std::uint32_t taken = 0;

@@ -2,6 +2,7 @@
 #define INSONIFY_DATASET_RENDER_HPP
 
 #include "anatomy.hpp"
+#include "hdf5_file.hpp"
 
 namespace dataset {
 
@@ -15,6 +16,7 @@ struct record {
     std::vector<float> incidence{}, transmitted{}, depth{};
     scan_lines envelope{};
     iq_lines iq{};
+    std::vector<packed_row> packed{}; ///< the arrays, in the order of `row_kinds`, once they are compressed
 };
 
 namespace detail_ {
@@ -32,7 +34,7 @@ Probe with_settings(Probe probe, const description& d, const sample& s) {
 /// Draws a sample with one thread: ranks share the work.
 template <transducer Probe>
 record render(const Probe& probe, const description& d, const anatomies& all, const sample& s) {
-    const auto [body, at] = all.make(d, s);
+    const auto [body, at] = all.make(probe, d, s);
     const b_mode_settings how{.depth = s.depth * 1_mm,
                               .size = {d.size, d.size},
                               .dynamic_range_db = s.dynamic_range,
@@ -52,7 +54,7 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
     record made{.numbers = s, .at = at, .pitch = map.pitch};
     made.image.reserve(picture.pixels.size());
     for (const float grey : picture.pixels)
-        made.image.push_back(static_cast<std::uint8_t>(std::lround(clamp(grey, 0, 1) * 255)));
+        made.image.push_back(static_cast<std::uint8_t>(clamp(grey, 0, 1) * 255 + 0.5F));
     std::vector<std::uint8_t> label_of_object;
     for (const object& one : body.objects()) {
         const auto id = static_cast<std::uint32_t>(one.id);
@@ -60,6 +62,7 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
         label_of_object[id] = all.labels().of(one.name);
     }
     const label_image labels = scan_convert(exec::unseq, truth.label, map);
+    made.label.reserve(labels.pixels.size());
     for (std::size_t i = 0; i < labels.pixels.size(); ++i)
         made.label.push_back(map.first[i] == scan_map::outside      ? label_names::outside
                              : labels.pixels[i] == background_label ? std::uint8_t{0}

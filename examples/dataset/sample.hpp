@@ -13,7 +13,7 @@ struct sample {
     std::uint64_t seed = 0;    ///< of everything random in this sample
     std::uint32_t anatomy = 0; ///< index into `description::anatomy`
     float scale = 1, bend = 0, spread = 0, azimuth = 0, along = 0, across = 0, tilt = 0, rock = 0, turn = 0,
-          standoff = 0;
+          standoff = 0, pressure = 0;
     float frequency = 0, depth = 0, focus = 0, gain = 0, dynamic_range = 0, noise = 0;
     bool needle = false;
     std::uint32_t gauge = 22;
@@ -47,6 +47,8 @@ inline sample draw_sample(const description& d, std::uint32_t number) {
     s.gauge = static_cast<std::uint32_t>(std::lround(within(d.gauge)));
     s.needle_angle = within(d.needle_angle);
     s.needle_depth = within(d.needle_depth);
+    s.pressure = within(d.pressure);
+    if (s.pressure > 0) s.standoff = 0;
     return s;
 }
 
@@ -74,6 +76,8 @@ inline const std::vector<named_number>& numbers() {
         {"rock", "degrees", "turn of the probe within its slice", [](const sample& s) { return s.rock; }},
         {"turn", "degrees", "turn of the probe about its axis", [](const sample& s) { return s.turn; }},
         {"standoff", "mm", "distance of the face from the surface", [](const sample& s) { return s.standoff; }},
+        {"pressure", "mm", "how deep the face is pressed into the surface at rest",
+         [](const sample& s) { return s.pressure; }},
         {"frequency", "MHz", "carrier frequency", [](const sample& s) { return s.frequency; }},
         {"image_depth", "mm", "depth of the image", [](const sample& s) { return s.depth; }},
         {"focus", "mm", "depth of the transmit focus", [](const sample& s) { return s.focus; }},

@@ -23,22 +23,19 @@ inline void write_whole(const description& d, const anatomies& all, std::uint32_
             const auto [first, last] = samples_of_part(d, part);
             sources.push_back({part_name(d, part), last - first});
         }
-        const hsize_t n = d.samples, size = d.size, k = line_samples, lines = d.lines;
-        const auto add = [&](const array_kind& kind, hid_t type, const std::vector<hsize_t>& shape) {
-            file.add_virtual(kind.name, type, shape, sources, kind.unit, kind.description);
+        const hsize_t n = d.samples;
+        const auto add = [&](const std::string& name, const char* unit, const char* text, hid_t type,
+                             std::vector<hsize_t> shape) {
+            shape.insert(shape.begin(), n);
+            file.add_virtual(name, type, shape, sources, unit, text);
         };
-        add(image_kind, H5T_STD_U8LE, {n, size, size});
-        add(label_kind, H5T_STD_U8LE, {n, size, size});
-        for (const array_kind& kind : map_kinds) add(kind, H5T_IEEE_F32LE, {n, size, size});
-        if (d.iq) {
-            add(envelope_kind, H5T_IEEE_F32LE, {n, k, lines});
-            add(iq_kind, H5T_IEEE_F32LE, {n, k, lines, 2});
-        }
-        add({"insonify/number", "-", "number of the sample in the dataset"}, H5T_STD_U32LE, {n});
-        add({"insonify/pitch", "m", "width and height of a pixel"}, H5T_IEEE_F32LE, {n, 2});
-        add({"insonify/pose", "m", "from the probe to the anatomy"}, H5T_IEEE_F32LE, {n, 4, 4});
+        for (const row_kind& kind : row_kinds(d, line_samples))
+            add(kind.name, kind.unit, kind.description, kind.bytes ? H5T_STD_U8LE : H5T_IEEE_F32LE, kind.shape);
+        add("insonify/number", "-", "number of the sample in the dataset", H5T_STD_U32LE, {});
+        add("insonify/pitch", "m", "width and height of a pixel", H5T_IEEE_F32LE, {2});
+        add("insonify/pose", "m", "from the probe to the anatomy", H5T_IEEE_F32LE, {4, 4});
         for (const named_number& each : numbers())
-            add({(std::string{"insonify/"} + each.name).c_str(), each.unit, each.description}, H5T_IEEE_F32LE, {n});
+            add(std::string{"insonify/"} + each.name, each.unit, each.description, H5T_IEEE_F32LE, {});
         file.flush();
     }
     std::filesystem::rename(draft, done);

@@ -1,18 +1,24 @@
 # Type stubs, written by make_stubs.py.
-from typing import Any, Optional, Sequence, overload
+from typing import Any, Callable, Optional, Sequence, Union, overload
 
 import numpy as np
 
 Vector = Sequence[float]
+velocity_field = Union["poiseuille", "velocity_samples", Sequence[Union["poiseuille", "velocity_samples"]]]
 m: float
 cm: float
 mm: float
 um: float
+Hz: float
 kHz: float
 MHz: float
+s: float
+ms: float
+m_per_s: float
 deg: float
 dB_per_cm: float
 background_label: int
+background_object: int
 no_level_db: float
 
 class usage_error(ValueError):
@@ -159,6 +165,11 @@ class label_image:
     pixels: np.ndarray
     size: Vector
 
+class colour_image:
+    """A colour image: red, green and blue from 0 to 1."""
+    pixels: np.ndarray
+    size: Vector
+
 class scan_map:
     """Interpolation table of scan_convert, and pixel to millimetre."""
     def pixel(self, point: Vector) -> Vector: ...
@@ -188,8 +199,24 @@ class scene:
     """Closed surfaces, each filled with a medium, in a background."""
     def __init__(self, background: medium = ...) -> None: ...
     def add(self, mesh: mesh, medium: medium, *, priority: int = ..., at: pose = ..., name: str = ..., fibres: Vector = ..., crease_angle: float = ...) -> int: ...
-    def box(self) -> tuple[Vector, Vector]: ...
+    def box(self, id: Optional[int] = ...) -> tuple[Vector, Vector]: ...
     def build(self, policy: str = ...) -> Any: ...
+    @overload
+    def deform(self, map: indentation, only: Optional[list[int]] = ..., *, policy: str = ...) -> None: ...
+    @overload
+    def deform(self, map: pulsation, only: Optional[list[int]] = ..., *, policy: str = ...) -> None: ...
+    @overload
+    def deform(self, map: breathing, only: Optional[list[int]] = ..., *, policy: str = ...) -> None: ...
+    @overload
+    def deform(self, map: needle_drag, only: Optional[list[int]] = ..., *, policy: str = ...) -> None: ...
+    @overload
+    def deform(self, map: pressed_face, only: Optional[list[int]] = ..., *, policy: str = ...) -> None: ...
+    @overload
+    def deform(self, map: displacement_grid, only: Optional[list[int]] = ..., *, policy: str = ...) -> None: ...
+    @overload
+    def deform(self, map: tetrahedra, only: Optional[list[int]] = ..., *, policy: str = ...) -> None: ...
+    @overload
+    def deform(self, map: composed, only: Optional[list[int]] = ..., *, policy: str = ...) -> None: ...
     def find(self, name: str) -> Optional[int]: ...
     is_built: bool
     names: dict
@@ -197,9 +224,239 @@ class scene:
     def place(self, id: int, at: pose) -> None: ...
     def positions(self, id: int) -> np.ndarray: ...
     def remove(self, id: int) -> None: ...
+    def rest_of(self, now: Vector, of: Optional[int] = ...) -> Vector: ...
+    def rest_positions(self, id: int) -> np.ndarray: ...
     def set_background_fibres(self, along: Vector, flat: Vector = ...) -> None: ...
     def set_medium(self, id: int, medium: medium) -> None: ...
     def update(self, policy: str = ...) -> None: ...
+
+class indentation:
+    """A flat face pressed into flat skin: a map for deform."""
+    def __init__(self, *, at: Any = ..., depth: Any = ..., face: Any = ..., decay: Any = ..., recovery: Any = ...) -> None: ...
+    def __call__(self, rest: np.ndarray) -> np.ndarray: ...
+    at: pose
+    decay: float
+    depth: float
+    face: Vector
+    recovery: float
+
+class pulsation:
+    """A vessel that pulses, and the tissue around it: a map."""
+    def __init__(self, *, from_: Any = ..., to: Any = ..., radius: Any = ..., amplitude: Any = ..., rate: Any = ..., time: Any = ...) -> None: ...
+    def __call__(self, rest: np.ndarray) -> np.ndarray: ...
+    amplitude: float
+    from_: Vector
+    radius: float
+    rate: float
+    time: float
+    to: Vector
+
+class breathing:
+    """A region that moves to and fro: a map for deform."""
+    def __init__(self, *, direction: Any = ..., amplitude: Any = ..., centre: Any = ..., extent: Any = ..., rate: Any = ..., time: Any = ...) -> None: ...
+    def __call__(self, rest: np.ndarray) -> np.ndarray: ...
+    amplitude: float
+    centre: Vector
+    direction: Vector
+    extent: float
+    rate: float
+    time: float
+
+class needle_drag:
+    """Tissue that moves with the shaft of a needle: a map."""
+    def __init__(self, *, entry: Any = ..., tip: Any = ..., drag: Any = ..., extent: Any = ...) -> None: ...
+    def __call__(self, rest: np.ndarray) -> np.ndarray: ...
+    drag: float
+    entry: Vector
+    extent: float
+    tip: Vector
+
+class press_settings:
+    """How a body yields to a probe."""
+    def __init__(self, *, stiffness: Any = ..., gel: Any = ..., decay: Any = ..., recovery: Any = ...) -> None: ...
+    decay: float
+    gel: float
+    recovery: float
+    stiffness: float
+
+class pressed_face:
+    """A face pressed into any skin: a map, made by press."""
+    def __call__(self, rest: np.ndarray) -> np.ndarray: ...
+
+class contact:
+    """How a probe touches a body."""
+    deformation: pressed_face
+    depth: float
+    force: float
+    lines: np.ndarray
+    mean_depth: float
+    touching: int
+
+class displacement_grid:
+    """Displacements on a regular grid: a map."""
+    def __call__(self, rest: np.ndarray) -> np.ndarray: ...
+    def __init__(self, displacements: np.ndarray, origin: Vector, spacing: Vector) -> None: ...
+    displacements: np.ndarray
+    origin: Vector
+    size: Vector
+    spacing: Vector
+
+class tetrahedra:
+    """The tetrahedra of a finite-element engine: a map for deform."""
+    def __call__(self, rest: np.ndarray) -> np.ndarray: ...
+    def __init__(self, nodes: np.ndarray, cells: np.ndarray) -> None: ...
+    nodes: np.ndarray
+
+class composed:
+    """Several maps, one after the other: made by compose."""
+    def __call__(self, rest: np.ndarray) -> np.ndarray: ...
+
+class pulsatile:
+    """Velocity over the heart beat, relative to its peak."""
+    def __init__(self, *, heart_rate: Any = ..., resistive_index: Any = ..., systole: Any = ..., delay: Any = ...) -> None: ...
+    def __call__(self, time: float) -> float: ...
+    delay: float
+    heart_rate: float
+    def mean(self) -> float: ...
+    resistive_index: float
+    systole: float
+
+class poiseuille:
+    """Laminar flow in a straight tube: a velocity field."""
+    def __init__(self, *, object: Any = ..., from_: Any = ..., to: Any = ..., radius: Any = ..., peak_velocity: Any = ..., waveform: Any = ...) -> None: ...
+    from_: Vector
+    object: int
+    peak_velocity: float
+    radius: float
+    to: Vector
+    def volume_flow(self, time: float) -> float: ...
+    waveform: pulsatile
+
+class velocity_samples:
+    """Velocities on a regular grid: a velocity field."""
+    def __init__(self, velocities: np.ndarray, *, object: int, lower: Vector, spacing: Vector, interval: float = ...) -> None: ...
+    interval: float
+    lower: Vector
+    object: int
+    size: Vector
+    spacing: Vector
+    steps: int
+    velocities: np.ndarray
+
+class colour_box:
+    """Where velocities are measured: by default everywhere."""
+    def __init__(self, *, from_: Any = ..., to: Any = ..., first_line: Any = ..., lines: Any = ...) -> None: ...
+    first_line: int
+    from_: float
+    lines: int
+    to: float
+
+class wall_filter:
+    """Removes the echoes of tissue from an ensemble."""
+    def __init__(self, *, type: Any = ..., order: Any = ..., cutoff: Any = ...) -> None: ...
+    cutoff: float
+    order: int
+    type: str
+
+class doppler_settings:
+    """Settings of colour and power Doppler."""
+    def __init__(self, *, depth: Any = ..., prf: Any = ..., ensemble: Any = ..., box: Any = ..., wall: Any = ..., average_length: Any = ..., average_lines: Any = ..., burst: Any = ..., planes: Any = ..., time: Any = ..., noise_db: Any = ..., seed: Any = ...) -> None: ...
+    average_length: float
+    average_lines: float
+    box: colour_box
+    burst: float
+    depth: float
+    ensemble: int
+    noise_db: float
+    planes: int
+    prf: float
+    seed: int
+    time: float
+    wall: wall_filter
+
+class ensemble_settings:
+    """How doppler_ensemble acquires a pulse train."""
+    def __init__(self, *, depth: Any = ..., samples: Any = ..., prf: Any = ..., pulses: Any = ..., first: Any = ..., from_: Any = ..., burst: Any = ..., planes: Any = ..., time: Any = ..., noise_db: Any = ..., seed: Any = ...) -> None: ...
+    burst: float
+    depth: float
+    first: int
+    from_: float
+    noise_db: float
+    planes: int
+    prf: float
+    pulses: int
+    samples: int
+    seed: int
+    time: float
+
+class spectrum_settings:
+    """From a series of echoes to a spectrum."""
+    def __init__(self, *, window: Any = ..., overlap: Any = ..., baseline: Any = ..., angle: Any = ..., wall_order: Any = ...) -> None: ...
+    angle: float
+    baseline: float
+    overlap: float
+    wall_order: int
+    window: int
+
+class pulsed_doppler_settings:
+    """Settings of pulsed Doppler."""
+    def __init__(self, *, line: Any = ..., gate: Any = ..., gate_length: Any = ..., prf: Any = ..., duration: Any = ..., spectrum: Any = ..., burst: Any = ..., depth: Any = ..., planes: Any = ..., time: Any = ..., noise_db: Any = ..., seed: Any = ...) -> None: ...
+    burst: float
+    depth: float
+    duration: float
+    gate: float
+    gate_length: float
+    line: int
+    noise_db: float
+    planes: int
+    prf: float
+    seed: int
+    spectrum: spectrum_settings
+    time: float
+
+class doppler_picture_settings:
+    """What counts as flow."""
+    def __init__(self, *, size: Any = ..., min_power_db: Any = ..., min_velocity: Any = ...) -> None: ...
+    min_power_db: float
+    min_velocity: float
+    size: Vector
+
+class colour_overlay_settings:
+    """Colours of flow, and where they are shown."""
+    def __init__(self, *, map: Any = ..., max_velocity: Any = ..., power_range_db: Any = ..., min_power_db: Any = ..., min_velocity: Any = ..., max_grey: Any = ...) -> None: ...
+    map: str
+    max_grey: float
+    max_velocity: float
+    min_power_db: float
+    min_velocity: float
+    power_range_db: float
+
+class flow_lines:
+    """Velocity, power and variance along the lines of a probe."""
+    count: int
+    depth: float
+    max_velocity: float
+    power: np.ndarray
+    samples: int
+    variance: np.ndarray
+    velocity: np.ndarray
+
+class iq_ensemble:
+    """Echoes of successive pulses along the same lines."""
+    prf: float
+    pulses: list
+
+class doppler_spectrum:
+    """Power by velocity, window after window."""
+    bins: int
+    first_time: float
+    interval: float
+    lowest_velocity: float
+    def mean_velocity(self, window: int) -> float: ...
+    power: np.ndarray
+    step: float
+    def velocity(self, bin: int) -> float: ...
+    windows: int
 
 class linear_array:
     """Flat array of parallel lines: for vessels, nerves and muscles."""
@@ -357,7 +614,7 @@ class compound_settings:
 
 class b_mode_settings:
     """Settings of a B-mode image, as on a scanner."""
-    def __init__(self, *, depth: Any = ..., samples: Any = ..., size: Any = ..., dynamic_range_db: Any = ..., reference_db: Any = ..., gain_db: Any = ..., tgc: Any = ..., planes: Any = ..., background: Any = ..., time_gain: Any = ..., reject_db: Any = ..., grey: Any = ..., persistence: Any = ..., noise: Any = ..., frame: Any = ..., near_field: Any = ..., compound: Any = ...) -> None: ...
+    def __init__(self, *, depth: Any = ..., samples: Any = ..., size: Any = ..., dynamic_range_db: Any = ..., reference_db: Any = ..., gain_db: Any = ..., tgc: Any = ..., planes: Any = ..., background: Any = ..., time_gain: Any = ..., reject_db: Any = ..., grey: Any = ..., persistence: Any = ..., noise: Any = ..., frame: Any = ..., near_field: Any = ..., compound: Any = ..., max_motion: Any = ...) -> None: ...
     background: float
     compound: compound_settings
     depth: float
@@ -365,6 +622,7 @@ class b_mode_settings:
     frame: int
     gain_db: float
     grey: grey_map
+    max_motion: float
     near_field: near_field_settings
     noise: noise_level
     persistence: float
@@ -385,7 +643,80 @@ class ground_truth_lines:
     surface: label_lines
     transmitted: scan_lines
 
+class stored_frame:
+    """A frame of the cine loop: amplitudes, before they are displayed."""
+    amplitudes: scan_lines
+    at: pose
+    time: float
+
+class cine_loop:
+    """The stored frames of a scanner, the newest first."""
+    def __getitem__(self, back: int) -> stored_frame: ...
+    def __len__(self) -> int: ...
+
+class stage_times:
+    """How long the stages of a frame took, seconds."""
+    convolve: float
+    detect: float
+    display: float
+    total: float
+    trace: float
+
+class m_mode_settings:
+    """Size of an M-mode image."""
+    def __init__(self, *, columns: Any = ..., rows: Any = ..., background: Any = ...) -> None: ...
+    background: float
+    columns: int
+    rows: int
+
+class m_mode:
+    """One line against time."""
+    def __init__(self, settings: m_mode_settings = ...) -> None: ...
+    def add(self, lines: scan_lines, line: int) -> None: ...
+    count: int
+    depth: float
+    picture: image
+
+class outline_measure:
+    """What is measured of an outline."""
+    area: float
+    centroid: Vector
+    circumference: float
+
+class scanner:
+    """What an application holds: probe, settings and model, which may change between frames, and the memory of pictures. Not for two threads at once."""
+    @overload
+    def __init__(self, probe: linear_array, settings: b_mode_settings = ..., model: physical = ...) -> None: ...
+    @overload
+    def __init__(self, probe: convex_array, settings: b_mode_settings = ..., model: physical = ...) -> None: ...
+    @overload
+    def __init__(self, probe: phased_array, settings: b_mode_settings = ..., model: physical = ...) -> None: ...
+    at: pose
+    cine: cine_loop
+    cine_length: int
+    echoes: iq_lines
+    def forget(self) -> None: ...
+    def freeze(self) -> None: ...
+    frozen: bool
+    def labels(self, scene: scene, *, policy: str = ...) -> label_image: ...
+    lines: scan_lines
+    map: scan_map
+    model: physical
+    picture: image
+    def pixel(self, point: Vector) -> Vector: ...
+    def point(self, pixel: Vector) -> Vector: ...
+    probe: Any
+    def scan(self, scene: scene, pose: pose, *, policy: str = ...) -> image: ...
+    settings: b_mode_settings
+    def show(self, back: int = ..., *, policy: str = ...) -> image: ...
+    time: float
+    times: stage_times
+    def unfreeze(self) -> None: ...
+
+@overload
 def write_png(path: str, picture: image) -> None: ...
+@overload
+def write_png(path: str, picture: colour_image) -> None: ...
 def inverse(pose: pose) -> pose: ...
 def look_at(from_: Vector, towards: Vector, lateral: Vector) -> pose: ...
 def make_box(lower: Vector, upper: Vector, subdivisions: int = ...) -> mesh: ...
@@ -396,6 +727,9 @@ def needle_diameter(gauge: int) -> float: ...
 def load_obj(path: str, unit: float) -> mesh: ...
 def validate(mesh: mesh) -> str: ...
 def load_obj_scene(path: str, unit: float, background: medium = ...) -> scene: ...
+def sample_map(map: Callable[[np.ndarray], np.ndarray], lower: Vector, upper: Vector, spacing: float) -> displacement_grid: ...
+def compose(*args) -> composed: ...
+def filter_walls(echoes: iq_ensemble, filter: wall_filter = ..., *, policy: str = ...) -> iq_ensemble: ...
 def add_electronic_noise(lines: iq_lines, settings: electronic_noise_settings = ..., *, policy: str = ...) -> iq_lines: ...
 def envelope(lines: iq_lines, *, policy: str = ...) -> scan_lines: ...
 def tgc(lines: scan_lines, frequency: float, settings: tgc_settings = ..., *, policy: str = ...) -> scan_lines: ...
@@ -406,6 +740,8 @@ def scan_convert(lines: scan_lines, map: scan_map, *, policy: str = ...) -> imag
 @overload
 def scan_convert(lines: label_lines, map: scan_map, *, policy: str = ...) -> label_image: ...
 def scan_convert_nearest(lines: scan_lines, map: scan_map, *, policy: str = ...) -> image: ...
+def distance(map: scan_map, from_: Vector, to: Vector) -> float: ...
+def measure_outline(map: scan_map, outline: list[Vector]) -> outline_measure: ...
 @overload
 def b_mode(scene: scene, probe: linear_array, pose: pose, settings: b_mode_settings = ..., model: physical = ..., *, policy: str = ...) -> image: ...
 @overload
@@ -442,3 +778,39 @@ def diagnose(scene: scene, probe: linear_array, pose: pose, scan: acquisition) -
 def diagnose(scene: scene, probe: convex_array, pose: pose, scan: acquisition) -> str: ...
 @overload
 def diagnose(scene: scene, probe: phased_array, pose: pose, scan: acquisition) -> str: ...
+@overload
+def press(scene: scene, probe: linear_array, pose: pose, settings: press_settings = ..., only: Optional[list[int]] = ...) -> contact: ...
+@overload
+def press(scene: scene, probe: convex_array, pose: pose, settings: press_settings = ..., only: Optional[list[int]] = ...) -> contact: ...
+@overload
+def press(scene: scene, probe: phased_array, pose: pose, settings: press_settings = ..., only: Optional[list[int]] = ...) -> contact: ...
+@overload
+def colour_doppler(scene: scene, probe: linear_array, pose: pose, field: velocity_field, settings: doppler_settings = ..., model: physical = ..., *, policy: str = ...) -> flow_lines: ...
+@overload
+def colour_doppler(scene: scene, probe: convex_array, pose: pose, field: velocity_field, settings: doppler_settings = ..., model: physical = ..., *, policy: str = ...) -> flow_lines: ...
+@overload
+def colour_doppler(scene: scene, probe: phased_array, pose: pose, field: velocity_field, settings: doppler_settings = ..., model: physical = ..., *, policy: str = ...) -> flow_lines: ...
+@overload
+def pulsed_doppler(scene: scene, probe: linear_array, pose: pose, field: velocity_field, settings: pulsed_doppler_settings, model: physical = ..., *, policy: str = ...) -> doppler_spectrum: ...
+@overload
+def pulsed_doppler(scene: scene, probe: convex_array, pose: pose, field: velocity_field, settings: pulsed_doppler_settings, model: physical = ..., *, policy: str = ...) -> doppler_spectrum: ...
+@overload
+def pulsed_doppler(scene: scene, probe: phased_array, pose: pose, field: velocity_field, settings: pulsed_doppler_settings, model: physical = ..., *, policy: str = ...) -> doppler_spectrum: ...
+@overload
+def doppler_ensemble(scene: scene, probe: linear_array, pose: pose, field: velocity_field, settings: ensemble_settings = ..., model: physical = ..., *, policy: str = ...) -> iq_ensemble: ...
+@overload
+def doppler_ensemble(scene: scene, probe: convex_array, pose: pose, field: velocity_field, settings: ensemble_settings = ..., model: physical = ..., *, policy: str = ...) -> iq_ensemble: ...
+@overload
+def doppler_ensemble(scene: scene, probe: phased_array, pose: pose, field: velocity_field, settings: ensemble_settings = ..., model: physical = ..., *, policy: str = ...) -> iq_ensemble: ...
+@overload
+def doppler_picture(lines: flow_lines, probe: linear_array, settings: doppler_picture_settings = ..., *, policy: str = ...) -> image: ...
+@overload
+def doppler_picture(lines: flow_lines, probe: convex_array, settings: doppler_picture_settings = ..., *, policy: str = ...) -> image: ...
+@overload
+def doppler_picture(lines: flow_lines, probe: phased_array, settings: doppler_picture_settings = ..., *, policy: str = ...) -> image: ...
+@overload
+def colour_overlay(grey: image, lines: flow_lines, probe: linear_array, settings: colour_overlay_settings = ..., *, policy: str = ...) -> colour_image: ...
+@overload
+def colour_overlay(grey: image, lines: flow_lines, probe: convex_array, settings: colour_overlay_settings = ..., *, policy: str = ...) -> colour_image: ...
+@overload
+def colour_overlay(grey: image, lines: flow_lines, probe: phased_array, settings: colour_overlay_settings = ..., *, policy: str = ...) -> colour_image: ...

@@ -7,6 +7,7 @@ import insonify
 
 def annotation(text):
     text = text.replace("insonify.", "").replace("Tuple", "tuple").replace("List", "list")
+    text = re.sub(r"\bfunction\b", "Callable[[np.ndarray], np.ndarray]", text)
     text = re.sub(r"numpy\.ndarray(\[[^\]]*\])?", "np.ndarray", text)
     text = re.sub(r"\btuple\b(?!\[)", "Vector", text)
     return text.replace("object", "Any")
@@ -35,6 +36,7 @@ def signature(line):
 
 def functions(owner, indent, static=False):
     lines = [each for each in (owner.__doc__ or "").splitlines() if re.match(r"(\d+\. )?\w+\(.*\) -> ", each)]
+    lines = [each for each in lines if "*args, **kwargs" not in each]  # these only say what is wrong
     if not lines:
         return
     overloaded = len(lines) > 1
@@ -68,13 +70,14 @@ def members(kind):
             yield from functions(member.__func__, "    ", static=True)
         elif name == "__init__" and settings:
             continue
-        elif callable(member) and (not name.startswith("_") or name in ("__init__", "__matmul__")):
+        elif callable(member) and (not name.startswith("_") or name in ("__init__", "__matmul__", "__call__", "__len__", "__getitem__")):
             yield from functions(member, "    ")
 
 
 def main():
     print("# Type stubs, written by make_stubs.py.")
-    print("from typing import Any, Optional, Sequence, overload\n\nimport numpy as np\n\nVector = Sequence[float]")
+    print("from typing import Any, Callable, Optional, Sequence, Union, overload\n\nimport numpy as np\n\nVector = Sequence[float]")
+    print('velocity_field = Union["poiseuille", "velocity_samples", Sequence[Union["poiseuille", "velocity_samples"]]]')
     everything = vars(insonify)
     for name, value in everything.items():
         if isinstance(value, (float, int)) and not name.startswith("__"):

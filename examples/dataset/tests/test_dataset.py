@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import signal
 import subprocess
 import time
@@ -14,7 +15,7 @@ import pytest
 
 PROGRAM = os.environ["DATASET"]
 MPIEXEC = os.environ.get("MPIEXEC", "mpiexec")
-QUICK = ["--size", "64", "--lines", "48", "--planes", "1", "--part", "4", "--needle", "0.5", "--bend", "0..2"]
+QUICK = ["--size", "64", "--lines", "48", "--planes", "1", "--part", "4", "--needle", "0.5", "--bend", "0..2", "--pressure", "0..3"]
 SMALL = [*QUICK, "--samples", "24"]
 
 
@@ -79,29 +80,38 @@ def test_killed_at_any_time_it_goes_on_where_it_was(whole, tmp_path):
     assert not list((tmp_path / "out").glob("*draft*"))
 
 
-def write_ball(path, radius):
-    """A ball of bone, in millimetres, 40 mm below the origin."""
-    rings, around = 48, 96
+def write_balls(path, **radii):
+    """Balls of a tissue each, in millimetres, around a point 40 mm below the origin."""
+    rings, around, text, written = 48, 96, [], 0
     theta, phi = np.meshgrid(np.pi * np.arange(1, rings) / rings, 2 * np.pi * np.arange(around) / around, indexing="ij")
-    points = radius * np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1).reshape(-1, 3)
-    points = np.concatenate([points, [[0, 0, radius], [0, 0, -radius]]]) + [0, 0, 40]
-    faces = []
-    for i in range(around):
-        j = (i + 1) % around
-        faces.append((len(points) - 2, i, j))
-        faces.append((len(points) - 1, (rings - 2) * around + j, (rings - 2) * around + i))
-        for ring in range(rings - 2):
-            a, b = ring * around + i, ring * around + j
-            faces += [(a, a + around, b + around), (a, b + around, b)]
-    lines = ["o bone", "usemtl bone"] + ["v %.6f %.6f %.6f" % tuple(p) for p in points]
-    path.write_text("\n".join(lines + ["f %d %d %d" % tuple(v + 1 for v in f) for f in faces]) + "\n")
+    for name, radius in radii.items():
+        points = radius * np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1).reshape(-1, 3)
+        points = np.concatenate([points, [[0, 0, radius], [0, 0, -radius]]]) + [0, 0, 40]
+        faces = []
+        for i in range(around):
+            j = (i + 1) % around
+            faces.append((len(points) - 2, i, j))
+            faces.append((len(points) - 1, (rings - 2) * around + j, (rings - 2) * around + i))
+            for ring in range(rings - 2):
+                a, b = ring * around + i, ring * around + j
+                faces += [(a, a + around, b + around), (a, b + around, b)]
+        text += ["o " + name, "usemtl " + name] + ["v %.6f %.6f %.6f" % tuple(p) for p in points]
+        text += ["f %d %d %d" % tuple(v + 1 + written for v in f) for f in faces]
+        written += len(points)
+    path.write_text("\n".join(text) + "\n")
 
 
-def test_labels_overlay_the_image(tmp_path):
+@pytest.mark.parametrize("pressed", [False, True])
+def test_labels_overlay_the_image(tmp_path, pressed):
     """The edge of bone lies within 1 pixel of the label's border, at normal incidence."""
-    write_ball(tmp_path / "ball.obj", 15)
-    run(tmp_path, "--anatomy", "ball.obj", "--background", "water", "--around", "bone", "--size", "256", "--samples", "8", "--part", "8",
-        "--spread", "0..10", "--standoff", "10..20", "--turn", "-90..90", "--gain", "-30", "--planes", "1")
+    if pressed:
+        write_balls(tmp_path / "balls.obj", blood=45, bone=20)
+        place = ["--around", "blood", "--pressure", "2..6", "--along", "-4..4", "--across", "-4..4"]
+    else:
+        write_balls(tmp_path / "balls.obj", bone=15)
+        place = ["--around", "bone", "--standoff", "10..20"]
+    run(tmp_path, "--anatomy", "balls.obj", "--background", "water", *place, "--size", "256", "--samples", "8", "--part", "8",
+        "--spread", "0..10", "--turn", "-90..90", "--gain", "-30", "--planes", "1")
     with h5py.File(tmp_path / "out" / "part-000000.h5") as file:
         bone = file.attrs["label_names"].split("\n").index("bone")
         off = []
@@ -110,10 +120,31 @@ def test_labels_overlay_the_image(tmp_path):
                 top = np.flatnonzero(label[:, column] == bone)[0]
                 if 0 < incidence[max(0, top - 2) : top + 3, column].max() < 0.1:  # rad; 0: no surface in these pixels
                     bright = image[:, column].astype(float)
+                    bright[: max(0, top - 20)] = 0  # above it is the echo of skin
                     rows = np.flatnonzero(bright >= bright.max())  # the pulse is symmetric: its middle is the surface
                     off.append(rows.mean() + 0.5 - top)  # top is the upper edge of the label's first row
         print(f"{len(off)} columns, the edge is {np.mean(off):.2f} pixels below the border, rms {np.std(off):.2f}, at most {np.abs(off).max():.2f}")
         assert len(off) > 50 and np.abs(off).max() <= 1
+
+
+def test_pressed_tissue_yields(tmp_path):
+    """Bone 25 mm below the skin gives way by exp(-25 / 20) of what the skin does: depth, label and image agree on it."""
+    write_balls(tmp_path / "balls.obj", blood=45, bone=20)
+    straight = [f"--{name}=0" for name in ("spread", "along", "across", "tilt", "rock", "turn", "standoff")]
+    for pressure in (0, 3, 6):
+        folder = tmp_path / str(pressure)
+        folder.mkdir()
+        run(folder, "--anatomy", "../balls.obj", "--background", "water", "--around", "blood", "--planes", "1", "--samples", "1",
+            "--pressure", str(pressure), *straight)
+        with h5py.File(folder / "out" / "dataset.h5") as file:
+            assert file["insonify/pressure"][0] == pressure
+            label, depth = file["insonify/label"][0][:, 128], 1e3 * file["insonify/depth"][0][:, 128]
+            top = np.flatnonzero(label == file.attrs["label_names"].split("\n").index("bone"))[0]
+            border = depth[top - 1] + (depth[top - 1] - depth[top - 2]) / 2  # the lower edge of the last row above
+            expected = 25 - pressure + max(0, pressure - 0.05) * np.exp(-25 / 20)
+            print(f"pressed by {pressure} mm, bone is {border:.2f} mm below the face, expected {expected:.2f}")
+            assert border == pytest.approx(expected, abs=0.16)  # a row
+            assert (label[2:100] == file.attrs["label_names"].split("\n").index("blood")).all()  # no gap to the skin
 
 
 def test_png_beside_json(tmp_path):
@@ -121,7 +152,7 @@ def test_png_beside_json(tmp_path):
     texts = sorted((tmp_path / "out").glob("part-*/*.json"))
     assert len(texts) == 24
     one = json.loads(texts[5].read_text())
-    assert one["number"] == 5 and one["frequency"] == 7.5 and "needle" in one["labels"]
+    assert one["number"] == 5 and one["frequency"] == 7.5 and 0 <= one["pressure"] <= 3 and "needle" in one["labels"]
     assert texts[5].with_suffix(".png").read_bytes()[:4] == b"\x89PNG"
 
 
@@ -135,6 +166,7 @@ def test_options_from_a_file(tmp_path):
 def test_plan(tmp_path):
     told = run(tmp_path, *SMALL, "--plan").stdout
     assert "24 samples of 64 x 64 pixels in 6 parts" in told and "MB on disk" in told
+    assert re.search(r"pressure: 0\.\d+ to 2\.\d+ mm\n", told) and "focus: 15" in told and "frequency:" not in told
     assert not (tmp_path / "out").exists()
 
 
@@ -147,6 +179,8 @@ def test_plan(tmp_path):
         (["--around", "knee"], "no object 'knee'; it has"),
         (["--needle", "2"], "from 0 to 1"),
         (["--planes", "2"], "1, 3, 5 or 7"),
+        (["--pressure", "6..2"], "--pressure: 6..2 runs backwards"),
+        (["--pressure", "0..30"], "--pressure: must be from 0 to 20"),
         (["--config", "nowhere.ini"], "nowhere.ini"),
         (["--bogus"], "bogus"),
     ],

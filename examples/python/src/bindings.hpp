@@ -54,6 +54,14 @@ py::array array_over(Number* numbers, std::vector<py::ssize_t> shape, const py::
     return py::array(py::dtype::of<Number>(), std::move(shape), numbers, owner);
 }
 
+using float_array = py::array_t<float, py::array::c_style | py::array::forcecast>;
+using index_array = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
+
+/// An array of points or vectors, one a row.
+/// @param what  for the message, such as "tetrahedra: the nodes"
+/// @throws usage_error  for an array of another shape
+std::vector<vec3> rows_of(const float_array& numbers, const char* what);
+
 /// A struct of settings as a Python class: constructed by keywords, printed and compared by its members.
 template <class Settings>
 class settings_class {
@@ -79,7 +87,14 @@ class settings_class {
         class_.def("__setattr__", [name = name_, members = members_](const py::object& self, const std::string& member,
                                                                      const py::object& value) {
             require<py::attribute_error>(name, *members, member);
-            py::module_::import("builtins").attr("object").attr("__setattr__")(self, member, value);
+            try {
+                py::module_::import("builtins").attr("object").attr("__setattr__")(self, member, value);
+            } catch (py::error_already_set& error) {
+                if (!error.matches(PyExc_TypeError)) throw;
+                throw py::type_error("`" + member + "` of " + name + " cannot be " +
+                                     py::cast<std::string>(py::repr(value)) + "; it is of the kind of " +
+                                     py::cast<std::string>(py::repr(self.attr(member.c_str()))));
+            }
         });
         class_.def("__copy__", [](const Settings& self) { return Settings(self); });
         class_.def("__deepcopy__", [](const Settings& self, const py::dict&) { return Settings(self); });
@@ -144,12 +159,18 @@ void bind_errors(py::module_& module);
 void bind_media(py::module_& module);
 void bind_grids(py::module_& module);
 void bind_scene(py::module_& module);
+void bind_motion(py::module_& module);
+void bind_flow(py::module_& module);
 void bind_probes(py::module_& module);
 void bind_settings(py::module_& module);
 void bind_stages(py::module_& module);
+void bind_scanner(py::module_& module);
 void bind_linear_array(py::module_& module);
 void bind_convex_array(py::module_& module);
 void bind_phased_array(py::module_& module);
+void bind_doppler_linear_array(py::module_& module);
+void bind_doppler_convex_array(py::module_& module);
+void bind_doppler_phased_array(py::module_& module);
 
 } // namespace insonify_python
 
@@ -183,6 +204,24 @@ template <>
 struct type_caster<glm::vec3> : vector_caster<glm::vec3, float, 3> {};
 template <>
 struct type_caster<glm::uvec2> : vector_caster<glm::uvec2, std::uint32_t, 2> {};
+template <>
+struct type_caster<glm::uvec3> : vector_caster<glm::uvec3, std::uint32_t, 3> {};
+
+/// Ids of objects as whole numbers, which are their labels.
+template <>
+struct type_caster<insonify::object_id> {
+    PYBIND11_TYPE_CASTER(insonify::object_id, const_name("int"));
+
+    bool load(handle from, bool convert) {
+        make_caster<std::uint32_t> number;
+        if (!number.load(from, convert)) return false;
+        value = insonify::object_id{cast_op<std::uint32_t>(number)};
+        return true;
+    }
+    static handle cast(insonify::object_id from, return_value_policy, handle) {
+        return pybind11::cast(static_cast<std::uint32_t>(from)).release();
+    }
+};
 
 } // namespace pybind11::detail
 #endif

@@ -81,6 +81,22 @@ void bind_grids(py::module_& module) {
     bind_line_grid<label_id>(module, "label_lines", "The object at each sample.");
     bind_picture<image>(module, "image", "A greyscale image: 0 black to 1 white.");
     bind_picture<label_image>(module, "label_image", "The object at each pixel.");
+    py::class_<colour_image>(module, "colour_image", "A colour image: red, green and blue from 0 to 1.")
+        .def_property_readonly(
+            "size", [](const colour_image& self) { return self.size; }, "columns, rows")
+        .def_property_readonly(
+            "pixels",
+            [](const py::object& self) {
+                auto& own = py::cast<colour_image&>(self);
+                return array_over(reinterpret_cast<float*>(own.pixels.data()), {own.size.y, own.size.x, 3}, self);
+            },
+            "rows x columns x 3, from the top; a view without a copy")
+        .def("__array__",
+             [](const py::object& self, const py::args& how) { return self.attr("pixels").attr("__array__")(*how); })
+        .def("__eq__", [](const colour_image& one, const colour_image& other) { return one == other; })
+        .def("__repr__", [](const colour_image& self) {
+            return "<colour_image of " + std::to_string(self.size.x) + " x " + std::to_string(self.size.y) + " pixels>";
+        });
     py::class_<scan_map>(module, "scan_map", "Interpolation table of scan_convert, and pixel to millimetre.")
         .def_property_readonly(
             "size", [](const scan_map& self) { return self.size; }, "columns, rows")
@@ -94,6 +110,9 @@ void bind_grids(py::module_& module) {
     module.def(
         "write_png", [](const std::string& path, const image& picture) { write_png(path, picture); }, py::arg("path"),
         py::arg("picture"), py::call_guard<py::gil_scoped_release>(), "Writes an 8-bit greyscale PNG file.");
+    module.def(
+        "write_png", [](const std::string& path, const colour_image& picture) { write_png(path, picture); },
+        py::arg("path"), py::arg("picture"), py::call_guard<py::gil_scoped_release>(), "Likewise an 8-bit RGB file.");
 }
 
 } // namespace insonify_python

@@ -1,7 +1,9 @@
 #ifndef INSONIFY_PYTHON_PROBE_FUNCTIONS_HPP
 #define INSONIFY_PYTHON_PROBE_FUNCTIONS_HPP
 
-#include "bindings.hpp"
+#include "any_scanner.hpp"
+#include <algorithm>
+#include <optional>
 
 namespace insonify_python {
 
@@ -58,6 +60,22 @@ void bind_probe_functions(py::module_& module) {
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("scan"), py::call_guard<py::gil_scoped_release>(),
         "Why a picture is empty, in a sentence; empty where nothing is wrong.");
+    module.def(
+        "press",
+        [](const scene& body, const Probe& probe, const pose& at, const press_settings& settings,
+           const std::optional<std::vector<object_id>>& only) {
+            return press(body, probe, at, settings, [&](object_id id) {
+                return !only || std::find(only->begin(), only->end(), id) != only->end();
+            });
+        },
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("settings") = press_settings{},
+        py::arg("only") = py::none(), py::call_guard<py::gil_scoped_release>(),
+        "How a probe touches a body at rest. `only`: the ids of the objects that belong to the body.");
+    py::reinterpret_borrow<py::class_<any_scanner>>(module.attr("scanner"))
+        .def(py::init([](const Probe& probe, const b_mode_settings& settings, const physical<>& model) {
+                 return std::unique_ptr<any_scanner>(new scanner_of<Probe>{probe, settings, model});
+             }),
+             py::arg("probe"), py::arg("settings") = b_mode_settings{}, py::arg("model") = physical<>{});
 }
 
 } // namespace insonify_python

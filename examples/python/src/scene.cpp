@@ -4,18 +4,21 @@
 
 namespace insonify_python {
 
-namespace {
+std::vector<vec3> rows_of(const float_array& numbers, const char* what) {
+    if (numbers.ndim() != 2 || numbers.shape(1) != 3)
+        throw usage_error{std::string{what} + " must be an array of N x 3 numbers"};
+    std::vector<vec3> rows(static_cast<std::size_t>(numbers.shape(0)));
+    if (!rows.empty()) std::memcpy(static_cast<void*>(rows.data()), numbers.data(), sizeof(vec3) * rows.size());
+    return rows;
+}
 
-using float_array = py::array_t<float, py::array::c_style | py::array::forcecast>;
-using index_array = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
+namespace {
 
 mesh make_mesh(const float_array& positions, const index_array& faces) {
     if (positions.ndim() != 2 || positions.shape(1) != 3 || faces.ndim() != 2 || faces.shape(1) != 3)
         throw usage_error{"a mesh needs an array of N x 3 positions in metres and one of M x 3 vertex indices"};
     mesh made;
-    made.positions.resize(static_cast<std::size_t>(positions.shape(0)));
-    if (!made.positions.empty())
-        std::memcpy(static_cast<void*>(made.positions.data()), positions.data(), sizeof(vec3) * made.positions.size());
+    made.positions = rows_of(positions, "mesh: the positions");
     made.faces.resize(static_cast<std::size_t>(faces.shape(0)));
     const std::int64_t* index = faces.data();
     for (uvec3& face : made.faces)
@@ -120,28 +123,35 @@ py::list held_views(const py::object& self) {
     return held;
 }
 
-py::array positions_of(const py::object& self, std::uint32_t id) {
-    const std::span<vec3> places = py::cast<scene&>(self).positions(object_id{id});
-    py::array made =
-        array_over(reinterpret_cast<float*>(places.data()), {static_cast<py::ssize_t>(places.size()), 3}, self);
+py::array held_view(const py::object& self, object_id id, vec3* places, std::size_t count) {
+    py::array made = array_over(reinterpret_cast<float*>(places), {static_cast<py::ssize_t>(count), 3}, self);
     held_views(self).append(py::make_tuple(id, py::weakref(made)));
+    return made;
+}
+py::array positions_of(const py::object& self, object_id id) {
+    const std::span<vec3> places = py::cast<scene&>(self).positions(id);
+    return held_view(self, id, places.data(), places.size());
+}
+py::array rest_positions_of(const py::object& self, object_id id) {
+    const std::span<const vec3> places = py::cast<scene&>(self).rest_positions(id);
+    py::array made = held_view(self, id, const_cast<vec3*>(places.data()), places.size());
+    made.attr("setflags")(py::arg("write") = false);
     return made;
 }
 
 /// Vertices that an array still refers to must not be freed.
-void remove_from(const py::object& self, std::uint32_t id) {
+void remove_from(const py::object& self, object_id id) {
     for (const py::handle entry : held_views(self))
-        if (py::cast<std::uint32_t>(entry[py::int_(0)]) == id)
-            throw usage_error{"scene::remove: an array of positions(" + std::to_string(id) +
+        if (py::cast<object_id>(entry[py::int_(0)]) == id)
+            throw usage_error{"scene::remove: an array of positions(" + std::to_string(static_cast<std::uint32_t>(id)) +
                               ") is still in use; delete it first"};
-    py::cast<scene&>(self).remove(object_id{id});
+    py::cast<scene&>(self).remove(id);
 }
 
 } // namespace
 
 void bind_scene(py::module_& module) {
     bind_meshes(module);
-    const auto id_of = [](std::uint32_t id) { return object_id{id}; };
     py::class_<scene>(module, "scene", py::dynamic_attr(),
                       "Closed surfaces, each filled with a medium, in a background.")
         .def(py::init<const medium&>(), py::arg("background") = medium{})
@@ -149,29 +159,26 @@ void bind_scene(py::module_& module) {
             "add",
             [](scene& self, const mesh& surface, const medium& inside, int priority, const pose& at, std::string name,
                vec3 fibres, float crease_angle) {
-                return static_cast<std::uint32_t>(self.add(surface, inside,
-                                                           {.priority = priority,
-                                                            .at = at,
-                                                            .name = std::move(name),
-                                                            .fibres = fibres,
-                                                            .crease_angle = crease_angle}));
+                return self.add(surface, inside,
+                                {.priority = priority,
+                                 .at = at,
+                                 .name = std::move(name),
+                                 .fibres = fibres,
+                                 .crease_angle = crease_angle});
             },
             py::arg("mesh"), py::arg("medium"), py::kw_only(), py::arg("priority") = 0, py::arg("at") = pose{},
             py::arg("name") = "", py::arg("fibres") = vec3{0, 0, 0},
             py::arg("crease_angle") = object_settings{}.crease_angle,
             "Adds a closed surface and returns its id, which is also its label.")
         .def("remove", &remove_from, py::arg("id"), "Call build afterwards.")
-        .def(
-            "place", [=](scene& self, std::uint32_t id, const pose& at) { self.place(id_of(id), at); }, py::arg("id"),
-            py::arg("at"), "Moves an object; call update afterwards.")
-        .def(
-            "set_medium",
-            [=](scene& self, std::uint32_t id, const medium& inside) { self.set_medium(id_of(id), inside); },
-            py::arg("id"), py::arg("medium"))
+        .def("place", &scene::place, py::arg("id"), py::arg("at"), "Moves an object; call update afterwards.")
+        .def("set_medium", &scene::set_medium, py::arg("id"), py::arg("medium"))
         .def("set_background_fibres", &scene::set_background_fibres, py::arg("along"), py::arg("flat") = vec3{0, 0, 1})
         .def("positions", &positions_of, py::arg("id"),
              "Vertices of an object, N x 3, in its own coordinates: a view to write into, then call update. Ask again "
              "after add or remove.")
+        .def("rest_positions", &rest_positions_of, py::arg("id"),
+             "The same at rest, before `deform`: a view to be read. Ask again after the first deform, add or remove.")
         .def(
             "build",
             [](py::object self, const std::string& policy) {
@@ -187,30 +194,21 @@ void bind_scene(py::module_& module) {
             },
             py::arg("policy") = "par", "Needed after moving objects or vertices.")
         .def(
-            "find",
-            [](const scene& self, const std::string& name) -> std::optional<std::uint32_t> {
-                const auto found = self.find(name);
-                return found ? std::optional{static_cast<std::uint32_t>(*found)} : std::nullopt;
-            },
-            py::arg("name"), "The id of the object of a name, or None.")
+            "find", [](const scene& self, const std::string& name) { return self.find(name); }, py::arg("name"),
+            "The id of the object of a name, or None.")
         .def(
             "box",
-            [](const scene& self) {
-                return std::pair{self.box().lower, self.box().upper};
+            [](const scene& self, std::optional<object_id> of) {
+                const aabb box = of ? self.box(*of) : self.box();
+                return std::pair{box.lower, box.upper};
             },
-            "Lower and upper corner of all objects.")
-        .def(
-            "object_at",
-            [](const scene& self, vec3 point) -> std::optional<std::uint32_t> {
-                const auto found = object_at(self, point);
-                return found ? std::optional{static_cast<std::uint32_t>(*found)} : std::nullopt;
-            },
-            py::arg("point"), "The object that gives the medium at a point, or None.")
+            py::arg("id") = py::none(), "Lower and upper corner of all objects, or of one.")
+        .def("object_at", &object_at, py::arg("point"), "The object that gives the medium at a point, or None.")
         .def_property_readonly(
             "names",
             [](const scene& self) {
                 py::dict names;
-                for (const object& one : self.objects()) names[py::int_(static_cast<std::uint32_t>(one.id))] = one.name;
+                for (const object& one : self.objects()) names[py::cast(one.id)] = one.name;
                 return names;
             },
             "Name of each object, by its id.")

@@ -92,7 +92,9 @@ void bind_settings(py::module_& module) {
         .member("noise", &b_mode_settings::noise, "electronic noise")
         .member("frame", &b_mode_settings::frame, "number of the frame")
         .member("near_field", &b_mode_settings::near_field, "echoes of the probe itself")
-        .member("compound", &b_mode_settings::compound, "looks at several angles");
+        .member("compound", &b_mode_settings::compound, "looks at several angles")
+        .member("max_motion", &b_mode_settings::max_motion,
+                "metres from frame to frame above which persistence and rolling compounding start anew");
 }
 
 } // namespace insonify_python

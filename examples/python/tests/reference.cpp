@@ -1,24 +1,124 @@
-// Pictures of three probes, as raw floats: what the module must give bit for bit.
+// What the module must give bit for bit, as raw floats: reference <part> <file>.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 #include <cstdio>
+#include <cstring>
 
 using namespace insonify;
 
-int main(int argc, char** argv) {
-    if (argc != 2) return 2;
-    std::FILE* file = std::fopen(argv[1], "wb");
-    if (file == nullptr) return 1;
+namespace {
+
+constexpr b_mode_settings settings{.depth = 50_mm, .size = {160, 0}};
+
+scene phantom() {
     scene body{tissue::muscle};
     body.add(make_sphere({6_mm, 0, 30_mm}, 8_mm, 4), tissue::bone);
     body.add(make_cylinder({-9_mm, -30_mm, 17_mm}, {-9_mm, 30_mm, 17_mm}, 4_mm, 64), tissue::blood);
-    body.build(exec::par);
-    const auto draw = [&](const auto& probe) {
-        const image seen = b_mode(exec::par_unseq, body, probe, pose{}, {.depth = 50_mm, .size = {160, 0}});
-        std::fwrite(seen.pixels.data(), sizeof(float), seen.pixels.size(), file);
-    };
+    return body.build(exec::par);
+}
+
+class writer {
+  public:
+    explicit writer(const char* path) : file_{std::fopen(path, "wb")} {}
+    writer(const writer&) = delete;
+    writer& operator=(const writer&) = delete;
+    ~writer() {
+        if (file_ != nullptr) std::fclose(file_);
+    }
+    template <class Number>
+    void operator()(const std::vector<Number>& numbers) {
+        if (file_ != nullptr) std::fwrite(numbers.data(), sizeof(Number), numbers.size(), file_);
+    }
+
+  private:
+    std::FILE* file_;
+};
+
+void draw_pictures(writer& write) {
+    const scene body = phantom();
+    const auto draw = [&](const auto& probe) { write(b_mode(exec::par_unseq, body, probe, pose{}, settings).pixels); };
     draw(linear_array{.lines = 96});
     draw(convex_array{.lines = 96});
     draw(phased_array{.lines = 96});
-    return std::fclose(file);
+}
+
+void draw_clip(writer& write) {
+    const scene body = phantom();
+    scanner machine{linear_array{.lines = 96}, settings};
+    machine.cine_length = 3;
+    machine.settings.persistence = 0.5F;
+    for (std::uint32_t frame = 0; frame < 3; ++frame) {
+        machine.settings.frame = frame;
+        write(machine.scan(exec::par_unseq, body, pose{}).pixels);
+    }
+    write(machine.lines().values);
+    write(machine.echoes().values);
+    machine.freeze();
+    machine.settings.gain_db = 6;
+    write(machine.show(exec::par_unseq, 2).pixels);
+}
+
+void draw_motion(writer& write) {
+    scene body = phantom();
+    const linear_array probe{.lines = 96};
+    const auto draw = [&] { write(b_mode(exec::par_unseq, body, probe, pose{}, settings).pixels); };
+    const pulsation artery{
+        .from = {-9_mm, 0, 17_mm}, .to = {-9_mm, 1, 17_mm}, .radius = 4_mm, .amplitude = 0.5_mm, .time = 0.1F};
+    body.deform(exec::par, compose(artery, breathing{.amplitude = 3_mm, .time = 1}));
+    draw();
+    body.deform(exec::par, indentation{.depth = 3_mm});
+    draw();
+    displacement_grid grid{.origin = {-30_mm, -30_mm, 0}, .spacing = vec3{20_mm}, .size = {4, 4, 4}};
+    for (std::uint32_t i = 0; i < 64; ++i) grid.displacements.push_back({0, 0, static_cast<float>(i % 4) * 1_mm});
+    body.deform(exec::par, grid);
+    draw();
+    tetrahedra whole{{{-90_mm, -90_mm, -90_mm}, {250_mm, 0, 0}, {0, 250_mm, 0}, {0, 0, 250_mm}}, {{0, 1, 2, 3}}};
+    whole.nodes()[3].z = 255_mm;
+    body.deform(exec::par, whole);
+    draw();
+    scene limb{medium{.density = 1.2F, .sound_speed = 343}};
+    limb.add(make_cylinder({0, -60_mm, 40_mm}, {0, 60_mm, 40_mm}, 40_mm, 256, 64), tissue::muscle);
+    limb.build(exec::par);
+    const pose at{.translation = {0, 0, 2_mm}};
+    limb.deform(exec::par, press(limb, probe, at).deformation);
+    write(b_mode(exec::par_unseq, limb, probe, at, settings).pixels);
+}
+
+void draw_flow(writer& write) {
+    scene body{tissue::muscle};
+    const vec3 from{-30_mm, 0, 5_mm}, to{30_mm, 0, 40_mm};
+    const object_id artery = body.add(make_cylinder(from, to, 4_mm, 64), tissue::blood);
+    body.build(exec::par);
+    const poiseuille stream{.object = artery,
+                            .from = from,
+                            .to = to,
+                            .radius = 4_mm,
+                            .peak_velocity = 0.4_m_per_s,
+                            .waveform = {.heart_rate = 1.2_Hz}};
+    const linear_array probe{.lines = 48, .width = 38_mm, .frequency = 6_MHz};
+    const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, pose{}, stream,
+                                           {.depth = 40_mm, .prf = 6_kHz, .ensemble = 6, .time = 0.125F});
+    for (const auto number : {&flow_sample::velocity, &flow_sample::power, &flow_sample::variance})
+        for (const flow_sample& one : seen.values) write(std::vector{one.*number});
+    write(doppler_picture(exec::par, seen, probe).pixels);
+    const image grey = b_mode(exec::par_unseq, body, probe, pose{}, {.depth = 40_mm, .size = {160, 0}});
+    write(colour_overlay(exec::par, grey, seen, probe).pixels);
+    write(pulsed_doppler(exec::par_unseq, body, probe, pose{}, stream,
+                         {.line = 24, .gate = 22_mm, .prf = 6_kHz, .duration = 0.05F})
+              .power);
+    const iq_ensemble echoes =
+        doppler_ensemble(exec::par_unseq, body, probe, pose{}, stream, {.depth = 40_mm, .pulses = 3});
+    for (const iq_lines& pulse : echoes.pulses) write(pulse.values);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 3) return 2;
+    writer write{argv[2]};
+    const auto wanted = [&](const char* part) { return std::strcmp(argv[1], part) == 0; };
+    if (wanted("pictures")) draw_pictures(write);
+    if (wanted("clip")) draw_clip(write);
+    if (wanted("motion")) draw_motion(write);
+    if (wanted("flow")) draw_flow(write);
 }

@@ -1,0 +1,95 @@
+#ifndef INSONIFY_DATASET_DRAWING_HPP
+#define INSONIFY_DATASET_DRAWING_HPP
+
+#include "parts.hpp"
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+namespace dataset {
+
+/// Draws the samples of parts with several threads. Each draws a whole sample, takes the next one when it is free, from
+/// the next part where this one has none left, and writes a part where its sample was the last of it: no thread waits for
+/// a part to be complete.
+class drawing {
+  public:
+    /// @param samples  of the longest line
+    /// @param writer   number of this process
+    drawing(const description& d, const anatomies& all, std::uint32_t samples, int writer)
+        : d_{d}, all_{all}, samples_{samples}, writer_{writer} {}
+
+    /// Draws until no part is left.
+    /// @param next     returns the number of the next part that no process has taken; called by one thread at a time
+    /// @param written  written(part, drawn) is called where a part is in its place; `drawn` samples, 0 where it was there
+    template <class Next, class Written>
+    void run(std::uint32_t threads, const Next& next, const Written& written) {
+        for_each_index(exec::par.threads(threads), threads, [&](std::size_t) {
+            try {
+                while (const std::optional<place> at = take(next, written)) {
+                    record& one = at->part->records[at->index];
+                    one = render(d_, all_, draw_sample(d_, at->part->first + at->index));
+                    if (d_.format == "hdf5") pack(one, d_, samples_);
+                    if (--at->part->left == 0) write(*at->part, written);
+                }
+            } catch (...) {
+                stopped_ = true; // the other threads finish their samples
+                throw;
+            }
+        });
+    }
+
+  private:
+    struct open_part {
+        std::uint32_t number = 0, first = 0, taken = 0;
+        std::vector<record> records{};
+        std::atomic<std::size_t> left{0}; ///< to be drawn
+    };
+    struct place {
+        std::shared_ptr<open_part> part;
+        std::uint32_t index = 0;
+    };
+
+    // The next sample; none at the end.
+    template <class Next, class Written>
+    std::optional<place> take(const Next& next, const Written& written) {
+        const std::lock_guard lock{taking_};
+        while (!stopped_ && (!current_ || current_->taken == current_->records.size())) {
+            const std::uint32_t part = next();
+            if (part >= part_count(d_)) stopped_ = true;
+            if (stopped_) break;
+            if (std::filesystem::exists(std::filesystem::path{d_.output} / part_name(d_, part))) {
+                const std::lock_guard telling{writing_};
+                written(part, 0U);
+                continue;
+            }
+            const auto [first, last] = samples_of_part(d_, part);
+            current_ = std::make_shared<open_part>();
+            current_->number = part;
+            current_->first = first;
+            current_->records.resize(last - first);
+            current_->left = last - first;
+        }
+        if (stopped_) return std::nullopt;
+        return place{current_, current_->taken++};
+    }
+
+    // HDF5 is not for two threads at once.
+    template <class Written>
+    void write(const open_part& part, const Written& written) {
+        const std::lock_guard lock{writing_};
+        write_part(d_, all_, part.number, part.records, writer_, samples_);
+        written(part.number, static_cast<std::uint32_t>(part.records.size()));
+    }
+
+    const description& d_;
+    const anatomies& all_;
+    std::uint32_t samples_;
+    int writer_;
+    std::shared_ptr<open_part> current_{};
+    std::mutex taking_{}, writing_{};
+    std::atomic<bool> stopped_{false};
+};
+
+} // namespace dataset
+#endif

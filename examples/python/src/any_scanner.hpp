@@ -1,0 +1,106 @@
+#ifndef INSONIFY_PYTHON_ANY_SCANNER_HPP
+#define INSONIFY_PYTHON_ANY_SCANNER_HPP
+
+#include "bindings.hpp"
+
+namespace insonify_python {
+
+/// A frame of a scanner's cine loop.
+struct stored_picture {
+    pose at{};
+    double time = 0;
+    scan_lines amplitudes{};
+};
+
+/// The scanner of Python, which has one type for all probes. Pictures are copies: the next frame overwrites those of the
+/// library, and may move their memory.
+class any_scanner {
+  public:
+    any_scanner() = default;
+    any_scanner(const any_scanner&) = delete;
+    any_scanner& operator=(const any_scanner&) = delete;
+    virtual ~any_scanner() = default;
+
+    virtual py::object probe(const py::object& self) = 0; ///< a reference to it
+    virtual void set_probe(const py::object& probe) = 0;
+    virtual b_mode_settings& settings() = 0;
+    virtual physical<>& model() = 0;
+    virtual double& time() = 0;
+    virtual std::uint32_t& cine_length() = 0;
+
+    virtual image scan(const std::string& policy, const scene& body, const pose& at) = 0;
+    virtual image show(const std::string& policy, std::uint32_t back) = 0;
+    virtual label_image labels(const std::string& policy, const scene& body) = 0;
+    virtual void freeze() = 0;
+    virtual void unfreeze() = 0;
+    virtual bool frozen() const = 0;
+    virtual void forget() = 0;
+
+    virtual std::uint32_t stored() const = 0;
+    virtual stored_picture stored(std::uint32_t back) const = 0; ///< not checked
+    virtual const image& picture() const = 0;
+    virtual const scan_lines& lines() const = 0;
+    virtual const iq_lines& echoes() const = 0;
+    virtual const scan_map& map() const = 0;
+    virtual const pose& at() const = 0;
+    virtual const stage_times& times() const = 0;
+    virtual vec3 point(vec2 pixel) const = 0;
+    virtual vec2 pixel(vec3 point) const = 0;
+};
+
+/// The scanner of a type of probe.
+template <class Probe>
+class scanner_of final : public any_scanner {
+  public:
+    scanner_of(const Probe& probe, const b_mode_settings& settings, const physical<>& model)
+        : own_{probe, settings, model} {}
+
+    py::object probe(const py::object& self) override {
+        return py::cast(&own_.probe, py::return_value_policy::reference_internal, self);
+    }
+    void set_probe(const py::object& probe) override {
+        if (!py::isinstance<Probe>(probe))
+            throw py::type_error("scanner: `probe` stays a " +
+                                 py::cast<std::string>(py::type::of<Probe>().attr("__name__")) +
+                                 "; make another scanner for another array");
+        own_.probe = py::cast<const Probe&>(probe);
+    }
+    b_mode_settings& settings() override { return own_.settings; }
+    physical<>& model() override { return own_.model; }
+    double& time() override { return own_.time; }
+    std::uint32_t& cine_length() override { return own_.cine_length; }
+
+    image scan(const std::string& policy, const scene& body, const pose& at) override {
+        return run(policy, [&](const auto& chosen) { return image{own_.scan(chosen, body, at)}; });
+    }
+    image show(const std::string& policy, std::uint32_t back) override {
+        return run(policy, [&](const auto& chosen) { return image{own_.show(chosen, back)}; });
+    }
+    label_image labels(const std::string& policy, const scene& body) override {
+        return run(policy, [&](const auto& chosen) { return label_image{own_.labels(chosen, body)}; });
+    }
+    void freeze() override { own_.freeze(); }
+    void unfreeze() override { own_.unfreeze(); }
+    bool frozen() const override { return own_.frozen(); }
+    void forget() override { own_.forget(); }
+
+    std::uint32_t stored() const override { return own_.cine().size(); }
+    stored_picture stored(std::uint32_t back) const override {
+        const auto& frame = own_.cine()[back];
+        return {frame.at, frame.time, frame.amplitudes};
+    }
+    const image& picture() const override { return own_.picture(); }
+    const scan_lines& lines() const override { return own_.lines(); }
+    const iq_lines& echoes() const override { return own_.echoes(); }
+    const scan_map& map() const override { return own_.map(); }
+    const pose& at() const override { return own_.at(); }
+    const stage_times& times() const override { return own_.times(); }
+    vec3 point(vec2 pixel) const override { return own_.point(pixel); }
+    vec2 pixel(vec3 point) const override { return own_.pixel(point); }
+
+  private:
+    scanner<Probe> own_;
+};
+
+} // namespace insonify_python
+#endif

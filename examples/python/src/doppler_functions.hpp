@@ -1,0 +1,64 @@
+#ifndef INSONIFY_PYTHON_DOPPLER_FUNCTIONS_HPP
+#define INSONIFY_PYTHON_DOPPLER_FUNCTIONS_HPP
+
+#include "velocity_fields.hpp"
+
+namespace insonify_python {
+
+/// Doppler functions that depend on the type of the probe, as overloads.
+template <class Probe>
+void bind_doppler_functions(py::module_& module) {
+    module.def(
+        "colour_doppler",
+        [](const scene& body, const Probe& probe, const pose& at, const velocity_fields& field,
+           const doppler_settings& settings, const physical<>& model, const std::string& policy) {
+            return run(policy, [&](const auto& chosen) {
+                return colour_doppler(chosen, body, probe, at, field, settings, model);
+            });
+        },
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"), py::arg("settings") = doppler_settings{},
+        py::arg("model") = physical<>{}, py::kw_only(), py::arg("policy") = "par_unseq",
+        "Velocity, power and variance of what moves, along the lines of the probe.");
+    module.def(
+        "pulsed_doppler",
+        [](const scene& body, const Probe& probe, const pose& at, const velocity_fields& field,
+           const pulsed_doppler_settings& settings, const physical<>& model, const std::string& policy) {
+            return run(policy, [&](const auto& chosen) {
+                return pulsed_doppler(chosen, body, probe, at, field, settings, model);
+            });
+        },
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"), py::arg("settings"),
+        py::arg("model") = physical<>{}, py::kw_only(), py::arg("policy") = "par_unseq",
+        "The spectrum of a gate on one line against time.");
+    module.def(
+        "doppler_ensemble",
+        [](const scene& body, const Probe& probe, const pose& at, const velocity_fields& field,
+           const ensemble_settings& settings, const physical<>& model, const std::string& policy) {
+            return run(policy, [&](const auto& chosen) {
+                return doppler_ensemble(chosen, body, probe, at, field, settings, model);
+            });
+        },
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"),
+        py::arg("settings") = ensemble_settings{}, py::arg("model") = physical<>{}, py::kw_only(),
+        py::arg("policy") = "par_unseq", "The echoes of a pulse train, after pulse and beam.");
+    module.def(
+        "doppler_picture",
+        [](const flow_lines& lines, const Probe& probe, const doppler_picture_settings& settings,
+           const std::string& policy) {
+            return run(policy, [&](const auto& chosen) { return doppler_picture(chosen, lines, probe, settings); });
+        },
+        py::arg("lines"), py::arg("probe"), py::arg("settings") = doppler_picture_settings{}, py::kw_only(),
+        py::arg("policy") = "par_unseq", "Velocity of each pixel, m/s; 0 where there is no flow.");
+    module.def(
+        "colour_overlay",
+        [](const image& grey, const flow_lines& lines, const Probe& probe, const colour_overlay_settings& settings,
+           const std::string& policy) {
+            return run(policy,
+                       [&](const auto& chosen) { return colour_overlay(chosen, grey, lines, probe, settings); });
+        },
+        py::arg("grey"), py::arg("lines"), py::arg("probe"), py::arg("settings") = colour_overlay_settings{},
+        py::kw_only(), py::arg("policy") = "par_unseq", "Colour over a B-mode image of the same probe and depth.");
+}
+
+} // namespace insonify_python
+#endif
