@@ -14,10 +14,10 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 ///     opening = max((1 + (outside - inside) / stiffness)^(-2/3), residual),
 ///
-/// and 1 where `outside` is below `inside`. Tissue at a distance d from the wall, measured from the axis, moves with the point
-/// of the wall that is nearest to it on the way there, by exp(-d_x^2 / (2 beside^2) - d_z^2 / (2 above^2)), where d_z is the
-/// component of d along `direction`. Points move along `direction` alone, by at most (1 - opening) R; the map does not fold over
-/// for any setting: the determinant of its derivative is at least `opening`.
+/// and 1 where `outside` is below `inside`. Tissue above and below follows the point of the wall that lies between it and the
+/// axis, by exp(-z^2 / (2 above^2)), where z is its distance from there along `direction`; tissue beside the lumen, at a distance
+/// x from where its width ends, by exp(-x^2 / (2 beside^2)) of that. All move along `direction`, by at most (1 - opening) R. No
+/// setting makes the map fold over: the determinant of its derivative is at least `opening`.
 /// Source: Shapiro 1977, J. Biomech. Eng. 99, 126: area of thin-walled tubes that are nearly closed.
 struct collapse {
     vec3 from{0, 0, 0}; ///< a point of the vessel's axis, in the world, metres
@@ -30,7 +30,7 @@ struct collapse {
     float stiffness = 40;   ///< of its wall against bending, Pa: E h^3 / (12 (1 - nu^2) R^3) of its thickness h
     float residual = 0.06F; ///< opening at which the walls touch, above 0 to 1
     float beside = 1.5e-3F; ///< distance beside the wall at which the displacement is 0.61, metres
-    float above = 4e-3F;    ///< the same above and below it, metres
+    float above = 4e-3F;    ///< the same above and below its wall, metres
 
     /// Height of the lumen over that at rest.
     float opening() const {
@@ -47,9 +47,8 @@ struct collapse {
         const float height = dot(away, up), distance = length(away);
         if (distance <= radius) return rest - closed * height * up;
         const float to_wall = radius / distance, z = (1 - to_wall) * height / above;
-        const float x_squared = max((1 - to_wall) * (1 - to_wall) * (dot(away, away) - height * height), 0);
-        const float follows = std::exp(-0.5F * (x_squared / (beside * beside) + z * z));
-        return rest - closed * follows * to_wall * height * up;
+        const float x = max(std::fabs(dot(away, cross(axis, up))) - radius, 0) / beside;
+        return rest - closed * to_wall * height * std::exp(-0.5F * (x * x + z * z)) * up;
     }
 
     /// @throws usage_error  if a setting is out of range
