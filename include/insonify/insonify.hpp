@@ -43,6 +43,7 @@
 #include <insonify/pulsed_doppler.hpp>
 #include <insonify/scanner.hpp>
 #include <insonify/scene/body_motion.hpp>
+#include <insonify/scene/collapse.hpp>
 #include <insonify/scene/compose.hpp>
 #include <insonify/scene/diagnose.hpp>
 #include <insonify/scene/displacement_grid.hpp>

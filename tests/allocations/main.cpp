@@ -122,6 +122,34 @@ long allocated_by_knobs(const Policy& policy, const scene& body, std::uint32_t l
     return most;
 }
 
+// The most that one frame allocates while a probe is pressed into a limb whose vessels pulse and collapse, from the second
+// round on.
+template <class Policy>
+long allocated_by_press(const Policy& policy) {
+    scene body{tissue::air};
+    body.add(make_cylinder({0, -60_mm, 40_mm}, {0, 60_mm, 40_mm}, 40_mm, 256, 64), tissue::fat);
+    body.add(make_cylinder({0, -50_mm, 40_mm}, {0, 50_mm, 40_mm}, 36_mm, 128, 32), tissue::muscle);
+    body.add(make_cylinder({0, -50_mm, 17_mm}, {0, 50_mm, 17_mm}, 4_mm, 64, 32), tissue::blood);
+    body.build(policy);
+    const linear_array probe{.lines = 64, .width = 38_mm, .frequency = 7.5_MHz};
+    b_mode_workspace<linear_array> own;
+    press_workspace of_press;
+    constexpr int frames = 8;
+    long most = 0;
+    for (int i = 0; i < 2 * frames; ++i) {
+        const auto step = static_cast<float>(i % frames);
+        const pose at{.translation = {0.2_mm * step, 0, 1_mm + 0.5_mm * step}};
+        const long before = allocations;
+        const contact& touch = press(body, probe, at, {}, any_object{}, of_press);
+        body.deform(policy,
+                    compose(collapse{.from = {0, 0, 17_mm}, .to = {0, 1, 17_mm}, .radius = 4_mm, .outside = 300 * step},
+                            touch.deformation));
+        b_mode(policy, body, probe, at, {.depth = 40_mm, .size = {256, 256}}, physical{}, own);
+        if (i >= frames) most = std::max(most, allocations - before);
+    }
+    return most;
+}
+
 // The most that one frame allocates while maps deform the body, from the second round on: functions, and tetrahedra.
 template <class Policy>
 long allocated_by_maps(const Policy& policy) {
@@ -192,8 +220,11 @@ int main() {
     std::printf("among 500 objects: %ld with seq, %ld with par_unseq; expected 0\n", many, many_parallel);
     const long maps = allocated_by_maps(exec::seq), maps_parallel = allocated_by_maps(exec::par_unseq.threads(2));
     std::printf("deformed by maps: %ld with seq, %ld with par_unseq; expected 0\n", maps, maps_parallel);
-    return maps == 0 && maps_parallel == 0 && sequenced == 0 && parallel == 0 && compounded == 0 && rolling == 0 &&
-                   knobs == 0 && many == 0 && many_parallel == 0
+    const long pressed = allocated_by_press(exec::seq),
+               pressed_parallel = allocated_by_press(exec::par_unseq.threads(2));
+    std::printf("pressed by the probe: %ld with seq, %ld with par_unseq; expected 0\n", pressed, pressed_parallel);
+    return pressed == 0 && pressed_parallel == 0 && maps == 0 && maps_parallel == 0 && sequenced == 0 &&
+                   parallel == 0 && compounded == 0 && rolling == 0 && knobs == 0 && many == 0 && many_parallel == 0
                ? 0
                : 1;
 }

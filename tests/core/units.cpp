@@ -9,5 +9,6 @@ TEST_CASE("units: integer and floating-point literals yield SI values") {
     static_assert(0.54_dB_per_cm == 54.0F && 12_dB_per_m == 12.0F && 1.7_MRayl == 1.7e6F);
     static_assert(180_deg == 3.14159265358979F && 2_rad == 2.0F && 13_us == 13e-6F && 4_ms == 4e-3F && 1_s == 1.0F);
     static_assert(1540_m_per_s == 1540.0F && 998_kg_per_m3 == 998.0F && 415_Rayl == 415.0F);
+    static_assert(760_mmHg > 101324.9F && 760_mmHg < 101325.1F); // 1 atm = 101325 Pa
     CHECK(-10_mm == -0.01F);
 }

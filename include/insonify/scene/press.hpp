@@ -7,6 +7,7 @@
 #include <insonify/scene/skin_heights.hpp>
 #include <concepts>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -29,27 +30,38 @@ struct contact {
     pressed_face deformation{};        ///< for `scene::deform`
 };
 
+/// Memory of `press`, kept so that it allocates nothing after the first frames.
+struct press_workspace {
+    contact touch{};             ///< the result
+    detail::skin_heights skin{}; ///< where the skin is
+};
+
 /// How a probe at a pose touches the body at rest, whatever the present deformation: how deep its face is in the body, what
 /// deformation that makes, and which lines touch.
 ///
-///     const contact touch = press(body, probe, at);
+///     const contact& touch = press(body, probe, at, {}, any_object{}, own);
 ///     body.deform(exec::par, touch.deformation);
 ///
 /// The body is what is inside of any object that is accepted, and not the background. Pressed skin comes to lie 0.05 mm behind
 /// the face, so that lines start in tissue. Costs one pass over the vertices and faces.
 /// @param accepts  bool(object_id): objects that belong to the body, such as all but the needle
+/// @param own      memory; pass it again with the next frame to avoid allocations
+/// @return         valid until `own` is used again
 /// @throws usage_error     for a probe or a setting out of range, or a scene that was not built
 /// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe, std::predicate<object_id> Filter = any_object>
-contact press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings = {},
-              const Filter& accepts = {}) {
+template <transducer Probe, std::predicate<object_id> Filter>
+const contact& press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings,
+                     const Filter& accepts, press_workspace& own) {
     constexpr float behind = 0.05e-3F;
     probe.check();
     body.require_built();
     if (!is_rigid(at)) throw geometry_error{"press: the pose is not a rigid transform; make it with look_at"};
     if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
         throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
-    contact found;
+    contact& found = own.touch;
+    found.depth = 0;
+    found.touching = 0;
+    found.lines.clear();
     pressed_face& face = found.deformation;
     face.at = at;
     face.decay = settings.decay;
@@ -57,11 +69,13 @@ contact press(const scene& body, const Probe& probe, const pose& at, const press
     const auto last = static_cast<float>(probe.lines) - 0.5F;
     face.left = min(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
     face.right = max(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
+    face.elevation = pressed_face{}.elevation;
     if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
     for (std::size_t i = 0; i < pressed_face::columns; ++i)
         face.height[i] =
             probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1)).origin.z; // lines are evenly spaced
-    detail::skin_heights skin{face};
+    detail::skin_heights& skin = own.skin;
+    skin.begin(face);
     for (const object& one : body.objects())
         if (accepts(one.id)) skin.add(one.surface.faces, body.rest_positions(one.id), one.at);
     skin.finish();
@@ -86,6 +100,19 @@ contact press(const scene& body, const Probe& probe, const pose& at, const press
         found.touching += touches ? 1 : 0;
     }
     return found;
+}
+/// The same for a single frame.
+///
+///     const contact touch = press(body, probe, at);
+///     body.deform(exec::par, touch.deformation);
+///
+/// @throws usage_error, geometry_error  as above
+template <transducer Probe, std::predicate<object_id> Filter = any_object>
+contact press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings = {},
+              const Filter& accepts = {}) {
+    press_workspace own;
+    press(body, probe, at, settings, accepts, own);
+    return std::move(own.touch);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

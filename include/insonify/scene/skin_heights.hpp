@@ -6,15 +6,22 @@
 #include <algorithm>
 #include <cfloat>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Where lines along z through the points of a probe's face leave a body that consists of several surfaces.
+/// Where lines along z through the points of a probe's face leave a body that consists of several surfaces. Keeps its memory.
 class skin_heights {
   public:
-    explicit skin_heights(const pressed_face& face) : face_{face} {}
+    /// Begins a body. @param face  its pose, edges and heights
+    void begin(const pressed_face& face) {
+        face_ = face;
+        intervals_.clear();
+        std::fill(std::begin(depth_), std::end(depth_), 0.0F);
+        std::fill(std::begin(gap_), std::end(gap_), FLT_MAX);
+    }
 
     /// Adds a closed surface of the body. @param to_world  of its positions
     void add(std::span<const uvec3> faces, std::span<const vec3> positions, const pose& to_world) {
@@ -103,12 +110,12 @@ class skin_heights {
         return odd;
     }
 
-    const pressed_face& face_;
+    pressed_face face_{};
     std::vector<vec3> points_{};
     std::vector<crossing> crossings_{};
     std::vector<interval> intervals_{};
     float depth_[samples] = {};
-    std::vector<float> gap_ = std::vector<float>(samples, FLT_MAX);
+    float gap_[samples] = {};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
