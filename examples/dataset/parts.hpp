@@ -192,10 +192,15 @@ inline void write_files(const std::string& path, const anatomies& all, const std
         };
         png(".png", one.image);
         png("_label.png", one.label);
+        const auto digits = [](double value) { // a float is read back as it was
+            char written[32];
+            std::snprintf(written, sizeof written, "%.9g", value);
+            return std::string{written};
+        };
         std::string text = "{\n  \"number\": " + std::to_string(one.numbers.number) + ",\n  \"pitch\": [" +
-                           std::to_string(one.pitch.x) + ", " + std::to_string(one.pitch.y) + "]";
+                           digits(double{one.pitch.x}) + ", " + digits(double{one.pitch.y}) + "]";
         for (const named_number& each : numbers())
-            text += std::string{",\n  \""} + each.name + "\": " + std::to_string(each.of(one.numbers));
+            text += std::string{",\n  \""} + each.name + "\": " + digits(double{each.of(one.numbers)});
         text += ",\n  \"labels\": [";
         for (std::size_t i = 0; i < all.labels().names.size(); ++i) {
             std::string quoted;
