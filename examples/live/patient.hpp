@@ -15,8 +15,8 @@ namespace live {
 class patient {
   public:
     static constexpr medium air{.density = 1.2F, .sound_speed = 343};
-    static constexpr float gel_film = 3_mm;   ///< no more gel than that
-    static constexpr float max_press = 12_mm; ///< of any point of the face
+    static constexpr float gel_film = 3_mm;  ///< no more gel than that
+    static constexpr float max_press = 9_mm; ///< of any point of the face
 
     /// @param anatomy  built or not; objects named "needle" and "gel" are replaced. Around a body that brings gel there is
     ///                 air; another one keeps its background
@@ -80,13 +80,20 @@ class patient {
         now.beat.time = time;
         touch = press(at_rest_, probe, at, {.gel = gel_film, .decay = 24_mm});
         now.pressed = touch.depth > 0;
-        if (now.pressed) now.face = touch.deformation;
+        if (now.pressed) now.face = limited(touch.deformation);
         now.opening = std::clamp(1 - (touch.mean_depth - 1_mm) / 4_mm, 0.1F, 1.0F); // a vein closes at a few mmHg
         now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm;
         if (now.dragged) now.drag = {.entry = held.entry, .tip = held.tip(), .drag = held.drag};
         body.place(gel_id, at);
         if (now == motion && settled_) return;
-        body.deform(policy, now, soft_);
+        try {
+            body.deform(policy, now, soft_);
+        } catch (const geometry_error&) { // where it would fold over, the tissue stays at rest
+            now.pressed = now.dragged = false;
+            now.opening = 1;
+            now.beat.amplitude = 0;
+            body.deform(policy, now, soft_);
+        }
         motion = now;
         settled_ = true;
         for (vessel* one : {&flow.artery, &flow.vein})
@@ -112,6 +119,23 @@ class patient {
         points_.clear();
         for (const vec3& position : one.surface.positions) points_.push_back(one.at.point(position));
         return points_;
+    }
+
+    // Beyond the edge of a body there is no skin: the depth of the face does not end there at once, or tissue would fold.
+    static pressed_face limited(pressed_face face) {
+        const float step = 1.2F * (face.right - face.left) / (pressed_face::columns - 1),
+                    step_along = 1.2F * face.elevation / (pressed_face::rows - 1);
+        for (std::size_t pass = 0; pass < 2; ++pass)
+            for (std::size_t k = 0; k < pressed_face::rows; ++k)
+                for (std::size_t i = 0; i < pressed_face::columns; ++i) {
+                    const std::size_t x = pass == 0 ? i : pressed_face::columns - 1 - i,
+                                      y = pass == 0 ? k : pressed_face::rows - 1 - k;
+                    const std::size_t before = pass == 0 ? x - 1 : x + 1, above = pass == 0 ? y - 1 : y + 1;
+                    float& depth = face.depth[y][x];
+                    if (before < pressed_face::columns) depth = std::min(depth, face.depth[y][before] + step);
+                    if (above < pressed_face::rows) depth = std::min(depth, face.depth[above][x] + step_along);
+                }
+        return face;
     }
 
     // How deep the face is in the body at rest, at the middle and the ends.

@@ -40,11 +40,11 @@ inline vec3 tissue_colour(const std::string& name) {
         vec3 colour;
     };
     static constexpr entry known[] = {
-        {"wall", {0.75F, 0.45F, 0.55F}},    {"artery", {0.95F, 0.15F, 0.15F}}, {"vein", {0.2F, 0.35F, 1}},
-        {"epineurium", {0.9F, 0.6F, 0.1F}}, {"fascicle", {1, 0.95F, 0.45F}},   {"nerve", {1, 0.8F, 0.2F}},
-        {"bone", {0.9F, 0.9F, 0.85F}},      {"needle", {0.5F, 1, 1}},          {"muscle", {0.7F, 0.25F, 0.25F}},
-        {"fascia", {0.8F, 0.85F, 0.9F}},    {"fat", {0.95F, 0.8F, 0.5F}},      {"skin", {0.95F, 0.65F, 0.55F}},
-        {"gel", {0.5F, 0.75F, 0.9F}}};
+        {"artery wall", {0.8F, 0.1F, 0.1F}}, {"vein wall", {0.15F, 0.25F, 0.85F}}, {"artery", {0.95F, 0.15F, 0.15F}},
+        {"vein", {0.2F, 0.35F, 1}},          {"epineurium", {0.9F, 0.6F, 0.1F}},   {"fascicle", {1, 0.95F, 0.45F}},
+        {"nerve", {1, 0.8F, 0.2F}},          {"bone", {0.9F, 0.9F, 0.85F}},        {"needle", {0.5F, 1, 1}},
+        {"muscle", {0.7F, 0.25F, 0.25F}},    {"fascia", {0.8F, 0.85F, 0.9F}},      {"fat", {0.95F, 0.8F, 0.5F}},
+        {"skin", {0.95F, 0.65F, 0.55F}},     {"gel", {0.5F, 0.75F, 0.9F}}};
     for (const entry& one : known)
         if (name.find(one.word) != std::string::npos) return one.colour;
     std::uint32_t hash = 2166136261U;

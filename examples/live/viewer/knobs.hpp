@@ -82,8 +82,10 @@ class knob_panel {
             ImGui::PushID(i);
             ImGui::SameLine(80 + 46.0F * static_cast<float>(i));
             float& level = sliders_[i];
+            ImGui::PushItemWidth(40);
             if (ImGui::DragFloat("##", &level, 0.25F, -40, 40, "%.0f"))
                 scanner.push({"slider", {static_cast<float>(i), level}});
+            ImGui::PopItemWidth();
             if (ImGui::IsItemHovered()) ImGui::SetTooltip("Drag: gain in dB at %d / 7 of the depth", i);
             ImGui::PopID();
         }

@@ -56,7 +56,7 @@ class view3d {
         glColor4f(0.8F, 0.85F, 0.9F, 1);
         draw_mesh(make_needle(needle_diameter(frame.gauge), 80_mm, {.bevel = frame.bevel}), frame.needle);
         glColor4f(0.35F, 0.55F, 0.75F, 1);
-        draw_mesh(make_box({-22_mm, -6_mm, -30_mm}, {22_mm, 6_mm, -0.5_mm}), frame.probe);
+        draw_mesh(make_box({-21_mm, -4_mm, -18_mm}, {21_mm, 4_mm, -0.5_mm}), frame.probe);
         glDisable(GL_LIGHTING);
         draw_slice(frame, picture);
         glEnable(GL_LIGHTING);

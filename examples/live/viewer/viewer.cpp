@@ -59,11 +59,11 @@ void show_hint(bool& open, float left) {
     if (!open) return;
     ImGui::SetNextWindowPos({left + 12, 12});
     ImGui::Begin("First steps", &open, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove);
-    ImGui::TextUnformatted("Slide the probe: drag it here, or use the arrow keys. Shift and drag: tilt, rock\n"
+    ImGui::TextUnformatted("Probe: drag it here, or arrow keys; with Shift: tilt, rock\n"
                            "W S tilt, A D rock, Q E rotate, F R press and lift\n"
                            "Needle: drag it along its shaft, or Page Down, Page Up\n"
                            "Space freezes. Click twice on the picture to measure\n"
-                           "Right drag turns this view, the wheel zooms. Every knob explains itself");
+                           "Right drag turns this view; knobs explain themselves");
     ImGui::End();
 }
 
@@ -161,7 +161,7 @@ class application {
         ImGui_ImplGlfw_NewFrame();
         ImGui::NewFrame();
         glfwGetFramebufferSize(window_, &width_, &height_);
-        const float left = 0.55F * static_cast<float>(width_), tall = static_cast<float>(height_), knobs = 310;
+        const float left = 0.55F * static_cast<float>(width_), tall = static_cast<float>(height_), knobs = 250;
         constexpr auto fixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                                ImGuiWindowFlags_NoTitleBar;
         ImGui::SetNextWindowPos({0, 0});
