@@ -58,8 +58,10 @@ struct needle_state {
     float steepness = 30_deg;      ///< angle to the skin
     float aside = 0;               ///< angle to the x axis
     float inserted = 0;            ///< metres from the skin to the tip
+    std::optional<pose> held{};    ///< pose by a tracker, which replaces the four members above
 
     pose at() const {
+        if (held) return *held;
         const pose from_entry = nerve_block::needle_at(entry, steepness, aside);
         return {from_entry.rotation, entry + inserted * from_entry.direction({0, 0, 1})};
     }
@@ -67,11 +69,12 @@ struct needle_state {
 
 /// The hand on the probe.
 struct hand_state {
-    vec2 on_skin{0, 0}; ///< x, y in the world
-    float tilt = 0;     ///< about the array: the slice sweeps along y
-    float rock = 0;     ///< in the slice plane
-    float rotate = 0;   ///< about the axis of the probe
-    float gel = 0.4_mm; ///< between the face and the skin
+    vec2 on_skin{0, 0};         ///< x, y in the world
+    float tilt = 0;             ///< about the array: the slice sweeps along y
+    float rock = 0;             ///< in the slice plane
+    float rotate = 0;           ///< about the axis of the probe
+    float gel = 0.4_mm;         ///< between the face and the skin
+    std::optional<pose> held{}; ///< pose by a tracker, which replaces the members above
 };
 
 /// The simulator.
@@ -110,6 +113,7 @@ class session {
 
     /// The probe on the skin.
     pose probe_pose() const {
+        if (hand.held) return *hand.held;
         const auto is_skin = [&](object_id id) { return id != needle_id && body[id].name != "gel"; };
         const aabb box = body.box();
         const std::optional<surface_point> skin = first_surface(
@@ -150,6 +154,16 @@ class session {
         body.build(exec::par);
     }
     void place_needle() { body.place(needle_id, needle.at()); }
+
+    // Nine numbers of the rotation by columns, then the translation in mm.
+    static pose pose_of(const float* v) {
+        const pose at{{vec3{v[0], v[1], v[2]}, vec3{v[3], v[4], v[5]}, vec3{v[6], v[7], v[8]}},
+                      1e-3F * vec3{v[9], v[10], v[11]}};
+        if (!is_rigid(at))
+            throw std::invalid_argument{"the twelve numbers are no rigid transform: three columns of a "
+                                        "rotation, then x, y and z in mm"};
+        return at;
+    }
 
     static const std::map<std::string, action>& actions() {
         constexpr float mm = 1e-3F, degree = pi / 180;
@@ -209,6 +223,22 @@ class session {
              {1, "the needle, mm; negative: withdraw",
               [](session& s, const float* v) {
                   s.needle.inserted = clamp(s.needle.inserted + mm * v[0], -20 * mm, 60 * mm);
+                  s.place_needle();
+              }}},
+            {"hold_probe",
+             {12, "pose by a tracker: columns of the rotation, then mm in the world",
+              [](session& s, const float* v) { s.hand.held = pose_of(v); }}},
+            {"hold_needle",
+             {12, "pose by a tracker, as hold_probe: the tip, z along the needle",
+              [](session& s, const float* v) {
+                  s.needle.held = pose_of(v);
+                  s.place_needle();
+              }}},
+            {"release",
+             {0, "probe and needle return to the hand",
+              [](session& s, const float*) {
+                  s.hand.held.reset();
+                  s.needle.held.reset();
                   s.place_needle();
               }}},
             {"gain", {1, "dB", [](session& s, const float* v) { s.machine.settings.gain_db = clamp(v[0], -60, 60); }}},
