@@ -5,6 +5,7 @@
 #include "../nerve_block_phantom.hpp"
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <map>
@@ -33,9 +34,9 @@ inline std::optional<event> parse_event(const std::string& line) {
     event read;
     if (!(text >> read.name)) return std::nullopt;
     for (std::string word; text >> word;) {
-        std::size_t used = 0;
-        read.values.push_back(std::stof(word, &used));
-        if (used != word.size() || !is_finite(read.values.back()))
+        char* end = nullptr;
+        read.values.push_back(std::strtof(word.c_str(), &end));
+        if (end != word.c_str() + word.size() || !is_finite(read.values.back()))
             throw std::invalid_argument{read.name + ": '" + word + "' is not a number"};
     }
     return read;
@@ -160,7 +161,7 @@ class session {
         const pose at{{vec3{v[0], v[1], v[2]}, vec3{v[3], v[4], v[5]}, vec3{v[6], v[7], v[8]}},
                       1e-3F * vec3{v[9], v[10], v[11]}};
         if (!is_rigid(at))
-            throw std::invalid_argument{"the twelve numbers are no rigid transform: three columns of a "
+            throw std::invalid_argument{"the twelve numbers do not form a rigid transform: the columns of a "
                                         "rotation, then x, y and z in mm"};
         return at;
     }
