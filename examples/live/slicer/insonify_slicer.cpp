@@ -90,6 +90,8 @@ void run(const options& chosen) {
         chosen.obj.empty()
             ? live::session{}
             : live::session{load_obj_scene(chosen.obj, {.unit = chosen.unit * 1_mm, .background = tissue::fat})};
+    session.apply({"lines", {128}}); // 30 pictures a second on two cores
+    session.apply({"planes", {3}});
     slicer::server server{chosen.port};
     std::printf(
         "Listening on port %u, %g pictures a second; Ctrl-C ends.\n"

@@ -120,6 +120,7 @@ inline bytes pack_image(const char* device, const image& picture, const scan_map
 inline bytes pack_status(int code, const std::string& sentence) {
     const igtl::StatusMessage::Pointer message = igtl::StatusMessage::New();
     message->SetCode(code);
+    message->SetSubCode(0); // not initialised by the library
     message->SetErrorName(code == igtl::StatusMessage::STATUS_OK ? "OK" : "Error");
     message->SetStatusString(sentence.c_str());
     return detail::packed(*message, server_name, now());

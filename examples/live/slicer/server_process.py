@@ -1,4 +1,5 @@
 """Starts insonify_slicer on a free port, and ends it."""
+import os
 import re
 import signal
 import subprocess
@@ -17,6 +18,10 @@ class Server:
 
     def __exit__(self, *fault):
         self.end()
+
+    def cpu_seconds(self):
+        fields = open(f"/proc/{self.process.pid}/stat").read().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def end(self, how=signal.SIGTERM):
         """Its exit status."""
