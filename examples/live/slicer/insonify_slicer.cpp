@@ -17,7 +17,7 @@ using namespace insonify;
 struct options {
     std::uint16_t port = 18944;
     float fps = 30;
-    std::string replay{}, record{}, obj{};
+    std::string replay{}, record{}, obj{}, background = "fat";
     std::uint32_t frames = 0;
     float unit = 1;
 };
@@ -40,6 +40,7 @@ void add_options(CLI::App& app, options& into) {
     add("--unit", into.unit, "LENGTH", "length of one unit of that file (1mm)")
         ->transform(length)
         ->check(positive_number());
+    add("--background", into.background, "TISSUE", "medium around its objects (fat)");
     add("--replay", into.replay, "FILE", "plays a recorded session, a text file of events, such as nerve_block.txt");
     add("--record", into.record, "FILE", "writes the pictures and poses to a sequence of PLUS, FILE.igs.mha");
     add("--frames", into.frames, "COUNT", "ends after so many pictures (0: never)");
@@ -54,6 +55,12 @@ std::vector<live::event> read_events(const std::string& file) {
     for (std::string line; std::getline(lines, line);)
         if (const std::optional<live::event> one = live::parse_event(line)) events.push_back(*one);
     return events;
+}
+
+scene load(const options& chosen) {
+    const std::optional<medium> background = tissue::find(chosen.background);
+    if (!background) throw usage_error{"--background: there is no tissue '" + chosen.background + "'"};
+    return load_obj_scene(chosen.obj, {.unit = chosen.unit * 1_mm, .background = *background});
 }
 
 // Does what a client asks for and answers.
@@ -86,10 +93,7 @@ void run(const options& chosen) {
         chosen.replay.empty() ? std::vector<live::event>{} : read_events(chosen.replay);
     std::optional<slicer::sequence_file> record;
     if (!chosen.record.empty()) record.emplace(chosen.record);
-    live::session session =
-        chosen.obj.empty()
-            ? live::session{}
-            : live::session{load_obj_scene(chosen.obj, {.unit = chosen.unit * 1_mm, .background = tissue::fat})};
+    live::session session = chosen.obj.empty() ? live::session{} : live::session{load(chosen)};
     session.apply({"lines", {128}}); // 30 pictures a second on two cores
     session.apply({"planes", {3}});
     slicer::server server{chosen.port};

@@ -43,7 +43,7 @@ class server {
         address.sin_addr.s_addr = htonl(INADDR_ANY);
         address.sin_port = htons(port);
         if (listener_ < 0 || ::bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
-            ::listen(listener_, 16) != 0 || ::pipe2(wake_.data(), O_NONBLOCK | O_CLOEXEC) != 0) {
+            ::listen(listener_, 128) != 0 || ::pipe2(wake_.data(), O_NONBLOCK | O_CLOEXEC) != 0) {
             const std::system_error fault{errno, std::generic_category(), "--port " + std::to_string(port)};
             if (listener_ >= 0) ::close(listener_);
             throw fault;
@@ -110,7 +110,9 @@ class server {
             for (auto each = clients_.begin(); each != clients_.end(); ++i)
                 each =
                     serve(each->first, *each->second, watched[i].revents != 0) ? std::next(each) : clients_.erase(each);
-            if (watched[1].revents != 0) accept_client();
+            if (watched[1].revents != 0)
+                while (clients_.size() < max_clients && accept_client()) {
+                }
             count_ = clients_.size();
         }
     }
@@ -192,11 +194,12 @@ class server {
         requests_.push_back(std::move(next));
     }
 
-    void accept_client() {
+    bool accept_client() {
         const int descriptor = ::accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-        if (descriptor < 0) { // no descriptor is free: the listener stays readable
-            accept_after_ = steady::now() + std::chrono::milliseconds{500};
-            return;
+        if (descriptor < 0) {
+            if (errno != EAGAIN && errno != EWOULDBLOCK) // no descriptor is free: the listener stays readable
+                accept_after_ = steady::now() + std::chrono::milliseconds{500};
+            return false;
         }
         const int on = 1, buffer = 512 * 1024; // a small buffer: pictures do not age in it
         ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -207,6 +210,7 @@ class server {
         const std::scoped_lock lock{mutex_};
         one->answer(pack_status(igtl::StatusMessage::STATUS_OK, status_));
         one->offer(frame_);
+        return true;
     }
 
     std::array<int, 2> wake_{-1, -1};

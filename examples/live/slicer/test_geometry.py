@@ -9,7 +9,7 @@ import numpy as np
 from openigtlink import Connection, pack_command, pack_transform, read_image
 from server_process import Server
 
-BALL, RADIUS = np.array([2.0, 1.0, 20.0]), 0.3  # mm in the world
+BALL, RADIUS = np.array([2.0, 1.0, 20.0]), 0.1  # mm in the world
 
 
 def write_ball(path):
@@ -45,13 +45,13 @@ def probe_columns(turn, tilt, lateral, depth):
 
 
 def brightest_spot(image):
-    """Its place in the world: the middle of the pixels within 3 dB of the brightest, weighted by their amplitudes."""
+    """Its place in the world: the middle of the pixels within 10 dB of the brightest, weighted by their amplitudes."""
     size, numbers, gray = image
     axes = np.reshape(numbers, (4, 3))
     level = np.frombuffer(gray, np.uint8).reshape(size[1], size[0]).astype(float)
     level[:size[1] // 10] = 0  # the skin of the probe
     amplitude = 10 ** (level / 255 * 60 / 20)
-    amplitude[amplitude < 0.7 * amplitude.max()] = 0
+    amplitude[amplitude < 0.3 * amplitude.max()] = 0
     rows, columns = np.indices(amplitude.shape)
     column, row = (amplitude * columns).sum() / amplitude.sum(), (amplitude * rows).sum() / amplitude.sum()
     return axes[3] + axes[0] * (column - (size[0] - 1) / 2) + axes[1] * (row - (size[1] - 1) / 2)
@@ -59,9 +59,9 @@ def brightest_spot(image):
 
 def test_ball(program):
     write_ball("ball.obj")
-    with Server(program, "--obj", "ball.obj", "--unit", "1mm") as server:
+    with Server(program, "--obj", "ball.obj", "--unit", "1mm", "--background", "urine") as server:  # 1538 m/s
         client = Connection(server.port)
-        client.send(pack_command(1, "", "lines 256\nwidth 800\nplanes 1\ngain -20\nfocus 20"))
+        client.send(pack_command(1, "", "lines 512\nwidth 800\nplanes 1\ngain -26\nfocus 20"))
         client.until("RTS_COMMAND")
         for turn, tilt, lateral, depth in ((0, 0, 0, 20), (0, 0, 8, 20), (1.2, 0.15, -6, 18), (-2.5, -0.3, 3, 24)):
             columns = probe_columns(turn, tilt, lateral, depth)
@@ -70,7 +70,8 @@ def test_ball(program):
                                   columns, atol=1e-4):
                 pass
             spot = brightest_spot(read_image(client.until("IMAGE")["body"]))
-            expected = BALL - RADIUS * columns[6:9]  # the echo is that of the near side
+            # The echo is that of the near side, and scanners take the sound speed for 1540 m/s.
+            expected = BALL + (depth * (1540 / 1538 - 1) - RADIUS) * columns[6:9]
             error = np.linalg.norm(spot - expected)
             print(f"ball at ({lateral}, {depth}) mm of the picture: {spot}, expected {expected}: {error:.3f} mm, at most 0.1")
             assert error < 0.1
