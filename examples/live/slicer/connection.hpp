@@ -27,9 +27,9 @@ struct frame_messages {
 /// the next one. Answers are all sent.
 class connection {
   public:
-    static constexpr auto message_time = std::chrono::seconds{10}; ///< for a whole message to arrive
-    static constexpr auto stall_time = std::chrono::seconds{10};   ///< in which the client must take something
-    static constexpr std::size_t max_unread = 256 * 1024;          ///< bytes of answers that wait
+    static constexpr auto message_time = std::chrono::seconds{5}; ///< for a whole message to arrive
+    static constexpr auto stall_time = std::chrono::seconds{5};   ///< in which the client must take something
+    static constexpr std::size_t max_unread = 256 * 1024;         ///< bytes of answers that wait
 
     explicit connection(int descriptor) : socket_{descriptor} { input_.reserve(header_size); }
     connection(const connection&) = delete;
@@ -84,8 +84,8 @@ class connection {
     /// @throws broken_stream  for a client that is too slow, or leaves too many answers unread
     void check(steady::time_point time) const {
         if (waiting_ > max_unread) throw broken_stream{"it does not read its answers"};
-        if (wants_to_send() && time - progress_ > stall_time) throw broken_stream{"it has read nothing for 10 s"};
-        if (!input_.empty() && time - begun_ > message_time) throw broken_stream{"a message has taken more than 10 s"};
+        if (wants_to_send() && time - progress_ > stall_time) throw broken_stream{"it has read nothing for 5 s"};
+        if (!input_.empty() && time - begun_ > message_time) throw broken_stream{"a message has taken more than 5 s"};
     }
 
     bool pictures = true;     ///< wanted: STT_IMAGE, STP_IMAGE

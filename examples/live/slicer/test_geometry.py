@@ -63,7 +63,7 @@ def test_ball(program):
         client = Connection(server.port)
         client.send(pack_command(1, "", "lines 512\nwidth 800\nplanes 1\ngain -26\nfocus 20"))
         client.until("RTS_COMMAND")
-        for turn, tilt, lateral, depth in ((0, 0, 0, 20), (0, 0, 8, 20), (1.2, 0.15, -6, 18), (-2.5, -0.3, 3, 24)):
+        for turn, tilt, lateral, depth in ((0, 0, 8, 20), (1.2, 0.15, -6, 18), (-2.5, -0.3, 3, 24)):
             columns = probe_columns(turn, tilt, lateral, depth)
             client.send(pack_transform("ProbeToReference", columns))
             while not np.allclose(np.frombuffer(client.until("TRANSFORM", device="ProbeToReference")["body"], ">f4"),
@@ -83,7 +83,7 @@ def test_latency(program, client):
         quick.send(pack_command(1, "", "width 256\nlines 64\nplanes 1"))
         quick.until("RTS_COMMAND")
         quick.close()
-        subprocess.run([client, str(server.port), "80"], check=True, timeout=60)
+        subprocess.run([client, str(server.port), "60"], check=True, timeout=60)
 
 
 test_latency(sys.argv[1], sys.argv[2])
