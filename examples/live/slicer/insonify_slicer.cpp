@@ -1,6 +1,5 @@
 /// A live ultrasound scanner for 3D Slicer, PLUS and every other client of OpenIGTLink: see README.md, or
 /// `insonify_slicer --help`.
-#define INSONIFY_IMPLEMENTATION
 #include "../../simulate_options.hpp"
 #include "commands.hpp"
 #include "sequence_file.hpp"
