@@ -201,7 +201,7 @@ class server {
                 accept_after_ = steady::now() + std::chrono::milliseconds{500};
             return false;
         }
-        const int on = 1, buffer = 512 * 1024; // a small buffer: pictures do not age in it
+        const int on = 1, buffer = 128 * 1024; // a small buffer: pictures do not age in it
         ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
         ::setsockopt(descriptor, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
         ::setsockopt(descriptor, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);

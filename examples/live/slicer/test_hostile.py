@@ -150,8 +150,10 @@ def main():
         knobs.close()
         good = GoodClient(server.port)
         good.start()
-        time.sleep(2.5)  # the first pictures make tables
-        usual = rate_of(good.times[-1 - RATE:])
+        deadline = time.monotonic() + 60
+        while len(good.times) < 30 and time.monotonic() < deadline:
+            time.sleep(0.1)
+        usual = rate_of(good.times[10:])  # the first pictures make tables
         silent, half = stalled_clients(server.port)
         stalled_since = time.monotonic()
         begin = len(good.times)
@@ -165,19 +167,20 @@ def main():
         waited = time.monotonic() - stalled_since
         assert 4.9 < waited < 7, waited
         print(f"half a message: disconnected after {waited:.1f} s, expected 5 to 7")
-        time.sleep(max(0, stalled_since + 8 - time.monotonic()))
-        try:
-            for _ in range(3):  # a reset is seen at the second one
+        try:  # its buffers must fill first
+            while time.monotonic() - stalled_since < 40:
                 silent.send(pack("GET_STATUS", "", b""))
                 time.sleep(0.2)
             raise AssertionError("a client that reads nothing is kept")
         except ConnectionError:
-            print("a client that reads nothing: disconnected")
+            waited = time.monotonic() - stalled_since
+            print(f"a client that reads nothing: disconnected after {waited:.1f} s, expected more than 5")
+            assert waited > 4.9
         times = good.times[begin:]
         assert good.fault is None, good.fault
         longest = max(b - a for a, b in zip(times, times[1:]))
         print(f"the good client: {rate_of(times):.1f} images a second, alone {usual:.1f}; longest pause {1e3 * longest:.0f} ms")
-        assert rate_of(times) > 0.6 * usual and longest < 1
+        assert rate_of(times) > 0.6 * usual and longest < max(1, 10 / usual)
         good.running = False
         assert server.end() == 0
 
