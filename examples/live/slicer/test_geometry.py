@@ -63,6 +63,7 @@ def test_ball(program):
         client = Connection(server.port)
         client.send(pack_command(1, "", "lines 512\nwidth 800\nplanes 1\ngain -26\nfocus 20"))
         client.until("RTS_COMMAND")
+        client.send(pack_transform("NeedleTipToReference", [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 200, 0]))  # out of the picture
         for turn, tilt, lateral, depth in ((0, 0, 8, 20), (1.2, 0.15, -6, 18), (-2.5, -0.3, 3, 24)):
             columns = probe_columns(turn, tilt, lateral, depth)
             client.send(pack_transform("ProbeToReference", columns))
