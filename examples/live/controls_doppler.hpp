@@ -201,7 +201,9 @@ inline std::vector<control> doppler_controls() {
              nullptr,
              false,
              {},
-             [](session& s, const float*, std::uint32_t) { s.machine.freeze(); }},
+             [](session& s, const float*, std::uint32_t) {
+                 if (!s.machine.cine().empty()) s.machine.freeze(); // there is a picture
+             }},
             {"unfreeze",
              "Measure",
              "Unfreeze",

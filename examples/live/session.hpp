@@ -60,6 +60,9 @@ class session : public patient {
     /// The next picture; 1 / 30 s after the last one.
     template <exec::policy Policy>
     const image& frame(const Policy& policy);
+    /// The time of a frame passes, but nothing is drawn.
+    template <exec::policy Policy>
+    void advance(const Policy& policy);
 
     const colour_image& screen() const { return screen_; } ///< the last picture with overlays
     const image& strip() const {
@@ -116,16 +119,20 @@ class session : public patient {
 };
 
 template <exec::policy Policy>
+void session::advance(const Policy& policy) {
+    if (machine.frozen()) return;
+    machine.time += 1.0 / 30;
+    ++machine.settings.frame;
+    needle.drag *= 0.97F; // tissue creeps back
+    move(policy, machine.probe, probe_pose(), needle, static_cast<float>(machine.time), beat);
+    flow.beat.heart_rate = beat.rate;
+}
+
+template <exec::policy Policy>
 const image& session::frame(const Policy& policy) {
     if (record != nullptr) *record << "frame\n";
     const bool acquires = !machine.frozen();
-    if (acquires) {
-        machine.time += 1.0 / 30;
-        ++machine.settings.frame;
-        needle.drag *= 0.97F; // tissue creeps back
-        move(policy, machine.probe, probe_pose(), needle, static_cast<float>(machine.time), beat);
-        flow.beat.heart_rate = beat.rate;
-    }
+    advance(policy);
     const image& gray = machine.scan(policy, body, acquires ? probe_pose() : machine.at());
     if (acquires) {
         const auto time = static_cast<float>(machine.time);

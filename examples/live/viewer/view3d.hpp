@@ -1,8 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_VIEWER_VIEW3D_HPP
 #define INSONIFY_EXAMPLES_LIVE_VIEWER_VIEW3D_HPP
 
-#include "worker.hpp"
-#include <GLFW/glfw3.h>
+#include "picture.hpp"
 
 namespace live {
 
@@ -23,12 +22,20 @@ class view3d {
             glEndList();
             parts_.push_back({list, paint});
         }
+        const aabb whole = body.box();
+        if (!body.find("nerve")) {
+            target = 0.5F * (whole.lower + whole.upper);
+            distance = 2.5F * length(whole.size());
+        }
         std::stable_sort(parts_.begin(), parts_.end(),
                          [](const part& a, const part& b) { return a.paint.alpha > b.paint.alpha; });
     }
 
     /// Draws into a part of the window, in pixels from its lower left corner.
-    void draw(int x, int y, int width, int height, const shown_frame& frame, GLuint picture) const {
+    void draw(int x, int y, int width, int height, const shown_frame& frame, GLuint picture) {
+        left_ = x;
+        width_ = width;
+        height_ = height;
         glViewport(x, y, width, height);
         glScissor(x, y, width, height);
         glEnable(GL_SCISSOR_TEST);
@@ -62,6 +69,30 @@ class view3d {
         glDisable(GL_SCISSOR_TEST);
     }
 
+    /// Turns a drag in the view into events: of the needle where it is near, else of the probe, which slides, or turns with
+    /// Shift.
+    void drag(const shown_frame& frame, worker& scanner, vec2 mouse, vec2 moved, bool begins, bool turns) {
+        const vec2 tip = pixel(frame.needle.point({0, 0, 0})), end = pixel(frame.needle.point({0, 0, -80_mm}));
+        if (begins) {
+            const vec2 shaft = end - tip;
+            const float along = clamp(dot(mouse - tip, shaft) / max(dot(shaft, shaft), 1), 0, 1);
+            holds_needle_ = length(mouse - tip - along * shaft) < 12 &&
+                            length(mouse - pixel(frame.probe.point({0, 0, -15_mm}))) > 40;
+        }
+        const float metres = 0.8F * distance / static_cast<float>(height_); // of a pixel, at the target
+        if (holds_needle_) {
+            const vec2 shaft = (tip - end) / 80.0F; // pixels of a millimetre
+            scanner.push({"advance", {dot(moved, shaft) / max(dot(shaft, shaft), 0.1F)}});
+        } else if (turns) {
+            scanner.push({"rock", {0.3F * moved.x}});
+            scanner.push({"tilt", {0.3F * moved.y}});
+        } else {
+            const float x = moved.x * metres / 1_mm,
+                        y = moved.y * metres / 1_mm / max(std::fabs(std::sin(pitch)), 0.3F);
+            scanner.push({"slide", {x * std::cos(yaw) + y * std::sin(yaw), y * std::cos(yaw) - x * std::sin(yaw)}});
+        }
+    }
+
   private:
     struct colour {
         float red, green, blue, alpha;
@@ -71,16 +102,12 @@ class view3d {
         colour paint;
     };
 
-    // Tissues as in an atlas; what is wider than 40 mm is a layer, and transparent.
+    // What is wider than 40 mm is a layer, and transparent.
     static colour colour_of(const scene& body, const object& one) {
         const aabb box = body.box(one.id);
-        const auto named = [&](const char* word) { return one.name.find(word) != std::string::npos; };
-        if (named("artery")) return {0.8F, 0.15F, 0.15F, 1};
-        if (named("vein")) return {0.2F, 0.3F, 0.8F, 1};
-        if (named("nerve") || named("fascicle") || named("epineurium")) return {0.95F, 0.85F, 0.3F, 1};
-        if (named("bone")) return {0.92F, 0.9F, 0.82F, 1};
-        if (box.upper.x - box.lower.x > 40_mm) return {0.9F, 0.65F, 0.55F, named("skin") ? 0.12F : 0.03F};
-        return {0.7F, 0.5F, 0.45F, 1};
+        const vec3 paint = tissue_colour(one.name);
+        const bool is_layer = box.upper.x - box.lower.x > 40_mm, is_skin = one.name == "skin";
+        return {paint.x, paint.y, paint.z, is_skin ? 0.12F : is_layer ? 0.03F : 1};
     }
 
     static void draw_part(const part& one) {
@@ -117,16 +144,31 @@ class view3d {
         glEnd();
     }
 
+    struct axes {
+        vec3 from, right, up, back;
+    };
+    axes camera() const {
+        const vec3 from = target + distance * vec3{std::cos(pitch) * std::sin(yaw), std::cos(pitch) * std::cos(yaw),
+                                                   -std::sin(pitch)};
+        const vec3 back = normalize(from - target), right = normalize(cross(vec3{0, 0, -1}, back));
+        return {from, right, cross(back, right), back};
+    }
+    // Where a point of the world is in the window.
+    vec2 pixel(vec3 point) const {
+        const axes view = camera();
+        const vec3 away = point - view.from;
+        const float scale = static_cast<float>(height_) / (0.8F * max(-dot(away, view.back), 1_mm));
+        return {static_cast<float>(left_) + 0.5F * static_cast<float>(width_) + scale * dot(away, view.right),
+                0.5F * static_cast<float>(height_) - scale * dot(away, view.up)};
+    }
+
     // From +y, with depth down in the window: x to the right, as in the picture.
     void place_camera(double aspect) const {
         glMatrixMode(GL_PROJECTION);
         glLoadIdentity();
         constexpr double near = 0.005, far = 2, half = 0.4 * near;
         glFrustum(-half * aspect, half * aspect, -half, half, near, far);
-        const vec3 from = target + distance * vec3{std::cos(pitch) * std::sin(yaw), std::cos(pitch) * std::cos(yaw),
-                                                   -std::sin(pitch)};
-        const vec3 back = normalize(from - target), right = normalize(cross(vec3{0, 0, -1}, back)),
-                   up = cross(back, right);
+        const auto [from, right, up, back] = camera();
         const float view[] = {right.x, up.x, back.x, 0, right.y,           up.y,           back.y,           0,
                               right.z, up.z, back.z, 0, -dot(right, from), -dot(up, from), -dot(back, from), 1};
         glMatrixMode(GL_MODELVIEW);
@@ -137,6 +179,8 @@ class view3d {
     }
 
     std::vector<part> parts_{};
+    int left_ = 0, width_ = 1, height_ = 1; // of the part of the window
+    bool holds_needle_ = false;
 };
 
 } // namespace live

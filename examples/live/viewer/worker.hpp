@@ -2,9 +2,7 @@
 #define INSONIFY_EXAMPLES_LIVE_VIEWER_WORKER_HPP
 
 #include "../session.hpp"
-#include <atomic>
 #include <condition_variable>
-#include <cstdio>
 #include <exception>
 #include <mutex>
 #include <thread>
@@ -13,15 +11,24 @@ namespace live {
 
 /// What the window shows of a frame.
 struct shown_frame {
-    image picture{};
-    vec3 corners[4] = {}; ///< of the picture in the world: upper left, upper right, lower right, lower left
+    colour_image screen{};
+    image strip{};
+    strip_scale axes{}; ///< of the strip
+    std::vector<legend_entry> legend{};
+    std::vector<float> values{}; ///< of `controls()`, in their order
+    vec3 corners[4] = {};        ///< of the picture in the world: upper left, upper right, lower right, lower left
     pose probe{}, needle{};
     std::uint32_t gauge = 22;
     float bevel = 15_deg;
     float depth = 0, top = 0, focus = 0; ///< metres: of the picture's lower and upper edge, and of the focus
-    float pitch = 0;                     ///< of a pixel, metres
+    float pitch = 1;                     ///< of a pixel, metres
+    mode shown = mode::b;
+    float scale = 0;    ///< of Doppler, m/s
+    float contact = 1;  ///< fraction of the lines that touch
+    float measured = 0; ///< the last distance, metres
+    float area = 0;     ///< the last area, square metres
     bool frozen = false;
-    double seconds = 0;      ///< that the frame took
+    double seconds = 0;      ///< from frame to frame
     std::uint32_t count = 0; ///< frames so far
 };
 
@@ -29,7 +36,7 @@ struct shown_frame {
 class worker {
   public:
     /// @param steps  draws only at "frame" events, as in a recorded session
-    explicit worker(session& of, bool steps) : session_{of}, steps_{steps}, thread_{[this] { run(); }} {}
+    worker(session& of, bool steps) : session_{of}, steps_{steps}, thread_{[this] { run(); }} {}
     ~worker() {
         {
             const std::lock_guard lock{mutex_};
@@ -78,17 +85,28 @@ class worker {
                     const std::lock_guard lock{mutex_};
                     fault_ = refused.what();
                 }
-            if (steps_) continue;
-            draw();
+            if (!steps_) try {
+                    draw();
+                } catch (const std::exception& failed) {
+                    const std::lock_guard lock{mutex_};
+                    fault_ = failed.what();
+                }
         }
     }
 
     void draw() {
-        const image& seen = session_.frame(exec::par_unseq);
+        session_.frame(exec::par_unseq);
         const scanner<linear_array>& machine = session_.machine;
-        const auto right = static_cast<float>(seen.size.x), bottom = static_cast<float>(seen.size.y);
+        const uvec2 size = session_.screen().size;
+        const auto right = static_cast<float>(size.x), bottom = static_cast<float>(size.y);
+        const double seconds = clock_.lap();
         const std::lock_guard lock{mutex_};
-        shown_.picture = seen;
+        shown_.screen = session_.screen();
+        shown_.strip = session_.strip();
+        shown_.axes = session_.strip_axes();
+        shown_.legend = session_.legend();
+        shown_.values.clear();
+        for (const control& one : controls()) shown_.values.push_back(one.value != nullptr ? one.value(session_) : 0);
         shown_.corners[0] = machine.point({0, 0});
         shown_.corners[1] = machine.point({right, 0});
         shown_.corners[2] = machine.point({right, bottom});
@@ -99,15 +117,21 @@ class worker {
         shown_.bevel = session_.needle.bevel;
         shown_.top = machine.map().point({0, 0}).y;
         shown_.depth = machine.map().point({0, bottom}).y;
-        shown_.pitch = machine.map().pitch;
+        shown_.pitch = (shown_.depth - shown_.top) / std::max(bottom, 1.0F);
         shown_.focus = machine.probe.focus > 0 ? machine.probe.focus : machine.settings.depth / 2;
+        shown_.shown = session_.shown;
+        shown_.scale = session_.doppler.scale;
+        shown_.contact = static_cast<float>(session_.touch.touching) / static_cast<float>(machine.probe.lines);
+        shown_.measured = session_.measured.empty() ? 0 : session_.measured.back();
+        shown_.area = session_.areas.empty() ? 0 : session_.areas.back().area;
         shown_.frozen = machine.frozen();
-        shown_.seconds = machine.times().total;
+        shown_.seconds = seconds;
         ++shown_.count;
     }
 
     session& session_;
     bool steps_;
+    insonify::detail::stopwatch clock_{};
     std::mutex mutex_{};
     std::condition_variable wake_{};
     std::vector<event> events_{};

@@ -1,0 +1,39 @@
+#ifndef INSONIFY_EXAMPLES_LIVE_OBJ_HPP
+#define INSONIFY_EXAMPLES_LIVE_OBJ_HPP
+
+#include "session.hpp"
+#include <stdexcept>
+#include <string>
+
+namespace live {
+
+/// Metres from "mm", "cm" or "m". @throws std::invalid_argument  for another word
+inline float unit_of(const std::string& name) {
+    if (name == "mm") return 1e-3F;
+    if (name == "cm") return 1e-2F;
+    if (name == "m") return 1;
+    throw std::invalid_argument{"the unit is '" + name + "'; it must be mm, cm or m"};
+}
+
+/// A session whose patient is an OBJ file, in air: materials are tissues of the library, see `load_obj_scene`. +z points into
+/// the body; the probe begins above the middle of its skin.
+/// @param unit  of the file, metres
+/// @throws std::runtime_error  for a file that cannot be read, or a mesh that is open, naming the object and what to do
+inline session session_of_obj(const std::string& path, float unit) {
+    scene body = load_obj_scene(path, {.unit = unit, .background = patient::air});
+    for (const object& one : body.objects()) {
+        const mesh_report report = validate(one.surface);
+        if (!report.closed()) throw std::runtime_error{path + ": object '" + one.name + "': " + explain(report)};
+    }
+    const vec3 size = body.box().size();
+    if (const float largest = std::max({size.x, size.y, size.z}); largest < 2_mm || largest > 3)
+        throw std::runtime_error{path + ": the body is " + std::to_string(1e3F * largest) +
+                                 " mm large; give the unit of the file, such as --unit mm"};
+    session made{std::move(body)};
+    made.apply({"mode", {0}});
+    return made;
+}
+
+} // namespace live
+
+#endif

@@ -1,0 +1,119 @@
+#ifndef INSONIFY_EXAMPLES_LIVE_VIEWER_KNOBS_HPP
+#define INSONIFY_EXAMPLES_LIVE_VIEWER_KNOBS_HPP
+
+#include "../controls.hpp"
+#include "picture.hpp"
+
+namespace live {
+
+/// The knobs, from the table of controls, in tabs as sonographers group them.
+class knob_panel {
+  public:
+    bool saves_sequence = false, wants_screenshot = false;
+
+    /// Buttons for examinations and modes, and freeze.
+    void show_buttons(const shown_frame& frame, worker& scanner) const {
+        for (const char* name : {"mode", "preset"}) {
+            const std::size_t i = index_of(name);
+            const control& one = controls()[i];
+            const auto present = static_cast<std::size_t>(std::lround(frame.values[i]));
+            ImGui::AlignTextToFramePadding();
+            ImGui::TextUnformatted(one.title.c_str());
+            for (std::size_t k = 0; k < one.choices.size(); ++k) {
+                ImGui::SameLine(k == 0 ? 92 : 0);
+                const bool active = k == present;
+                if (active) ImGui::PushStyleColor(ImGuiCol_Button, ImVec4{0.15F, 0.5F, 0.75F, 1});
+                if (ImGui::Button(one.choices[k].c_str())) scanner.push({one.event, {static_cast<float>(k)}});
+                if (active) ImGui::PopStyleColor();
+                if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", one.tooltip.c_str());
+            }
+            if (one.event == "mode") {
+                ImGui::SameLine(0, 24);
+                if (ImGui::Button(frame.frozen ? "Unfreeze" : "Freeze"))
+                    scanner.push({frame.frozen ? "unfreeze" : "freeze", {}});
+                if (ImGui::IsItemHovered())
+                    ImGui::SetTooltip("Space. Gain and dynamic range still act on a frozen picture");
+            }
+        }
+    }
+
+    void show_tabs(const shown_frame& frame, worker& scanner, picture_panel& picture) {
+        if (!ImGui::BeginTabBar("groups")) return;
+        for (const char* group : {"Image", "Probe", "Needle", "Doppler", "Measure", "Quality"}) {
+            if (!ImGui::BeginTabItem(group)) continue;
+            ImGui::Columns(2, nullptr, false);
+            for (std::size_t i = 0; i < controls().size(); ++i)
+                if (controls()[i].group == group) knob(controls()[i], frame.values[i], scanner);
+            if (group == std::string{"Measure"}) measure_tools(frame, scanner, picture);
+            ImGui::Columns(1);
+            if (group == std::string{"Image"}) time_gain(scanner);
+            ImGui::EndTabItem();
+        }
+        ImGui::EndTabBar();
+    }
+
+  private:
+    static std::size_t index_of(const std::string& name) {
+        return static_cast<std::size_t>(find_control(name) - controls().data());
+    }
+
+    static void knob(const control& one, float present, worker& scanner) {
+        const bool is_switch = one.choices.size() == 2;
+        if (!one.is_slider() && !is_switch) return;
+        float wanted = present;
+        ImGui::PushItemWidth(150);
+        if (is_switch) {
+            bool on = present > 0.5F;
+            if (ImGui::Checkbox(one.title.c_str(), &on)) scanner.push({one.event, {on ? 1.0F : 0.0F}});
+        } else {
+            const std::string unit = one.unit == "\u00b0" ? "deg" : one.unit;
+            const std::string format = std::string{one.step < 0.1F ? "%.2f " : one.step < 1 ? "%.1f " : "%.0f "} + unit;
+            if (ImGui::SliderFloat(one.title.c_str(), &wanted, one.low, one.high, format.c_str()))
+                scanner.push({one.event, {one.is_relative ? wanted - present : wanted}});
+        }
+        ImGui::PopItemWidth();
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", one.tooltip.c_str());
+        ImGui::NextColumn();
+    }
+
+    void time_gain(worker& scanner) {
+        ImGui::TextUnformatted("Time gain");
+        for (int i = 0; i < 8; ++i) {
+            ImGui::PushID(i);
+            ImGui::SameLine(80 + 46.0F * static_cast<float>(i));
+            float& level = sliders_[i];
+            if (ImGui::DragFloat("##", &level, 0.25F, -40, 40, "%.0f"))
+                scanner.push({"slider", {static_cast<float>(i), level}});
+            if (ImGui::IsItemHovered()) ImGui::SetTooltip("Drag: gain in dB at %d / 7 of the depth", i);
+            ImGui::PopID();
+        }
+    }
+
+    void measure_tools(const shown_frame& frame, worker& scanner, picture_panel& picture) {
+        if (ImGui::RadioButton("Distance", picture.held == picture_panel::tool::distance))
+            picture.held = picture_panel::tool::distance;
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("Two clicks on the picture");
+        if (ImGui::RadioButton("Area", picture.held == picture_panel::tool::area))
+            picture.held = picture_panel::tool::area;
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("Click along an outline; a right click closes it");
+        ImGui::Text("%.1f mm, %.1f mm2", static_cast<double>(frame.measured / 1_mm),
+                    static_cast<double>(1e6F * frame.area));
+        ImGui::NextColumn();
+        ImGui::PushItemWidth(150);
+        if (ImGui::SliderInt("Cine", &cine_, 0, 31, "%d frames back"))
+            scanner.push({"cine", {static_cast<float>(cine_)}});
+        ImGui::PopItemWidth();
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("Earlier frames, while frozen");
+        wants_screenshot = ImGui::Button("Screenshot");
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("Writes the window to insonify_<number>.png");
+        ImGui::Checkbox("Save every picture", &saves_sequence);
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("Writes each frame to frame_<number>.png");
+    }
+
+    float sliders_[8] = {};
+    int cine_ = 0;
+};
+
+} // namespace live
+
+#endif
