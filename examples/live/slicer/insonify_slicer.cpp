@@ -1,12 +1,13 @@
 /// A live ultrasound scanner for 3D Slicer, PLUS and every other client of OpenIGTLink: see README.md, or
 /// `insonify_slicer --help`.
 #include "../../simulate_options.hpp"
+#include "../obj.hpp"
+#include "../recording.hpp"
 #include "commands.hpp"
 #include "sequence_file.hpp"
 #include "server.hpp"
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
 
 namespace {
@@ -16,7 +17,7 @@ using namespace insonify;
 struct options {
     std::uint16_t port = 18944;
     float fps = 30;
-    std::string replay{}, record{}, obj{}, background = "fat";
+    std::string replay{}, record{}, obj{}, background = "air";
     std::uint32_t frames = 0;
     float unit = 1;
 };
@@ -39,7 +40,7 @@ void add_options(CLI::App& app, options& into) {
     add("--unit", into.unit, "LENGTH", "length of one unit of that file (1mm)")
         ->transform(length)
         ->check(positive_number());
-    add("--background", into.background, "TISSUE", "medium around its objects (fat)");
+    add("--background", into.background, "TISSUE", "medium around its objects (air)");
     add("--replay", into.replay, "FILE", "plays a recorded session, a text file of events, such as nerve_block.txt");
     add("--record", into.record, "FILE", "writes the pictures and poses to a sequence of PLUS, FILE.igs.mha");
     add("--frames", into.frames, "COUNT", "ends after so many pictures (0: never)");
@@ -47,19 +48,11 @@ void add_options(CLI::App& app, options& into) {
                live::session::help());
 }
 
-std::vector<live::event> read_events(const std::string& file) {
-    std::ifstream lines{file};
-    if (!lines) throw std::runtime_error{"--replay " + file + ": the file cannot be opened"};
-    std::vector<live::event> events;
-    for (std::string line; std::getline(lines, line);)
-        if (const std::optional<live::event> one = live::parse_event(line)) events.push_back(*one);
-    return events;
-}
-
-scene load(const options& chosen) {
+live::session make_session(const options& chosen) {
+    if (chosen.obj.empty()) return live::session{};
     const std::optional<medium> background = tissue::find(chosen.background);
     if (!background) throw usage_error{"--background: there is no tissue '" + chosen.background + "'"};
-    return load_obj_scene(chosen.obj, {.unit = chosen.unit * 1_mm, .background = *background});
+    return live::session_of_obj(chosen.obj, chosen.unit * 1_mm, *background);
 }
 
 // Does what a client asks for and answers.
@@ -88,11 +81,11 @@ slicer::frame_messages pack(const live::session& session, double time) {
 volatile std::sig_atomic_t stopped = 0;
 
 void run(const options& chosen) {
-    const std::vector<live::event> recorded =
-        chosen.replay.empty() ? std::vector<live::event>{} : read_events(chosen.replay);
+    const std::vector<live::step> steps =
+        chosen.replay.empty() ? std::vector<live::step>{} : live::load_recording(chosen.replay);
     std::optional<slicer::sequence_file> record;
     if (!chosen.record.empty()) record.emplace(chosen.record);
-    live::session session = chosen.obj.empty() ? live::session{} : live::session{load(chosen)};
+    live::session session = make_session(chosen);
     session.apply({"lines", {128}}); // 30 pictures a second on two cores
     session.apply({"planes", {3}});
     slicer::server server{chosen.port};
@@ -106,23 +99,26 @@ void run(const options& chosen) {
     const auto period =
         std::chrono::duration_cast<slicer::steady::duration>(std::chrono::duration<float>{1 / chosen.fps});
     slicer::steady::time_point next = slicer::steady::now();
-    std::size_t played = 0;
-    for (std::uint32_t drawn = 0; stopped == 0 && (chosen.frames == 0 || drawn < chosen.frames);) {
-        std::this_thread::sleep_until(next);
-        next = std::max(next + period, slicer::steady::now());
-        for (const slicer::request& one : server.take()) serve(session, server, one);
-        if (server.clients() == 0 && chosen.frames == 0 && !record) continue; // nobody looks
-        for (bool is_frame = false; !is_frame && played < recorded.size(); ++played) {
-            is_frame = recorded[played].name == "frame";
-            if (!is_frame) session.apply(recorded[played]);
-        }
+    std::uint32_t drawn = 0;
+    // Draws a picture when its time has come and somebody looks; false at the end.
+    const auto draw = [&](live::session& live) {
+        do {
+            std::this_thread::sleep_until(next);
+            next = std::max(next + period, slicer::steady::now());
+            if (stopped != 0 || (chosen.frames != 0 && drawn == chosen.frames)) return false;
+            for (const slicer::request& one : server.take()) serve(live, server, one);
+        } while (server.clients() == 0 && chosen.frames == 0 && !record);
         const double time = slicer::now();
-        session.frame(exec::par_unseq);
+        live.frame(exec::par_unseq);
         ++drawn;
-        server.publish(pack(session, time), session.machine.frozen() ? "frozen" : "running");
-        if (record && !session.machine.frozen())
-            record->add(session.machine.picture(), session.machine.map(), session.machine.at(), session.needle.at(),
-                        time);
+        const scanner<linear_array>& machine = live.machine;
+        server.publish(pack(live, time), machine.frozen() ? "frozen" : "running");
+        if (record && !machine.frozen())
+            record->add(machine.picture(), machine.map(), machine.at(), live.needle.at(), time);
+        return true;
+    };
+    live::play(steps, session, draw);
+    while (draw(session)) {
     }
     if (record) std::printf("%u pictures are in %s\n", record->total(), chosen.record.c_str());
 }

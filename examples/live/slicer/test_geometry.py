@@ -13,7 +13,7 @@ BALL, RADIUS = np.array([2.0, 1.0, 20.0]), 0.1  # mm in the world
 
 
 def write_ball(path):
-    """An octahedron, divided four times: outwards oriented."""
+    """An octahedron, divided four times: outwards oriented. A second ball lies below the picture."""
     points = [np.array(p, float) for p in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))]
     faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
     for _ in range(4):
@@ -30,9 +30,11 @@ def write_ball(path):
             ab, bc, ca = between(a, b), between(b, c), between(c, a)
             divided += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
         faces = divided
-    lines = ["o ball", "usemtl bone"]
-    lines += ["v %.9g %.9g %.9g" % tuple(BALL + RADIUS * p) for p in points]
-    lines += ["f %d %d %d" % (a + 1, b + 1, c + 1) for a, b, c in faces]
+    lines = []
+    for number, centre in enumerate((BALL, BALL + [0, 0, 60])):
+        lines += [f"o ball{number}", "usemtl bone"]
+        lines += ["v %.9g %.9g %.9g" % tuple(centre + RADIUS * p) for p in points]
+        lines += ["f %d %d %d" % tuple(number * len(points) + i + 1 for i in face) for face in faces]
     pathlib.Path(path).write_text("\n".join(lines) + "\n")
 
 
