@@ -4,6 +4,7 @@
 #include "controls_doppler.hpp"
 #include "controls_hands.hpp"
 #include "controls_image.hpp"
+#include "controls_tracker.hpp"
 #include <cmath>
 
 namespace live {
@@ -11,7 +12,7 @@ namespace live {
 inline const std::vector<control>& controls() {
     static const std::vector<control> all = [] {
         std::vector<control> joined = detail::image_controls();
-        for (const auto& part : {detail::hand_controls(), detail::doppler_controls()})
+        for (const auto& part : {detail::hand_controls(), detail::doppler_controls(), detail::tracker_controls()})
             joined.insert(joined.end(), part.begin(), part.end());
         return joined;
     }();

@@ -3,6 +3,7 @@
 
 #include <insonify/insonify.hpp>
 #include "../nerve_block_phantom.hpp"
+#include <optional>
 
 namespace live {
 
@@ -17,8 +18,10 @@ struct needle_state {
     float aside = 0;               ///< angle to the x axis
     float inserted = 0;            ///< metres from the skin to the tip
     float drag = 0;                ///< by which it has dragged the tissue along its shaft, metres
+    std::optional<pose> held{};    ///< by a tracker, instead of what the hand does
 
     pose at() const {
+        if (held) return *held;
         const pose from_entry = nerve_block::needle_at(entry, steepness, aside);
         return {from_entry.rotation, entry + inserted * from_entry.direction({0, 0, 1})};
     }
@@ -27,11 +30,12 @@ struct needle_state {
 
 /// The hand on the probe.
 struct hand_state {
-    vec2 on_skin{0, 0}; ///< x, y in the world
-    float tilt = 0;     ///< about the array: the slice sweeps along y
-    float rock = 0;     ///< in the slice plane
-    float rotate = 0;   ///< about the axis of the probe
-    float gel = 0.4_mm; ///< between the middle of the face and the skin at rest; below 0: pressed into the skin
+    vec2 on_skin{0, 0};         ///< x, y in the world
+    float tilt = 0;             ///< about the array: the slice sweeps along y
+    float rock = 0;             ///< in the slice plane
+    float rotate = 0;           ///< about the axis of the probe
+    float gel = 0.4_mm;         ///< between the middle of the face and the skin at rest; below 0: pressed into the skin
+    std::optional<pose> held{}; ///< by a tracker, instead of all of these
 };
 
 } // namespace live

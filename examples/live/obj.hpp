@@ -15,17 +15,18 @@ inline float unit_of(const std::string& name) {
     throw std::invalid_argument{"the unit is '" + name + "'; it must be mm, cm or m"};
 }
 
-/// A session whose patient is an OBJ file, in air: materials are tissues of the library, see `load_obj_scene`. +z points into
+/// A session whose patient is an OBJ file: materials are tissues of the library, see `load_obj_scene`. +z points into
 /// the body; the probe begins above the middle of its skin.
-/// @param unit  of the file, metres
+/// @param unit        of the file, metres
+/// @param background  medium around its objects
 /// @throws std::runtime_error  for a file that cannot be read, or a mesh that is open, naming the object and what to do
-inline session session_of_obj(const std::string& path, float unit) {
-    scene body = load_obj_scene(path, {.unit = unit, .background = patient::air});
+inline session session_of_obj(const std::string& path, float unit, const medium& background = patient::air) {
+    scene body = load_obj_scene(path, {.unit = unit, .background = background});
     for (const object& one : body.objects()) {
         const mesh_report report = validate(one.surface);
         if (!report.closed()) throw std::runtime_error{path + ": object '" + one.name + "': " + explain(report)};
     }
-    const vec3 size = body.box().size();
+    const vec3 size = body.build(exec::par).box().size();
     if (const float largest = std::max({size.x, size.y, size.z}); largest < 2_mm || largest > 3)
         throw std::runtime_error{path + ": the body is " + std::to_string(1e3F * largest) +
                                  " mm large; give the unit of the file, such as --unit mm"};

@@ -64,7 +64,8 @@ class patient {
     pose probe_pose(const hand_state& hand, const linear_array& probe) const {
         const vec3 down{std::sin(hand.rock), std::sin(hand.tilt), std::cos(hand.rock) * std::cos(hand.tilt)};
         const vec3 from{hand.on_skin, skin_at(hand.on_skin) - hand.gel};
-        pose at = look_at(from, from + down, {std::cos(hand.rotate), std::sin(hand.rotate), 0});
+        pose at =
+            hand.held ? *hand.held : look_at(from, from + down, {std::cos(hand.rotate), std::sin(hand.rotate), 0});
         at.translation.z -= std::max(deepest(at, probe.width) - max_press, 0.0F);
         return at;
     }

@@ -1,0 +1,31 @@
+"""Starts insonify_slicer on a free port, and ends it."""
+import os
+import re
+import signal
+import subprocess
+
+
+class Server:
+    def __init__(self, program, *options):
+        self.process = subprocess.Popen([program, "--port", "0", *options], stdout=subprocess.PIPE, text=True)
+        line = self.process.stdout.readline()
+        found = re.search(r"port (\d+)", line)
+        assert found, f"the server says {line!r}"
+        self.port = int(found.group(1))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *fault):
+        self.end()
+
+    def cpu_seconds(self):
+        fields = open(f"/proc/{self.process.pid}/stat").read().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def end(self, how=signal.SIGTERM):
+        """Its exit status."""
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        self.process.stdout.read()
+        return self.process.wait(20)
