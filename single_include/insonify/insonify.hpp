@@ -1139,6 +1139,7 @@ INSONIFY_LITERAL(rad, 1.0L)
 INSONIFY_LITERAL(deg, 3.14159265358979323846L / 180.0L)
 INSONIFY_LITERAL(m_per_s, 1.0L)
 INSONIFY_LITERAL(kg_per_m3, 1.0L)
+INSONIFY_LITERAL(mmHg, 133.322387415L)
 INSONIFY_LITERAL(Rayl, 1.0L)
 INSONIFY_LITERAL(MRayl, 1e6L)
 INSONIFY_LITERAL(dB_per_m, 1.0L)
@@ -20864,6 +20865,73 @@ struct needle_drag {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#ifndef INSONIFY_SCENE_COLLAPSE_HPP
+#define INSONIFY_SCENE_COLLAPSE_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A vessel that collapses where the pressure around it exceeds that of its blood: a map for `scene::deform`. Veins close at
+/// a few mmHg; arteries, whose pressure is ten times that, do not.
+///
+/// The lumen, a circle of a radius R at rest, becomes an ellipse of the same width. Its height and its area are those at rest
+/// times
+///
+///     opening = max((1 + (outside - inside) / stiffness)^(-2/3), residual),
+///
+/// and 1 where `outside` is below `inside`. Tissue above and below follows the point of the wall that lies between it and the
+/// axis, by exp(-z^2 / (2 above^2)), where z is its distance from there along `direction`; tissue beside the lumen, at a distance
+/// x from where its width ends, by exp(-x^2 / (2 beside^2)) of that. All move along `direction`, by at most (1 - opening) R. No
+/// setting makes the map fold over: the determinant of its derivative is at least `opening`.
+/// Source: Shapiro 1977, J. Biomech. Eng. 99, 126: area of thin-walled tubes that are nearly closed.
+struct collapse {
+    vec3 from{0, 0, 0}; ///< a point of the vessel's axis, in the world, metres
+    vec3 to{0, 1, 0};   ///< another one; the axis goes on beyond both
+    vec3 direction{0, 0,
+                   1}; ///< in which the vessel is flattened, of any length above 0; its part across the axis counts
+    float radius = 4.5e-3F; ///< of the lumen at rest, metres
+    float outside = 0;      ///< pressure of the tissue around the vessel, Pa: see `_mmHg`
+    float inside = 1070;    ///< pressure of its blood, Pa: 8 mmHg, a vein of the leg in a patient who lies
+    float stiffness = 40;   ///< of its wall against bending, Pa: E h^3 / (12 (1 - nu^2) R^3) of its thickness h
+    float residual = 0.06F; ///< opening at which the walls touch, above 0 to 1
+    float beside = 1.5e-3F; ///< distance beside the wall at which the displacement is 0.61, metres
+    float above = 4e-3F;    ///< the same above and below its wall, metres
+
+    /// Height of the lumen over that at rest.
+    float opening() const {
+        const float excess = max(outside - inside, 0) / stiffness, root = std::cbrt(1 + excess);
+        return max(1 / (root * root), residual);
+    }
+
+    /// Where a point at rest is now.
+    vec3 operator()(vec3 rest) const {
+        const float closed = 1 - opening();
+        if (closed == 0) return rest;
+        const vec3 axis = normalize(to - from), up = normalize(direction - dot(direction, axis) * axis);
+        const vec3 away = rest - from - dot(rest - from, axis) * axis;
+        const float height = dot(away, up), distance = length(away);
+        if (distance <= radius) return rest - closed * height * up;
+        const float to_wall = radius / distance, z = (1 - to_wall) * height / above;
+        const float x = max(std::fabs(dot(away, cross(axis, up))) - radius, 0) / beside;
+        return rest - closed * to_wall * height * std::exp(-0.5F * (x * x + z * z)) * up;
+    }
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (!is_finite(from) || !is_finite(to) || !is_finite(direction) ||
+            !(length(cross(to - from, direction)) > 1e-3F * length(to - from) * length(direction)))
+            throw usage_error{"collapse: `from` and `to` must be different points, and `direction` not along the axis"};
+        if (!(radius > 0) || !(beside > 0) || !(above > 0) || !(stiffness > 0) || !is_finite(outside) ||
+            !is_finite(inside) || !(residual > 0 && residual <= 1))
+            throw usage_error{"collapse: `radius`, `beside`, `above` and `stiffness` must be above 0, the pressures "
+                              "finite, and `residual` above 0 to 1"};
+    }
+
+    friend bool operator==(const collapse&, const collapse&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #ifndef INSONIFY_SCENE_COMPOSE_HPP
 #define INSONIFY_SCENE_COMPOSE_HPP
 
@@ -21400,15 +21468,22 @@ struct pressed_face {
 #include <algorithm>
 #include <cfloat>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Where lines along z through the points of a probe's face leave a body that consists of several surfaces.
+/// Where lines along z through the points of a probe's face leave a body that consists of several surfaces. Keeps its memory.
 class skin_heights {
   public:
-    explicit skin_heights(const pressed_face& face) : face_{face} {}
+    /// Begins a body. @param face  its pose, edges and heights
+    void begin(const pressed_face& face) {
+        face_ = face;
+        intervals_.clear();
+        std::fill(std::begin(depth_), std::end(depth_), 0.0F);
+        std::fill(std::begin(gap_), std::end(gap_), FLT_MAX);
+    }
 
     /// Adds a closed surface of the body. @param to_world  of its positions
     void add(std::span<const uvec3> faces, std::span<const vec3> positions, const pose& to_world) {
@@ -21497,18 +21572,19 @@ class skin_heights {
         return odd;
     }
 
-    const pressed_face& face_;
+    pressed_face face_{};
     std::vector<vec3> points_{};
     std::vector<crossing> crossings_{};
     std::vector<interval> intervals_{};
     float depth_[samples] = {};
-    std::vector<float> gap_ = std::vector<float>(samples, FLT_MAX);
+    float gap_[samples] = {};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <concepts>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -21531,27 +21607,38 @@ struct contact {
     pressed_face deformation{};        ///< for `scene::deform`
 };
 
+/// Memory of `press`, kept so that it allocates nothing after the first frames.
+struct press_workspace {
+    contact touch{};             ///< the result
+    detail::skin_heights skin{}; ///< where the skin is
+};
+
 /// How a probe at a pose touches the body at rest, whatever the present deformation: how deep its face is in the body, what
 /// deformation that makes, and which lines touch.
 ///
-///     const contact touch = press(body, probe, at);
+///     const contact& touch = press(body, probe, at, {}, any_object{}, own);
 ///     body.deform(exec::par, touch.deformation);
 ///
 /// The body is what is inside of any object that is accepted, and not the background. Pressed skin comes to lie 0.05 mm behind
 /// the face, so that lines start in tissue. Costs one pass over the vertices and faces.
 /// @param accepts  bool(object_id): objects that belong to the body, such as all but the needle
+/// @param own      memory; pass it again with the next frame to avoid allocations
+/// @return         valid until `own` is used again
 /// @throws usage_error     for a probe or a setting out of range, or a scene that was not built
 /// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe, std::predicate<object_id> Filter = any_object>
-contact press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings = {},
-              const Filter& accepts = {}) {
+template <transducer Probe, std::predicate<object_id> Filter>
+const contact& press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings,
+                     const Filter& accepts, press_workspace& own) {
     constexpr float behind = 0.05e-3F;
     probe.check();
     body.require_built();
     if (!is_rigid(at)) throw geometry_error{"press: the pose is not a rigid transform; make it with look_at"};
     if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
         throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
-    contact found;
+    contact& found = own.touch;
+    found.depth = 0;
+    found.touching = 0;
+    found.lines.clear();
     pressed_face& face = found.deformation;
     face.at = at;
     face.decay = settings.decay;
@@ -21559,11 +21646,13 @@ contact press(const scene& body, const Probe& probe, const pose& at, const press
     const auto last = static_cast<float>(probe.lines) - 0.5F;
     face.left = min(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
     face.right = max(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
+    face.elevation = pressed_face{}.elevation;
     if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
     for (std::size_t i = 0; i < pressed_face::columns; ++i)
         face.height[i] =
             probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1)).origin.z; // lines are evenly spaced
-    detail::skin_heights skin{face};
+    detail::skin_heights& skin = own.skin;
+    skin.begin(face);
     for (const object& one : body.objects())
         if (accepts(one.id)) skin.add(one.surface.faces, body.rest_positions(one.id), one.at);
     skin.finish();
@@ -21588,6 +21677,19 @@ contact press(const scene& body, const Probe& probe, const pose& at, const press
         found.touching += touches ? 1 : 0;
     }
     return found;
+}
+/// The same for a single frame.
+///
+///     const contact touch = press(body, probe, at);
+///     body.deform(exec::par, touch.deformation);
+///
+/// @throws usage_error, geometry_error  as above
+template <transducer Probe, std::predicate<object_id> Filter = any_object>
+contact press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings = {},
+              const Filter& accepts = {}) {
+    press_workspace own;
+    press(body, probe, at, settings, accepts, own);
+    return std::move(own.touch);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
