@@ -3596,10 +3596,9 @@ struct cell_field {
         if (line.displacement == nullptr)
             return scatter_straight(line, begin, end, rest_at(line, begin, spacing), spacing, emit);
         // The line is curved in tissue at rest: straight from point to point.
-        const float piece = line.displacement->straight_length / length(line.along);
         vec3 first = line.displacement->rest(line.at(begin));
         for (float from = begin; from < end;) {
-            const float to = from + 1.5F * piece < end ? from + piece : end;
+            const float to = piece_end(line, from, end, first, spacing);
             detail::rest_line rest = rest_at(line, 0.5F * (from + to), spacing);
             const vec3 last = line.displacement->rest(line.at(to));
             rest.origin = detail::resolvable(first, cell, spacing);
@@ -3668,6 +3667,25 @@ struct cell_field {
         const mat3 gradient = line.displacement->gradient(now);
         return {detail::resolvable(line.displacement->rest(now), cell, spacing), gradient * line.along,
                 gradient * line.elevation, gradient * lateral, gradient * line.steering};
+    }
+
+    // End of the piece of a line that begins at `from`, which is `first` at rest. In tissue at rest the piece bends by less than
+    // the spacing of the scatterers.
+    INSONIFY_FN static float piece_end(const material_line& line, float from, float end, vec3 first, float spacing) {
+        const float straight = line.displacement->straight_length / length(line.along);
+        for (int parts = 4; parts > 1; parts /= 2) {
+            const float to = from + static_cast<float>(parts) * straight;
+            if (!(to < end)) continue;
+            const vec3 part = (line.displacement->rest(line.at(to)) - first) / static_cast<float>(parts);
+            bool bends = false;
+            for (int i = 1; i < parts && !bends; ++i) {
+                const auto number = static_cast<float>(i);
+                const vec3 aside = line.displacement->rest(line.at(from + number * straight)) - first - number * part;
+                bends = dot(aside, aside) > spacing * spacing;
+            }
+            if (!bends) return to;
+        }
+        return from + 1.5F * straight < end ? from + straight : end;
     }
 
     // Covariance of linear interpolation that keeps the power, by distance in cells.
