@@ -20,7 +20,7 @@ inline float unit_of(const std::string& name) {
 /// @param unit  of the file, metres
 /// @throws std::runtime_error  for a file that cannot be read, or a mesh that is open, naming the object and what to do
 inline session session_of_obj(const std::string& path, float unit) {
-    scene body = load_obj_scene(path, {.unit = unit, .background = patient::air});
+    scene body = load_obj_scene(path, {.unit = unit, .background = patient::air}).build(exec::par);
     for (const object& one : body.objects()) {
         const mesh_report report = validate(one.surface);
         if (!report.closed()) throw std::runtime_error{path + ": object '" + one.name + "': " + explain(report)};
@@ -29,9 +29,7 @@ inline session session_of_obj(const std::string& path, float unit) {
     if (const float largest = std::max({size.x, size.y, size.z}); largest < 2_mm || largest > 3)
         throw std::runtime_error{path + ": the body is " + std::to_string(1e3F * largest) +
                                  " mm large; give the unit of the file, such as --unit mm"};
-    session made{std::move(body)};
-    made.apply({"mode", {0}});
-    return made;
+    return session{std::move(body)};
 }
 
 } // namespace live
