@@ -21,7 +21,7 @@ inline float unit_of(const std::string& name) {
 /// @param background  medium around its objects
 /// @throws std::runtime_error  for a file that cannot be read, or a mesh that is open, naming the object and what to do
 inline session session_of_obj(const std::string& path, float unit, const medium& background = patient::air) {
-    scene body = load_obj_scene(path, {.unit = unit, .background = background});
+    scene body = load_obj_scene(path, {.unit = unit, .background = background}).build(exec::par);
     for (const object& one : body.objects()) {
         const mesh_report report = validate(one.surface);
         if (!report.closed()) throw std::runtime_error{path + ": object '" + one.name + "': " + explain(report)};
@@ -30,9 +30,7 @@ inline session session_of_obj(const std::string& path, float unit, const medium&
     if (const float largest = std::max({size.x, size.y, size.z}); largest < 2_mm || largest > 3)
         throw std::runtime_error{path + ": the body is " + std::to_string(1e3F * largest) +
                                  " mm large; give the unit of the file, such as --unit mm"};
-    session made{std::move(body)};
-    made.apply({"mode", {0}});
-    return made;
+    return session{std::move(body)};
 }
 
 } // namespace live
