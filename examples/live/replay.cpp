@@ -21,7 +21,7 @@ std::vector<std::uint64_t> replay(const std::string& file, std::uint32_t threads
             continue;
         }
         const insonify::image& seen = live.frame(insonify::exec::par_unseq.threads(threads));
-        hashes.push_back(live::hash_of(seen));
+        hashes.push_back(live::hash_of(live.screen()));
         if (!pictures.empty()) insonify::write_png(pictures + std::to_string(hashes.size()) + ".png", seen);
     }
     for (const float metres : live.measured) std::printf("measured: %.2f mm\n", 1e3 * metres);

@@ -1,286 +1,194 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_SESSION_HPP
 #define INSONIFY_EXAMPLES_LIVE_SESSION_HPP
 
-#include <insonify/insonify.hpp>
-#include "../nerve_block_phantom.hpp"
-#include <algorithm>
+#include "control.hpp"
+#include "doppler.hpp"
+#include "event.hpp"
+#include "patient.hpp"
+#include "screen.hpp"
 #include <cstdint>
-#include <cstring>
-#include <functional>
-#include <map>
-#include <optional>
-#include <sstream>
+#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 /// A simulator without a window: a scanner, a patient, a probe on the skin and a needle. Events come in, pictures go out.
-/// A session is a text file of events, one a line, and gives the same pictures whenever it is replayed.
+///
+///     live::session one;                     // or session{scene}, or session_of_obj (obj.hpp)
+///     one.apply({"depth", {50}});            // events: `controls()` (controls.hpp) has them all, with ranges and values
+///     one.frame(exec::par_unseq);            // the next picture: gray
+///     one.screen();                          // the same in colour, with Doppler, labels, box and gate
+///     one.strip(); one.strip_axes();         // beside it: M-mode, or the Doppler spectrum; empty in other modes
+///     one.legend();                          // names and colours of the labels
+///     one.measured; one.areas;               // by "measure" and "area"
+///
+/// A session is a text file of events (recording.hpp), and gives the same pictures whenever it is replayed.
 namespace live {
 
-using namespace insonify;
-
-/// What a user does: a word and its numbers, in the units of `session::help`.
-struct event {
-    std::string name{};
-    std::vector<float> values{};
-};
-
-/// Reads an event from a line such as "slide 2 -1"; none from an empty line or a comment, which begins with #.
-/// @throws std::invalid_argument  for a word where a number belongs
-inline std::optional<event> parse_event(const std::string& line) {
-    std::istringstream text{line.substr(0, line.find('#'))};
-    event read;
-    if (!(text >> read.name)) return std::nullopt;
-    for (std::string word; text >> word;) {
-        std::size_t used = 0;
-        read.values.push_back(std::stof(word, &used));
-        if (used != word.size() || !is_finite(read.values.back()))
-            throw std::invalid_argument{read.name + ": '" + word + "' is not a number"};
-    }
-    return read;
-}
-
-/// The inverse of `parse_event`: a line without its end. Numbers are written exactly.
-inline std::string event_line(const event& one) {
-    std::ostringstream text;
-    text.precision(9);
-    text << one.name;
-    for (const float value : one.values) text << ' ' << value;
-    return text.str();
-}
-
-/// The needle: where it enters the skin, and how far it has advanced.
-struct needle_state {
-    std::uint32_t gauge = 22;
-    float bevel = 15_deg;
-    vec3 entry{-24_mm, 0, 0.4_mm}; ///< in the world
-    float steepness = 30_deg;      ///< angle to the skin
-    float aside = 0;               ///< angle to the x axis
-    float inserted = 0;            ///< metres from the skin to the tip
-
-    pose at() const {
-        const pose from_entry = nerve_block::needle_at(entry, steepness, aside);
-        return {from_entry.rotation, entry + inserted * from_entry.direction({0, 0, 1})};
-    }
-};
-
-/// The hand on the probe.
-struct hand_state {
-    vec2 on_skin{0, 0}; ///< x, y in the world
-    float tilt = 0;     ///< about the array: the slice sweeps along y
-    float rock = 0;     ///< in the slice plane
-    float rotate = 0;   ///< about the axis of the probe
-    float gel = 0.4_mm; ///< between the face and the skin
+/// What the edges of `session::strip` mean.
+struct strip_scale {
+    float upper = 0, lower = 0; ///< of the upper and lower edge
+    std::string unit{};         ///< mm or cm/s
+    float seconds = 0;          ///< from the left to the right edge
 };
 
 /// The simulator.
-class session {
+class session : public patient {
   public:
-    /// @param patient  built or not; an object named "needle" is replaced by the session's, one named "gel" is no skin
-    explicit session(scene patient = nerve_block_phantom()) : body{std::move(patient)} {
+    static constexpr float frame_interval = 1.0F / 30; ///< of the session's clock, seconds
+    static constexpr std::size_t max_measures = 64;    ///< the oldest are forgotten
+
+    /// @param anatomy  see `patient`
+    explicit session(scene anatomy = nerve_block_phantom()) : patient{std::move(anatomy)} {
         machine.probe = nerve_block::probe;
         machine.settings = nerve_block::settings;
         machine.cine_length = 32;
+        const aabb whole = box();
+        if (!whole.empty() && !body.find("nerve")) { // an unknown body: above its middle
+            hand.on_skin = {0.5F * (whole.lower.x + whole.upper.x), 0.5F * (whole.lower.y + whole.upper.y)};
+            needle.entry = {hand.on_skin.x - 24_mm, hand.on_skin.y, 0};
+        }
+        needle.entry.z = skin_at({needle.entry.x, needle.entry.y});
         renew_needle();
     }
 
-    /// Applies an event.
-    /// @throws std::invalid_argument  for an unknown name or a wrong number of values; the session is unchanged
-    void apply(const event& one) {
-        const auto known = actions().find(one.name);
-        if (known == actions().end()) throw std::invalid_argument{"there is no event '" + one.name + "'"};
-        if (one.values.size() != known->second.values)
-            throw std::invalid_argument{one.name + " takes " + std::to_string(known->second.values) +
-                                        " numbers: " + known->second.help};
-        known->second.run(*this, one.values.data());
-    }
+    /// Applies an event. Numbers out of range are clamped.
+    /// @throws std::invalid_argument  for an unknown name, a wrong number of values, or values that are not finite; the
+    ///                                session is unchanged
+    void apply(const event& one);
 
     /// The next picture; 1 / 30 s after the last one.
     template <exec::policy Policy>
-    const image& frame(const Policy& policy) {
-        if (!machine.frozen()) {
-            machine.time += 1.0 / 30;
-            ++machine.settings.frame;
-        }
-        const image& seen = machine.scan(policy, body, probe_pose());
-        if (!machine.frozen()) sweep.add(machine.lines(), machine.lines().count / 2);
-        return seen;
-    }
+    const image& frame(const Policy& policy);
+
+    const colour_image& screen() const { return screen_; } ///< the last picture with overlays
+    const image& strip() const {
+        return shown == mode::pulsed ? doppler.spectrum() : shown == mode::m ? m_picture_ : no_strip_;
+    } ///< M-mode or spectrum, newest on the right; of no size in other modes
+    strip_scale strip_axes() const;
+    const std::vector<legend_entry>& legend() const { return legend_; } ///< of the labels on the screen
 
     /// The probe on the skin.
-    pose probe_pose() const {
-        const auto is_skin = [&](object_id id) { return id != needle_id && body[id].name != "gel"; };
-        const aabb box = body.box();
-        const std::optional<surface_point> skin = first_surface(
-            body, {.origin = {hand.on_skin.x, hand.on_skin.y, box.lower.z - 1_mm}, .direction = {0, 0, 1}}, is_skin);
-        const float z = skin ? skin->point.z : 0;
-        const vec3 down{std::sin(hand.rock), std::sin(hand.tilt), std::cos(hand.rock) * std::cos(hand.tilt)};
-        const vec3 from{hand.on_skin.x, hand.on_skin.y, z - hand.gel};
-        return look_at(from, from + down, {std::cos(hand.rotate), std::sin(hand.rotate), 0});
-    }
+    pose probe_pose() const { return patient::probe_pose(hand, machine.probe); }
 
     /// Names, numbers and units of all events, one a line.
-    static std::string help() {
-        std::string text;
-        for (const auto& [name, one] : actions()) text += name + ": " + one.help + "\n";
-        return text;
+    static std::string help();
+
+    /// Distance of the needle's tip to the nearest surface of an object, metres; negative inside; none if there is no such
+    /// object.
+    std::optional<float> tip_distance(const std::string& object_name) const {
+        const std::optional<object_id> id = body.find(object_name);
+        const std::optional<surface_point> nearest = id ? nearest_surface(body, *id, needle.tip()) : std::nullopt;
+        if (!nearest) return std::nullopt;
+        return dot(needle.tip() - nearest->point, nearest->normal) < 0 ? -nearest->distance : nearest->distance;
     }
 
-    scene body;
+    // What events change; see control.hpp.
     scanner<linear_array> machine{};
-    m_mode sweep{{.columns = 256, .rows = 256}}; ///< the middle line
+    m_mode sweep{{.columns = 256, .rows = 256}};
     hand_state hand{};
     needle_state needle{};
-    object_id needle_id{};
-    std::vector<float> measured{}; ///< metres, by "measure", in order
+    doppler_unit doppler{};
+    mode shown = mode::b;
+    std::uint32_t preset = 0;
+    bool shows_labels = false;
+    float m_side = 0;                     ///< the line of the M-mode, metres across
+    pulsation beat{.amplitude = 0.3_mm};  ///< of the artery; the flow follows its rate
+    std::vector<float> measured{};        ///< metres, by "measure", the latest last
+    std::vector<outline_measure> areas{}; ///< by "area", the latest last
+    std::ostream* record = nullptr;       ///< if set, events and frames are written there
+
+    void renew_needle() { renew_tools(needle, machine.probe.width); }
+    void place_needle() { body.place(needle_id, needle.at()); }
+    void show_mode(mode next) {
+        if (shown == next) return;
+        shown = next;
+        doppler.clear();
+    }
 
   private:
-    struct action {
-        std::size_t values;
-        std::string help;
-        std::function<void(session&, const float*)> run;
-    };
+    template <exec::policy Policy>
+    void draw_screen(const Policy& policy, const image& gray);
 
-    // A needle of another size is another mesh.
-    void renew_needle() {
-        if (const std::optional<object_id> old = body.find("needle")) body.remove(*old);
-        needle_id = body.add(make_needle(needle_diameter(needle.gauge), 80_mm, {.bevel = needle.bevel}), tissue::steel,
-                             {.priority = 2, .at = needle.at(), .name = "needle", .crease_angle = 0.8F * needle.bevel});
-        body.build(exec::par);
-    }
-    void place_needle() { body.place(needle_id, needle.at()); }
-
-    static const std::map<std::string, action>& actions() {
-        constexpr float mm = 1e-3F, degree = pi / 180;
-        static const std::map<std::string, action> all{
-            {"slide",
-             {2, "the probe on the skin, mm along x and y",
-              [](session& s, const float* v) {
-                  s.hand.on_skin += mm * vec2{v[0], v[1]};
-              }}},
-            {"tilt",
-             {1, "the probe out of the slice, degrees",
-              [](session& s, const float* v) {
-                  s.hand.tilt = clamp(s.hand.tilt + degree * v[0], -60 * degree, 60 * degree);
-              }}},
-            {"rock",
-             {1, "the probe in the slice, degrees",
-              [](session& s, const float* v) {
-                  s.hand.rock = clamp(s.hand.rock + degree * v[0], -60 * degree, 60 * degree);
-              }}},
-            {"rotate",
-             {1, "the probe about its axis, degrees",
-              [](session& s, const float* v) { s.hand.rotate += degree * v[0]; }}},
-            {"press",
-             {1, "the probe into the gel, mm",
-              [](session& s, const float* v) { s.hand.gel = clamp(s.hand.gel - mm * v[0], 0.05F * mm, 5 * mm); }}},
-            {"gauge",
-             {1, "of the needle, 18 to 25",
-              [](session& s, const float* v) {
-                  s.needle.gauge = static_cast<std::uint32_t>(clamp(std::round(v[0]), 18, 25));
-                  s.renew_needle();
-              }}},
-            {"bevel",
-             {1, "of the needle, degrees, 10 to 60",
-              [](session& s, const float* v) {
-                  s.needle.bevel = degree * clamp(v[0], 10, 60);
-                  s.renew_needle();
-              }}},
-            {"entry",
-             {2, "of the needle on the skin, mm",
-              [](session& s, const float* v) {
-                  s.needle.entry = {mm * v[0], mm * v[1], s.needle.entry.z};
-                  s.place_needle();
-              }}},
-            {"steepness",
-             {1, "of the needle, degrees to the skin",
-              [](session& s, const float* v) {
-                  s.needle.steepness = degree * clamp(v[0], 5, 85);
-                  s.place_needle();
-              }}},
-            {"aside",
-             {1, "direction of the needle, degrees to the x axis",
-              [](session& s, const float* v) {
-                  s.needle.aside = degree * v[0];
-                  s.place_needle();
-              }}},
-            {"advance",
-             {1, "the needle, mm; negative: withdraw",
-              [](session& s, const float* v) {
-                  s.needle.inserted = clamp(s.needle.inserted + mm * v[0], -20 * mm, 60 * mm);
-                  s.place_needle();
-              }}},
-            {"gain", {1, "dB", [](session& s, const float* v) { s.machine.settings.gain_db = clamp(v[0], -60, 60); }}},
-            {"dynamic_range",
-             {1, "dB", [](session& s, const float* v) { s.machine.settings.dynamic_range_db = clamp(v[0], 20, 120); }}},
-            {"depth",
-             {1, "of the picture, mm",
-              [](session& s, const float* v) { s.machine.settings.depth = mm * clamp(v[0], 10, 150); }}},
-            {"focus", {1, "mm", [](session& s, const float* v) { s.machine.probe.focus = mm * clamp(v[0], 5, 150); }}},
-            {"frequency",
-             {1, "MHz", [](session& s, const float* v) { s.machine.probe.frequency = 1e6F * clamp(v[0], 2, 15); }}},
-            {"lines",
-             {1, "of the probe",
-              [](session& s, const float* v) {
-                  s.machine.probe.lines = static_cast<std::uint32_t>(clamp(v[0], 16, 512));
-              }}},
-            {"planes",
-             {1, "of the slice: 1, 3, 5 or 7",
-              [](session& s, const float* v) {
-                  s.machine.settings.planes = 1 + 2 * static_cast<std::uint32_t>(clamp((v[0] - 1) / 2, 0, 3));
-              }}},
-            {"slider",
-             {2, "time gain: number 0 to 7, dB",
-              [](session& s, const float* v) {
-                  s.machine.settings.time_gain.sliders[static_cast<std::size_t>(clamp(v[0], 0, 7))] =
-                      clamp(v[1], -40, 40);
-              }}},
-            {"compound",
-             {1, "number of looks, 1 to 9; each frame acquires one",
-              [](session& s, const float* v) {
-                  s.machine.settings.compound = {.angles = static_cast<std::uint32_t>(clamp(v[0], 1, 9)),
-                                                 .spread = 16 * degree,
-                                                 .update = compound_settings::update::one};
-              }}},
-            {"persistence",
-             {1, "0 to 0.95",
-              [](session& s, const float* v) { s.machine.settings.persistence = clamp(v[0], 0, 0.95F); }}},
-            {"width",
-             {1, "of the picture, pixels",
-              [](session& s, const float* v) {
-                  s.machine.settings.size = {static_cast<std::uint32_t>(clamp(v[0], 16, 4096)), 0};
-              }}},
-            {"freeze", {0, "the picture", [](session& s, const float*) { s.machine.freeze(); }}},
-            {"unfreeze", {0, "goes on", [](session& s, const float*) { s.machine.unfreeze(); }}},
-            {"cine",
-             {1, "shows a frame while frozen: 0 is the last one",
-              [](session& s, const float* v) {
-                  if (s.machine.frozen() && !s.machine.cine().empty())
-                      s.machine.show(exec::par_unseq, static_cast<std::uint32_t>(clamp(
-                                                          v[0], 0, static_cast<float>(s.machine.cine().size() - 1))));
-              }}},
-            {"measure",
-             {4, "distance between two pixels: x y x y",
-              [](session& s, const float* v) {
-                  s.measured.push_back(distance(s.machine.map(), {v[0], v[1]}, {v[2], v[3]}));
-              }}},
-        };
-        return all;
-    }
+    colour_image screen_{};
+    image m_picture_{{0, 0}}, no_strip_{{0, 0}};
+    std::vector<legend_entry> legend_{};
 };
 
-/// A hash of a picture, of every bit (FNV-1a).
-inline std::uint64_t hash_of(const image& picture) {
-    std::uint64_t hash = 14695981039346656037U;
-    for (const float pixel : picture.pixels) {
-        std::uint32_t bits = 0;
-        std::memcpy(&bits, &pixel, sizeof bits);
-        for (int byte = 0; byte < 4; ++byte) hash = (hash ^ (bits >> 8 * byte & 0xFFU)) * 1099511628211U;
+template <exec::policy Policy>
+const image& session::frame(const Policy& policy) {
+    if (record != nullptr) *record << "frame\n";
+    const bool acquires = !machine.frozen();
+    if (acquires) {
+        machine.time += 1.0 / 30;
+        ++machine.settings.frame;
+        needle.drag *= 0.97F; // tissue creeps back
+        move(policy, machine.probe, probe_pose(), needle, static_cast<float>(machine.time), beat);
+        flow.beat.heart_rate = beat.rate;
     }
-    return hash;
+    const image& gray = machine.scan(policy, body, acquires ? probe_pose() : machine.at());
+    if (acquires) {
+        const auto time = static_cast<float>(machine.time);
+        const float depth = machine.settings.depth;
+        if (shown == mode::m) {
+            const scan_lines& lines = machine.lines();
+            const float share = std::clamp(m_side / machine.probe.width + 0.5F, 0.0F, 1.0F);
+            sweep.add(lines,
+                      std::min(static_cast<std::uint32_t>(share * static_cast<float>(lines.count)), lines.count - 1));
+            m_picture_ = sweep.picture();
+        } else if (shown == mode::pulsed)
+            doppler.acquire_spectrum(policy, body, machine.probe, machine.at(), flow, depth, time);
+        else if (shown != mode::b)
+            doppler.acquire_colour(policy, body, machine.probe, machine.at(), flow, depth, time);
+    }
+    draw_screen(policy, gray);
+    return gray;
+}
+
+template <exec::policy Policy>
+void session::draw_screen(const Policy& policy, const image& gray) {
+    const bool colours = (shown == mode::colour || shown == mode::power) && doppler.has_colour();
+    if (colours)
+        screen_ = doppler.overlay(policy, gray, shown);
+    else
+        copy_gray(gray, screen_);
+    legend_.clear();
+    if (shows_labels) draw_labels(screen_, machine.labels(policy, body), body, legend_);
+    const scan_map& map = machine.map();
+    const float depth = machine.settings.depth;
+    constexpr vec3 mark{0.95F, 0.85F, 0.3F};
+    if (colours) {
+        const auto [from, to] = doppler.box_in(machine.probe, depth);
+        const vec2 corners[] = {map.pixel(from), map.pixel({to.x, from.y}), map.pixel(to), map.pixel({from.x, to.y})};
+        for (std::size_t i = 0; i < 4; ++i) draw_line(screen_, corners[i], corners[(i + 1) % 4], mark);
+    } else if (shown == mode::pulsed) {
+        const vec2 gate = doppler.gate_in(machine.probe, depth), half{2_mm, 0.5F * doppler.gate_length};
+        draw_line(screen_, map.pixel({gate.x, 0}), map.pixel({gate.x, gate.y - 2 * half.y}), 0.7F * mark);
+        draw_line(screen_, map.pixel({gate.x, gate.y + 2 * half.y}), map.pixel({gate.x, depth}), 0.7F * mark);
+        for (const float side : {-1.0F, 1.0F})
+            draw_line(screen_, map.pixel(gate + vec2{-half.x, side * half.y}),
+                      map.pixel(gate + vec2{half.x, side * half.y}), mark);
+        const vec2 along{4_mm * std::sin(doppler.angle), 4_mm * std::cos(doppler.angle)};
+        if (doppler.angle != 0) draw_line(screen_, map.pixel(gate - along), map.pixel(gate + along), mark);
+    } else if (shown == mode::m)
+        draw_line(screen_, map.pixel({m_side, 0}), map.pixel({m_side, depth}), mark);
+}
+
+inline strip_scale session::strip_axes() const {
+    if (shown == mode::m) return {0, 1e3F * sweep.depth(), "mm", 256 * frame_interval};
+    if (shown != mode::pulsed) return {};
+    const vec2 range = 100.0F * doppler.spectrum_range();
+    return {range.y, range.x, "cm/s",
+            static_cast<float>(doppler_unit::columns) / doppler_unit::columns_per_frame * frame_interval};
 }
 
 } // namespace live
 
+#include "controls.hpp" // apply, help and the table
+
+#ifdef INSONIFY_LIVE_LIBRARY // frame.cpp has it: a program compiles in a third of the time
+namespace live {
+extern template const image& session::frame(const exec::parallel_unsequenced_policy&);
+}
+#endif
 #endif

@@ -1,0 +1,123 @@
+#ifndef INSONIFY_EXAMPLES_LIVE_DOPPLER_HPP
+#define INSONIFY_EXAMPLES_LIVE_DOPPLER_HPP
+
+#include "vessel.hpp"
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace live {
+
+/// What the scanner shows.
+enum class mode : std::uint32_t { b, m, colour, power, pulsed };
+
+/// The Doppler unit of the scanner: colour in a box, and the spectrum of a gate against time.
+class doppler_unit {
+  public:
+    float scale = 0.3F;                                    ///< largest velocity that does not alias, m/s: sets the prf
+    float gain_db = 0;                                     ///< of the colour: weaker echoes are shown
+    float slowest = 0.02F;                                 ///< slower flow is not coloured, m/s
+    float priority = 0.6F;                                 ///< brighter tissue stays gray
+    vec2 box_middle{-9_mm, 17_mm}, box_size{16_mm, 14_mm}; ///< across, in depth
+    vec2 gate{-9_mm, 17_mm};                               ///< middle of the gate: across, in depth
+    float gate_length = 1.5_mm;
+    float angle = 0;    ///< between line and flow, radians: the spectrum's velocities are divided by its cosine
+    float baseline = 0; ///< of the spectrum, -0.5 to 0.5 of its range
+
+    static constexpr std::uint32_t columns_per_frame = 4, columns = 384, bins = 128;
+
+    float prf(const linear_array& probe) const { return 4 * probe.frequency * scale / 1540; }
+    /// The line of the probe that runs through a place across it.
+    static std::uint32_t line_at(const linear_array& probe, float side) {
+        const float line = std::round(probe.locate({side, 0}).x);
+        return static_cast<std::uint32_t>(std::clamp(line, 0.0F, static_cast<float>(probe.lines - 1)));
+    }
+    /// The box within the picture: upper left and lower right corner.
+    std::pair<vec2, vec2> box_in(const linear_array& probe, float depth) const {
+        const float half = 0.5F * probe.width, left = std::clamp(box_middle.x - 0.5F * box_size.x, -half, half - 1_mm),
+                    top = std::clamp(box_middle.y - 0.5F * box_size.y, 0.0F, depth - 1_mm);
+        return {{left, top},
+                {std::clamp(box_middle.x + 0.5F * box_size.x, left + 1_mm, half),
+                 std::clamp(box_middle.y + 0.5F * box_size.y, top + 1_mm, depth)}};
+    }
+    vec2 gate_in(const linear_array& probe, float depth) const {
+        return {std::clamp(gate.x, -0.5F * probe.width, 0.5F * probe.width), std::clamp(gate.y, 2_mm, depth - 1_mm)};
+    }
+
+    /// Velocities in the box, at a time.
+    template <exec::policy Policy>
+    void acquire_colour(const Policy& policy, const scene& body, const linear_array& probe, const pose& at,
+                        const blood_flow& flow, float depth, float time) {
+        const auto [from, to] = box_in(probe, depth);
+        const std::uint32_t first = line_at(probe, from.x), last = line_at(probe, to.x);
+        seen_ = colour_doppler(policy, body, probe, at, flow,
+                               {.depth = depth,
+                                .prf = prf(probe),
+                                .box = {.from = from.y, .to = to.y, .first_line = first, .lines = last - first + 1},
+                                .wall = {.order = 1},
+                                .time = time},
+                               {}, own_);
+        probe_ = probe;
+    }
+    template <exec::policy Policy>
+    colour_image overlay(const Policy& policy, const image& gray, mode shown) const {
+        return colour_overlay(policy, gray, seen_, probe_,
+                              {.map = shown == mode::power ? doppler_map::power : doppler_map::velocity,
+                               .min_power_db = -124 - gain_db,
+                               .min_velocity = slowest,
+                               .max_grey = priority});
+    }
+    bool has_colour() const { return seen_.count > 0; }
+    const flow_lines& velocities() const { return seen_; }
+
+    /// The next columns of the spectrum, which end at a time.
+    template <exec::policy Policy>
+    void acquire_spectrum(const Policy& policy, const scene& body, const linear_array& probe, const pose& at,
+                          const blood_flow& flow, float depth, float time) {
+        constexpr float frame = 1.0F / 30;
+        const vec2 middle = gate_in(probe, depth);
+        const float rate = prf(probe), hop = frame / columns_per_frame * rate;
+        const float overlap = std::clamp(1 - hop / bins, 0.0F, 0.96F);
+        const doppler_spectrum next = pulsed_doppler(
+            policy, body, probe, at, flow,
+            {.line = line_at(probe, middle.x),
+             .gate = middle.y,
+             .gate_length = gate_length,
+             .prf = rate,
+             .duration = (bins + (columns_per_frame - 1) * std::round(bins * (1 - overlap)) + 1) / rate,
+             .spectrum = {.window = bins, .overlap = overlap, .baseline = baseline, .angle = angle, .wall_order = 2},
+             .depth = depth,
+             .time = time});
+        if (strip_.size.x == 0) strip_ = image{{columns, bins}};
+        const std::uint32_t added = std::min(next.windows, columns_per_frame);
+        for (std::uint32_t row = 0; row < bins; ++row) {
+            float* const line = strip_.pixels.data() + std::size_t{row} * columns;
+            std::copy(line + added, line + columns, line);
+            for (std::uint32_t i = 0; i < added; ++i) {
+                const float level = 10 * std::log10(next(i, bins - 1 - row) + 1e-20F);
+                line[columns - added + i] = std::clamp((level + gain_db + 152) / 40, 0.0F, 1.0F);
+            }
+        }
+        lowest_ = next.lowest_velocity;
+        highest_ = next.lowest_velocity + next.step * static_cast<float>(bins);
+    }
+    const image& spectrum() const { return strip_; }
+    vec2 spectrum_range() const { return {lowest_, highest_}; } ///< of the velocities of the spectrum, m/s
+
+    /// Forgets the spectrum and the colours.
+    void clear() {
+        strip_ = image{{0, 0}};
+        seen_ = {};
+    }
+
+  private:
+    colour_doppler_workspace<linear_array, blood_flow> own_{};
+    flow_lines seen_{};
+    linear_array probe_{};
+    image strip_{{0, 0}};
+    float lowest_ = 0, highest_ = 0;
+};
+
+} // namespace live
+
+#endif

@@ -1,0 +1,135 @@
+#ifndef INSONIFY_EXAMPLES_LIVE_PATIENT_HPP
+#define INSONIFY_EXAMPLES_LIVE_PATIENT_HPP
+
+#include "hands.hpp"
+#include "vessel.hpp"
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace live {
+
+/// The body under the probe: it is pressed by the face, pulses with the heart, and is dragged along by the needle. A film of
+/// gel moves with the probe; where the face is further from the skin than that, there is air.
+class patient {
+  public:
+    static constexpr medium air{.density = 1.2F, .sound_speed = 343};
+    static constexpr float gel_film = 3_mm;   ///< no more gel than that
+    static constexpr float max_press = 12_mm; ///< of any point of the face
+
+    /// @param anatomy  built or not; objects named "needle" and "gel" are replaced. Around a body that brings gel there is
+    ///                 air; another one keeps its background
+    explicit patient(scene anatomy) : body{without_tools(anatomy)}, at_rest_{body} {
+        for (const object& one : body.objects()) soft_.push_back(one.id);
+        at_rest_.build(exec::par);
+        const auto vessel_named = [&](const char* name) {
+            const std::optional<object_id> found = body.find(name);
+            if (!found || body[*found].surface.positions.size() < 8) return vessel{};
+            return vessel{*found, in_world(*found)};
+        };
+        motion.artery = flow.artery = vessel_named("artery");
+        motion.vein = flow.vein = vessel_named("vein");
+        motion.beat.radius = std::max(motion.artery.radius, 1e-4F);
+    }
+
+    scene body;
+    object_id needle_id{}, gel_id{};
+    tissue_motion motion{}; ///< of the last frame
+    blood_flow flow{};      ///< of the last frame
+    contact touch{};        ///< of the last frame
+
+    /// The needle and the gel, of the size that a probe has.
+    void renew_tools(const needle_state& held, float width) {
+        for (const char* name : {"needle", "gel"})
+            if (const std::optional<object_id> old = body.find(name)) body.remove(*old);
+        needle_id = body.add(make_needle(needle_diameter(held.gauge), 80_mm, {.bevel = held.bevel}), tissue::steel,
+                             {.priority = 1000, .at = held.at(), .name = "needle", .crease_angle = 0.8F * held.bevel});
+        const float half = 0.5F * width + 3_mm;
+        gel_id = body.add(make_box({-half, -9_mm, -2_mm}, {half, 9_mm, gel_film}), tissue::gel,
+                          {.priority = -1000, .name = "gel"});
+        body.build(exec::par);
+    }
+
+    /// Depth of the skin at rest; that of the whole body's upper edge where there is none.
+    float skin_at(vec2 place) const {
+        const aabb box = at_rest_.box();
+        const std::optional<surface_point> skin =
+            first_surface(at_rest_, {.origin = {place.x, place.y, box.lower.z - 1_mm}, .direction = {0, 0, 1}});
+        return skin ? skin->point.z : box.empty() ? 0 : box.lower.z;
+    }
+    aabb box() const { return at_rest_.box(); }
+
+    /// The probe on the skin, at most `max_press` deep at any point of its face.
+    pose probe_pose(const hand_state& hand, const linear_array& probe) const {
+        const vec3 down{std::sin(hand.rock), std::sin(hand.tilt), std::cos(hand.rock) * std::cos(hand.tilt)};
+        const vec3 from{hand.on_skin, skin_at(hand.on_skin) - hand.gel};
+        pose at = look_at(from, from + down, {std::cos(hand.rotate), std::sin(hand.rotate), 0});
+        at.translation.z -= std::max(deepest(at, probe.width) - max_press, 0.0F);
+        return at;
+    }
+
+    /// Moves the tissue to where it is at a time, with the probe and the needle there.
+    template <exec::policy Policy>
+    void move(const Policy& policy, const linear_array& probe, const pose& at, const needle_state& held, float time,
+              const pulsation& beat) {
+        tissue_motion now;
+        now.artery = motion.artery;
+        now.vein = motion.vein;
+        now.beat = beat;
+        now.beat.time = time;
+        touch = press(at_rest_, probe, at, {.gel = gel_film, .decay = 24_mm});
+        now.pressed = touch.depth > 0;
+        if (now.pressed) now.face = touch.deformation;
+        now.opening = std::clamp(1 - (touch.mean_depth - 1_mm) / 4_mm, 0.1F, 1.0F); // a vein closes at a few mmHg
+        now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm;
+        if (now.dragged) now.drag = {.entry = held.entry, .tip = held.tip(), .drag = held.drag};
+        body.place(gel_id, at);
+        if (now == motion && settled_) return;
+        body.deform(policy, now, soft_);
+        motion = now;
+        settled_ = true;
+        for (vessel* one : {&flow.artery, &flow.vein})
+            if (one->radius > 0) one->follow(in_world(one->object));
+    }
+
+  private:
+    static scene without_tools(const scene& anatomy) {
+        scene body{anatomy.find("gel") ? air : anatomy.background()};
+        for (const object& one : anatomy.objects())
+            if (one.name != "needle" && one.name != "gel")
+                body.add(one.surface, one.inside,
+                         {.priority = one.priority,
+                          .at = one.at,
+                          .name = one.name,
+                          .fibres = one.fibres,
+                          .crease_angle = one.crease_angle});
+        return body.build(exec::par);
+    }
+
+    std::span<const vec3> in_world(object_id id) {
+        const object& one = body[id];
+        points_.clear();
+        for (const vec3& position : one.surface.positions) points_.push_back(one.at.point(position));
+        return points_;
+    }
+
+    // How deep the face is in the body at rest, at the middle and the ends.
+    float deepest(const pose& at, float width) const {
+        float depth = -1;
+        for (const float share : {-0.5F, -0.25F, 0.0F, 0.25F, 0.5F}) {
+            const vec3 point = at.point({share * width, 0, 0});
+            depth = std::max(depth, point.z - skin_at({point.x, point.y}));
+        }
+        return depth;
+    }
+
+    scene at_rest_;
+    std::vector<object_id> soft_{};
+    std::vector<vec3> points_{};
+    bool settled_ = false;
+};
+
+} // namespace live
+
+#endif

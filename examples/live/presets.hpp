@@ -1,0 +1,52 @@
+#ifndef INSONIFY_EXAMPLES_LIVE_PRESETS_HPP
+#define INSONIFY_EXAMPLES_LIVE_PRESETS_HPP
+
+#include "session.hpp"
+
+namespace live {
+
+namespace detail {
+inline std::uint32_t whole(float value) { return static_cast<std::uint32_t>(std::lround(value)); }
+} // namespace detail
+
+/// The settings of an examination.
+struct examination_preset {
+    const char* name;
+    float depth, frequency, focus; ///< metres, hertz, metres
+    float gain_db, dynamic_range_db;
+    grey_map grey;
+    std::uint32_t looks; ///< of spatial compounding
+    float persistence;
+    float scale; ///< of Doppler, m/s
+};
+
+inline constexpr examination_preset presets_of_session[] = {
+    {"Nerve", 40_mm, 7.5_MHz, 18_mm, 0, 60, {}, 3, 0.2F, 0.2F},
+    {"Vessel", 40_mm, 7.5_MHz, 18_mm, -3, 50, {.gamma = 1.15F, .contrast = 0.2F}, 3, 0.3F, 0.3F},
+    {"Musculoskeletal", 45_mm, 9_MHz, 20_mm, 2, 65, {.gamma = 0.95F}, 5, 0.3F, 0.15F},
+    {"Abdomen", 90_mm, 4.5_MHz, 50_mm, 4, 60, {.contrast = 0.15F}, 3, 0.4F, 0.4F},
+    {"Skin", 20_mm, 11_MHz, 8_mm, 0, 60, {}, 3, 0.1F, 0.1F}};
+
+/// Rolling compounding: each frame acquires one look.
+inline void compound(session& s, std::uint32_t looks) {
+    s.machine.settings.compound = {.angles = looks, .spread = 16_deg, .update = compound_settings::update::one};
+}
+
+inline void use_preset(session& s, std::uint32_t number) {
+    const examination_preset& one = presets_of_session[number];
+    s.preset = number;
+    b_mode_settings& settings = s.machine.settings;
+    settings.depth = one.depth;
+    s.machine.probe.frequency = one.frequency;
+    s.machine.probe.focus = one.focus;
+    settings.gain_db = one.gain_db;
+    settings.dynamic_range_db = one.dynamic_range_db;
+    settings.grey = one.grey;
+    settings.persistence = one.persistence;
+    compound(s, one.looks);
+    s.doppler.scale = one.scale;
+}
+
+} // namespace live
+
+#endif
