@@ -10,6 +10,8 @@
 
 namespace live {
 
+class json_list;
+
 /// Builds the text of a JSON object.
 class json_object {
   public:
@@ -29,6 +31,7 @@ class json_object {
         return put(name, number(value));
     }
     json_object& add(std::string_view name, const json_object& value) { return put(name, value.text()); }
+    json_object& add(std::string_view name, const json_list& value);
     json_object& add(std::string_view name, const insonify::pose& at) {
         std::string columns;
         for (int i = 0; i < 3; ++i) columns += point(at.rotation[i]) + ",0,";
@@ -59,6 +62,18 @@ class json_object {
 
     std::string members_{};
 };
+
+/// Builds the text of a JSON list of objects.
+class json_list {
+  public:
+    void add(const json_object& one) { members_ += (members_.empty() ? "" : ",") + one.text(); }
+    std::string text() const { return '[' + members_ + ']'; }
+
+  private:
+    std::string members_{};
+};
+
+inline json_object& json_object::add(std::string_view name, const json_list& value) { return put(name, value.text()); }
 
 } // namespace live
 

@@ -34,10 +34,17 @@ function show_rate() {
     id("rate").textContent = state.frozen ? "" : `${rate.toFixed(0)} frames/s · ${(1e3 * state.seconds).toFixed(0)} ms`;
 }
 
+function legend_entry({ name, colour }) {
+    const entry = document.createElement("span"), paint = document.createElement("i");
+    paint.style.background = `rgb(${colour[0].map((part) => Math.round(255 * part)).join()})`;
+    entry.append(paint, name);
+    return entry;
+}
+
 function show(message) {
     asked = false;
     state = message.state;
-    if (message.drawn) picture.show(state, message.pixels);
+    if (message.drawn) picture.show(state, message.pixels, message.strip);
     if (message.needle) space.show_needle(message.needle);
     space.show(state, picture.pixels);
     panel.update(state.values);
@@ -45,6 +52,7 @@ function show(message) {
     id("frozen").hidden = !state.frozen;
     id("freeze").textContent = state.frozen ? "Unfreeze" : "Freeze";
     id("freeze").setAttribute("aria-pressed", state.frozen);
+    id("legend").replaceChildren(...state.legend.map(legend_entry));
     show_rate();
     id("loading").hidden = true;
     if (waiting) {
@@ -113,7 +121,7 @@ async function open(files) {
 const handlers = {
     ready({ controls, tissues, instructions, threads }) {
         space = new Space(id("anatomy"), send);
-        panel = new Panel(controls, send);
+        panel = new Panel(controls, send, { choices: id("choices"), tabs: id("tabs"), groups: id("groups") });
         for (const name of ["tissue", "background"])
             for (const tissue of tissues) id("load").querySelector(`[name=${name}]`).add(new Option(tissue.replaceAll("_", " "), tissue));
         id("load").querySelector("[name=tissue]").value = "muscle";

@@ -6,23 +6,29 @@ export class Picture {
     constructor(canvas) {
         this.canvas = canvas;
         this.pixels = document.createElement("canvas"); // the picture alone
+        this.strip = document.createElement("canvas"); // M-mode or spectrum below it
         this.listen();
         new ResizeObserver(() => this.draw()).observe(canvas);
     }
 
-    show(state, pixels) {
+    show(state, pixels, strip) {
         this.state = state;
-        if (this.pixels.width !== state.width) this.pixels.width = state.width;
-        if (this.pixels.height !== state.height) this.pixels.height = state.height;
-        this.pixels.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), state.width, state.height), 0, 0);
+        this.fill(this.strip, state.strip, strip);
+        this.fill(this.pixels, state, pixels);
         this.draw();
     }
 
+    fill(canvas, { width, height }, pixels) {
+        if (canvas.width !== width) canvas.width = width;
+        if (canvas.height !== height) canvas.height = height;
+        if (width * height > 0) canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), width, height), 0, 0);
+    }
     // Where the picture is on the canvas, and points per pixel of the picture.
     layout() {
-        const { clientWidth, clientHeight } = this.canvas, { width, height } = this.state;
-        const scale = Math.min((clientWidth - room.left - room.right) / width, (clientHeight - room.top - room.bottom) / height);
-        return { left: (clientWidth + room.left - room.right - width * scale) / 2, top: room.top + (clientHeight - room.top - room.bottom - height * scale) / 2, scale };
+        const { clientWidth, clientHeight } = this.canvas, { width, height, strip } = this.state;
+        const below = strip.height > 0 ? 0.36 * clientHeight : 0, high = clientHeight - room.top - room.bottom - below;
+        const scale = Math.min((clientWidth - room.left - room.right) / width, high / height);
+        return { left: (clientWidth + room.left - room.right - width * scale) / 2, top: room.top + (high - height * scale) / 2, scale, below };
     }
 
     draw() {
@@ -74,7 +80,24 @@ export class Picture {
         pen.beginPath();
         pen.arc(left + 5, top - 9, 4, 0, 7);
         pen.fill();
+        if (this.state.strip.height > 0) this.draw_strip(pen);
         if (this.calliper) this.draw_calliper(pen, left, top, scale);
+    }
+
+    draw_strip(pen) {
+        const { clientWidth, clientHeight } = this.canvas, { upper, lower, unit, seconds } = this.state.strip, { below } = this.layout();
+        const top = clientHeight - below + 4, width = clientWidth - room.left - room.right, height = below - room.bottom - 4;
+        pen.drawImage(this.strip, room.left, top, width, height);
+        pen.fillStyle = pen.strokeStyle = "#aeb6c2";
+        pen.textAlign = "right";
+        for (const share of [0, 0.5, 1]) pen.fillText((upper + share * (lower - upper)).toFixed(0), room.left - 6, top + 5 + share * (height - 10));
+        if (lower < 0) {
+            const zero = top + height * upper / (upper - lower);
+            pen.fillRect(room.left, zero, width, 0.5);
+        }
+        pen.textAlign = "left";
+        pen.fillText(unit, clientWidth - room.right + 4, top + 5);
+        pen.fillText(`${seconds.toFixed(1)} s`, clientWidth - room.right + 4, top + height - 5);
     }
 
     draw_calliper(pen, left, top, scale) {

@@ -1,8 +1,7 @@
 /// The session behind the web page, as C functions. Texts are UTF-8; those that are returned, and pictures, are valid until
 /// the next call of the same function. Functions that can fail return the reason, which is empty on success.
-#define INSONIFY_IMPLEMENTATION
+#include "../session.hpp"
 #include "anatomy.hpp"
-#include "controls.hpp"
 #include "json.hpp"
 #include <emscripten/emscripten.h>
 #include <memory>
@@ -26,6 +25,11 @@ const char* attempt(const Function& function) {
         fault = refused.what();
     }
     return fault.c_str();
+}
+
+void put_pixel(std::vector<std::uint8_t>& bytes, vec3 colour) {
+    for (int i = 0; i < 3; ++i) bytes.push_back(static_cast<std::uint8_t>(255 * clamp(colour[i], 0, 1) + 0.5F));
+    bytes.push_back(255);
 }
 
 mesh needle_mesh() { return make_needle(needle_diameter(now->needle.gauge), 80_mm, {.bevel = now->needle.bevel}); }
@@ -72,13 +76,16 @@ EMSCRIPTEN_KEEPALIVE const char* live_frame() {
 /// Red, green, blue and opacity of each pixel of the last picture, row by row from the top.
 EMSCRIPTEN_KEEPALIVE const std::uint8_t* live_pixels() {
     static std::vector<std::uint8_t> bytes;
-    const std::vector<float>& pixels = now->machine.picture().pixels;
-    bytes.resize(4 * pixels.size());
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-        const auto level = static_cast<std::uint8_t>(255 * clamp(pixels[i], 0, 1) + 0.5F);
-        bytes[4 * i] = bytes[4 * i + 1] = bytes[4 * i + 2] = level;
-        bytes[4 * i + 3] = 255;
-    }
+    bytes.clear();
+    for (const vec3& pixel : now->screen().pixels) put_pixel(bytes, pixel);
+    return bytes.data();
+}
+
+/// The same of the M-mode or the spectrum beside the picture; of no size in other modes.
+EMSCRIPTEN_KEEPALIVE const std::uint8_t* live_strip() {
+    static std::vector<std::uint8_t> bytes;
+    bytes.clear();
+    for (const float level : now->strip().pixels) put_pixel(bytes, vec3{level});
     return bytes.data();
 }
 
@@ -96,27 +103,37 @@ EMSCRIPTEN_KEEPALIVE const char* live_state() {
     state.add("probe", machine.at()).add("needle", now->needle.at()).add("needles", needles);
     state.add("corners", std::array{machine.point({0, 0}), machine.point({right, 0}), machine.point({right, bottom}),
                                     machine.point({0, bottom})});
-    live::json_object values;
-    for (const live::control& one : live::controls()) values.add(one.event, one.value(*now));
-    state.add("values", values);
+    const live::strip_scale axes = now->strip_axes();
+    live::json_object strip, values;
+    strip.add("width", now->strip().size.x).add("height", now->strip().size.y).add("upper", axes.upper);
+    strip.add("lower", axes.lower).add("unit", axes.unit).add("seconds", axes.seconds);
+    for (const live::control& one : live::controls())
+        if (one.value != nullptr) values.add(one.event, one.value(*now));
+    live::json_list legend;
+    for (const live::legend_entry& one : now->legend())
+        legend.add(live::json_object{}.add("name", one.name).add("colour", std::array{one.colour}));
+    state.add("strip", strip).add("values", values).add("legend", legend);
     return (text = state.text()).c_str();
 }
 
-/// The sliders of the page, as JSON.
+/// The controls of the page that have a value, as JSON.
 EMSCRIPTEN_KEEPALIVE const char* live_controls() {
     static std::string text;
-    text.clear();
+    live::json_list all;
     for (const live::control& one : live::controls()) {
-        live::json_object slider;
-        slider.add("event", one.event).add("group", one.group).add("title", one.title).add("unit", one.unit);
-        slider.add("tooltip", one.tooltip).add("low", one.low).add("high", one.high).add("step", one.step);
-        slider.add("relative", one.is_relative).add("value", one.value(*now));
-        text += (text.empty() ? "[" : ",") + slider.text();
+        if (one.value == nullptr) continue;
+        live::json_list choices;
+        for (const std::string& name : one.choices) choices.add(live::json_object{}.add("name", name));
+        live::json_object shown;
+        shown.add("event", one.event).add("group", one.group).add("title", one.title).add("unit", one.unit);
+        shown.add("tooltip", one.tooltip).add("low", one.low).add("high", one.high).add("step", one.step);
+        shown.add("relative", one.is_relative).add("value", one.value(*now)).add("choices", choices);
+        all.add(shown);
     }
-    return (text += "]").c_str();
+    return (text = all.text()).c_str();
 }
 
-/// Number of meshes to draw; the needle is the last one.
+/// Number of objects; the needle and the gel are among them.
 EMSCRIPTEN_KEEPALIVE std::uint32_t live_parts() { return static_cast<std::uint32_t>(now->body.objects().size()); }
 
 /// A mesh as JSON: its name, the addresses of its coordinates and corners, and their numbers.

@@ -26,9 +26,10 @@ function part(index) {
 
 let needles = -1;
 
+const parts = () => Array.from({ length: live._live_parts() }, (_, index) => part(index));
+
 function sendAnatomy() {
-    const parts = Array.from({ length: live._live_parts() }, (_, index) => part(index));
-    postMessage({ kind: "anatomy", parts: parts.filter((one) => !one.is_needle) });
+    postMessage({ kind: "anatomy", parts: parts().filter((one) => !one.is_needle && one.name !== "gel") });
     needles = -1;
 }
 
@@ -36,15 +37,13 @@ function draw() {
     const drawn = attempt("live_frame");
     const state = JSON.parse(text("live_state"));
     const message = { kind: "frame", drawn, state };
-    if (drawn) {
-        const at = live._live_pixels();
-        message.pixels = live.HEAPU8.slice(at, at + 4 * state.width * state.height).buffer;
-    }
+    const copy = (at, { width, height }) => live.HEAPU8.slice(at, at + 4 * width * height).buffer;
+    if (drawn) Object.assign(message, { pixels: copy(live._live_pixels(), state), strip: copy(live._live_strip(), state.strip) });
     if (state.needles !== needles) {
         needles = state.needles;
-        message.needle = part(live._live_parts() - 1);
+        message.needle = parts().find((one) => one.is_needle);
     }
-    postMessage(message, drawn ? [message.pixels] : []);
+    postMessage(message, drawn ? [message.pixels, message.strip] : []);
 }
 
 function load({ files, unit, side, tissue, background }) {

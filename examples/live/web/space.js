@@ -106,7 +106,7 @@ export class Space {
             old.material.dispose();
         }
         this.anatomy.clear();
-        for (const part of parts.filter(({ name }) => name !== "gel")) {
+        for (const part of parts) {
             const [color, opacity] = paint_of(part);
             const is_layer = opacity < 1;
             const shape = new BufferGeometry().setAttribute("position", new BufferAttribute(part.positions, 3));
