@@ -1,6 +1,6 @@
 // The ultrasound picture with depth scale, gray bar, focus mark and calliper.
 
-const room = { left: 34, right: 34, top: 22, bottom: 22 };
+const room = { left: 40, right: 34, top: 22, bottom: 22 };
 
 export class Picture {
     constructor(canvas) {

@@ -1,7 +1,7 @@
 // The anatomy, the probe with its picture, and the needle, in WebGL. World coordinates are those of the session: metres,
 // z is depth.
 import {
-    BoxGeometry, BufferAttribute, BufferGeometry, CanvasTexture, CylinderGeometry, DirectionalLight, DoubleSide, Group,
+    BoxGeometry, BufferAttribute, BufferGeometry, CanvasTexture, CylinderGeometry, DirectionalLight, DoubleSide, FrontSide, Group,
     HemisphereLight, LineBasicMaterial, LineLoop, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial,
     PerspectiveCamera, Plane, Raycaster, Scene, SphereGeometry, SRGBColorSpace, Vector2, Vector3, WebGLRenderer,
 } from "three";
@@ -27,7 +27,7 @@ export class Space {
         this.canvas = canvas;
         this.send = send;
         this.tool = "slide";
-        this.renderer = new WebGLRenderer({ canvas, antialias: true });
+        this.renderer = new WebGLRenderer({ canvas, antialias: devicePixelRatio < 2 });
         this.renderer.setClearColor(0x1a1f27);
         this.scene = new Scene();
         this.camera = new PerspectiveCamera(32, 1, 0.005, 5);
@@ -111,7 +111,7 @@ export class Space {
             const is_layer = opacity < 1;
             const shape = new BufferGeometry().setAttribute("position", new BufferAttribute(part.positions, 3));
             shape.setIndex(new BufferAttribute(part.faces, 1)).computeVertexNormals();
-            const mesh = new Mesh(shape, new MeshLambertMaterial({ color, opacity, transparent: is_layer, depthWrite: !is_layer, side: DoubleSide }));
+            const mesh = new Mesh(shape, new MeshLambertMaterial({ color, opacity, transparent: is_layer, depthWrite: !is_layer, side: is_layer ? FrontSide : DoubleSide }));
             mesh.renderOrder = is_layer ? 2 : 0;
             this.anatomy.add(mesh);
         }
@@ -142,7 +142,11 @@ export class Space {
             this.slice_paint.needsUpdate = true;
         }
         this.texture.needsUpdate = true;
-        this.draw_soon();
+        // Ten times per second suffices where nothing but the picture changes.
+        const place = String([state.probe, state.needle]);
+        if (place !== this.place) this.draw_soon();
+        else this.timer ??= setTimeout(() => this.draw_soon(), 100);
+        this.place = place;
     }
 
     reset_camera() {
@@ -163,6 +167,8 @@ export class Space {
         this.asked = true;
         requestAnimationFrame(() => {
             this.asked = false;
+            clearTimeout(this.timer);
+            this.timer = undefined;
             this.place_camera();
             this.renderer.render(this.scene, this.camera);
         });
@@ -302,10 +308,10 @@ export class Space {
         this.send(`advance ${(10 * (x * seen.x + y * seen.y) / pixels).toFixed(3)}`);
     }
 
-    /** Where the middle of the probe's handle, or the hub of the needle, is seen on the page: for tests. */
+    /** Where the middle of the probe's handle, or the shaft of the needle, is seen on the page: for tests. */
     seen(name) {
         this.place_camera();
-        const point = (name === "probe" ? this.probe : this.needle).localToWorld(new Vector3(0, 0, name === "probe" ? -0.03 : -0.086));
+        const point = (name === "probe" ? this.probe : this.needle).localToWorld(new Vector3(0, 0, name === "probe" ? -0.03 : -0.035));
         const box = this.canvas.getBoundingClientRect(), at = this.on_canvas(point);
         return { x: box.left + box.width / 2 + at.x, y: box.top + box.height / 2 + at.y };
     }

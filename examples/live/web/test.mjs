@@ -134,7 +134,7 @@ async function test_files(page) {
     await pick(file("broken.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n"));
     await page.waitForSelector("#fault:not([hidden])");
     const sentence = await page.$eval("#fault span", (span) => span.textContent);
-    check("a broken OBJ file gives a sentence", /broken\.obj.*line 4/.test(sentence), sentence);
+    check("a broken OBJ file gives a sentence", /broken\.obj:4: /.test(sentence), sentence);
     await frames(page);
     const kept = await look(page);
     check("... and the session goes on", kept.bright > 0.2, `${(100 * kept.bright).toFixed(0)} % of pixels above 20`);
