@@ -20,8 +20,8 @@ namespace nerve_block {
 
 using namespace insonify;
 
-inline constexpr linear_array probe = presets::nerve_block.probe;
-inline constexpr b_mode_settings settings = presets::nerve_block.settings;
+inline const linear_array probe = presets::nerve_block.probe;
+inline const b_mode_settings settings = presets::nerve_block.settings;
 inline constexpr vec2 nerve_centre{3_mm, 17.5_mm}; ///< x, z at y = 0
 inline constexpr vec2 bone_centre{11_mm, 36_mm};
 inline constexpr float bone_radius = 8_mm;

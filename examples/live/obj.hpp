@@ -26,7 +26,7 @@ inline session session_of_obj(const std::string& path, float unit, const medium&
         const mesh_report report = validate(one.surface);
         if (!report.closed()) throw std::runtime_error{path + ": object '" + one.name + "': " + explain(report)};
     }
-    const vec3 size = body.build(exec::par).box().size();
+    const vec3 size = body.box().size();
     if (const float largest = std::max({size.x, size.y, size.z}); largest < 2_mm || largest > 3)
         throw std::runtime_error{path + ": the body is " + std::to_string(1e3F * largest) +
                                  " mm large; give the unit of the file, such as --unit mm"};

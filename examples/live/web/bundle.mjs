@@ -1,0 +1,27 @@
+// Bundles the page's scripts with what they use of three.js, without shaders of materials that the page does not have:
+// node bundle.mjs MODULES PAGE OUTPUT
+import { createRequire } from "node:module";
+import path from "node:path";
+
+const [modules, page, output] = process.argv.slice(2);
+const { build } = createRequire(path.join(modules, "bundle.mjs"))("esbuild");
+
+const unused_chunks = /(lights_physical(_pars)?_fragment|transmission(_pars)?_fragment|iridescence_fragment|shadowmap_pars_fragment|lightprobes_pars_fragment|cube_uv_reflection_fragment|envmap_physical_pars_fragment|tonemapping_pars_fragment|lights_toon_pars_fragment|lights_phong_pars_fragment)\.glsl\.js$/;
+const unused_shaders = /(meshphysical|meshphong|meshtoon|meshmatcap|meshnormal|distance|depth|shadow|sprite|points|equirect|linedashed|vsm)\.glsl\.js$/;
+
+await build({
+    entryPoints: [page],
+    outfile: output,
+    bundle: true,
+    minify: true,
+    format: "esm",
+    legalComments: "none",
+    alias: { three: path.join(modules, "three/src/Three.js") },
+    plugins: [{
+        name: "unused",
+        setup({ onLoad }) {
+            onLoad({ filter: unused_chunks }, () => ({ contents: 'export default ""' }));
+            onLoad({ filter: unused_shaders }, () => ({ contents: 'export const vertex = "", fragment = ""' }));
+        },
+    }],
+});

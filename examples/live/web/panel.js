@@ -1,0 +1,100 @@
+// Sliders and choices, built from the session's table of controls.
+
+const time_gain = Array.from({ length: 8 }, (_, i) => ({
+    event: `slider ${i}`, group: "Time gain", title: ["Near", "", "", "", "", "", "", "Far"][i], unit: "dB", low: -20, high: 20, step: 1,
+    value: 0, choices: [], tooltip: `Gain at ${i} / 7 of the depth`,
+}));
+const open_groups = ["Image", "Time gain", "Needle"];
+
+const digits = (step) => (step >= 1 ? 0 : step >= 0.1 ? 1 : 2);
+const make = (tag, properties = {}, ...children) => {
+    const made = Object.assign(document.createElement(tag), properties);
+    made.append(...children);
+    return made;
+};
+
+export class Panel {
+    /** @param controls  of the session  @param send  takes a line that is an event  @param elements  places for choices, tabs and groups */
+    constructor(controls, send, { choices, tabs, groups }) {
+        this.send = send;
+        this.all = new Map();
+        this.groups = new Map();
+        choices.append(...controls.filter((one) => one.choices.length).map((one) => this.choice(one)));
+        const sliders = controls.filter((one) => !one.choices.length), image = sliders.filter(({ group }) => group === "Image");
+        for (const name of new Set(["Image", "Time gain", "Needle", ...sliders.map(({ group }) => group)])) {
+            const members = name === "Time gain" ? time_gain : name === "Image" ? image : sliders.filter(({ group }) => group === name);
+            const group = make("details", { open: open_groups.includes(name) }, make("summary", { textContent: name }), ...members.map((one) => this.slider(one)));
+            const tab = make("button", { textContent: name });
+            group.classList.toggle("time-gain", name === "Time gain");
+            tab.onclick = () => {
+                for (const other of groups.children) other.classList.toggle("shown", other === group);
+                for (const other of tabs.children) other.setAttribute("aria-pressed", other === tab);
+                group.open = true;
+            };
+            groups.append(group);
+            tabs.append(tab);
+            this.groups.set(name, group);
+        }
+        tabs.firstElementChild.click();
+    }
+
+    slider(control) {
+        const input = make("input", { type: "range", min: control.low, max: control.high, step: control.step, value: control.value, name: control.event });
+        input.setAttribute("aria-label", control.title || control.tooltip);
+        const one = { control, input, output: make("output"), value: control.value };
+        input.oninput = () => {
+            const value = Number(input.value);
+            this.send(`${control.event} ${control.relative ? value - one.value : value}`);
+            this.set(one, value);
+        };
+        input.onpointerdown = () => (one.held = true);
+        input.onpointerup = input.onpointercancel = () => (one.held = false);
+        input.ondblclick = () => {
+            input.value = control.value;
+            input.oninput();
+        };
+        this.all.set(control.event, one);
+        this.set(one, control.value);
+        return make("label", { className: "slider", title: control.tooltip }, make("span", { textContent: control.title }), input, one.output);
+    }
+
+    // A few short names are buttons side by side.
+    choice(control) {
+        const one = { control, value: control.value }, { choices, low, event, title, tooltip } = control;
+        this.all.set(event, one);
+        const short = choices.map(({ name }) => name).join("").length < 25;
+        if (short) {
+            one.buttons = choices.map(({ name }, i) => make("button", { textContent: name, name: event, onclick: () => this.choose(one, low + i) }));
+        } else {
+            one.input = make("select", { name: event, onchange: ({ target }) => this.choose(one, Number(target.value)) },
+                ...choices.map(({ name }, i) => make("option", { textContent: name, value: low + i })));
+        }
+        this.set(one, control.value);
+        return make("label", { className: "choice", title: tooltip }, make("span", { textContent: title }), ...(one.buttons ?? [one.input]));
+    }
+
+    choose(one, value) {
+        this.send(`${one.control.event} ${value}`);
+        this.set(one, value);
+        if (one.control.event === "mode") this.groups.get("Doppler").open = value > 0;
+    }
+
+    set(one, value) {
+        one.value = value;
+        one.buttons?.forEach((button, i) => button.setAttribute("aria-pressed", one.control.low + i === value));
+        if (one.input && !one.held) one.input.value = value;
+        if (one.output) one.output.textContent = `${Number(value).toFixed(digits(one.control.step))} ${one.control.unit}`;
+    }
+
+    // The present values, which recorded events and the hands change as well.
+    update(values) {
+        for (const [event, value] of Object.entries(values)) {
+            const one = this.all.get(event);
+            if (one && !one.held && Math.abs(value - one.value) > 1e-4) this.set(one, value);
+        }
+    }
+
+    reset() {
+        for (const one of this.all.values()) this.set(one, one.control.value);
+    }
+}

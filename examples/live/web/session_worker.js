@@ -1,0 +1,79 @@
+// Runs the session in a thread of its own, so that the page stays responsive while a picture is computed.
+
+const folder = self.crossOriginIsolated ? "threads/" : "";
+importScripts(`${folder}scanner.js`);
+
+let live;
+
+const text = (name, ...values) =>
+    live.ccall(name, "string", values.map((value) => (typeof value === "string" ? "string" : "number")), values);
+
+// Calls a function that returns the reason of its failure, and reports it.
+function attempt(name, ...values) {
+    const fault = text(name, ...values);
+    if (fault) postMessage({ kind: "fault", fault });
+    return !fault;
+}
+
+function part(index) {
+    const { positions, points, faces, triangles, ...rest } = JSON.parse(text("live_part", index));
+    return {
+        ...rest,
+        positions: new Float32Array(live.HEAPU8.buffer, positions, 3 * points).slice(),
+        faces: new Uint32Array(live.HEAPU8.buffer, faces, 3 * triangles).slice(),
+    };
+}
+
+let needles = -1;
+
+const parts = () => Array.from({ length: live._live_parts() }, (_, index) => part(index));
+
+function sendAnatomy() {
+    postMessage({ kind: "anatomy", parts: parts().filter((one) => !one.is_needle && one.name !== "gel") });
+    needles = -1;
+}
+
+function draw() {
+    const drawn = attempt("live_frame");
+    const state = JSON.parse(text("live_state"));
+    const message = { kind: "frame", drawn, state };
+    const copy = (at, { width, height }) => live.HEAPU8.slice(at, at + 4 * width * height).buffer;
+    if (drawn) Object.assign(message, { pixels: copy(live._live_pixels(), state), strip: copy(live._live_strip(), state.strip) });
+    if (state.needles !== needles) {
+        needles = state.needles;
+        message.needle = parts().find((one) => one.is_needle);
+    }
+    postMessage(message, drawn ? [message.pixels, message.strip] : []);
+}
+
+function load({ files, unit, side, tissue, background }) {
+    for (const { name, bytes } of files) live.FS.writeFile(name, new Uint8Array(bytes));
+    const model = files.find(({ name }) => /\.obj$/i.test(name));
+    if (attempt("live_load", model.name, unit, side, tissue, background)) sendAnatomy();
+    for (const { name } of files) live.FS.unlink(name);
+    postMessage({ kind: "loaded" });
+}
+
+const handlers = {
+    events: ({ lines }) => lines.forEach((line) => attempt("live_apply", line)),
+    draw,
+    load,
+    restart() {
+        live._live_restart();
+        sendAnatomy();
+    },
+};
+
+makeScanner({ locateFile: (name) => folder + name, mainScriptUrlOrBlob: `${folder}scanner.js` }).then((made) => {
+    live = made;
+    postMessage({
+        kind: "ready",
+        controls: JSON.parse(text("live_controls")),
+        tissues: text("live_tissues").split(" "),
+        instructions: text("live_instructions"),
+        threads: self.crossOriginIsolated ? navigator.hardwareConcurrency : 1,
+    });
+    sendAnatomy();
+    self.onmessage = ({ data }) => handlers[data.kind](data);
+    postMessage({ kind: "started" });
+});
