@@ -25,7 +25,7 @@ class view3d {
         const aabb whole = body.box();
         if (!body.find("nerve")) {
             target = 0.5F * (whole.lower + whole.upper);
-            distance = 2.5F * length(whole.size());
+            distance = 1.4F * length(whole.size());
         }
         std::stable_sort(parts_.begin(), parts_.end(),
                          [](const part& a, const part& b) { return a.paint.alpha > b.paint.alpha; });
