@@ -39,7 +39,7 @@ inline const examination<phased_array> heart{
 
 /// Vessel, from inside.
 inline const examination<radial_array> intravascular{.probe = {.lines = 256, .radius = 0.5_mm, .frequency = 20_MHz},
-                                                         .settings = {.depth = 6_mm}};
+                                                     .settings = {.depth = 6_mm}};
 
 } // namespace insonify::inline INSONIFY_ABI::presets
 #endif

@@ -1,6 +1,6 @@
 // Runs the session in a thread of its own, so that the page stays responsive while a picture is computed.
 
-const folder = self.crossOriginIsolated ? "threads/" : "";
+const folder = new URL(self.crossOriginIsolated ? "threads/" : "./", location.href).href;
 importScripts(`${folder}scanner.js`);
 
 let live;

@@ -34,7 +34,7 @@ const errors = [];
 async function open(browser, url, viewport) {
     const page = await browser.newPage();
     page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
-    page.on("pageerror", (error) => errors.push(error.message));
+    page.on("pageerror", (error) => errors.push(String(error?.message ?? error)));
     await page.setViewport(viewport);
     await page.goto(url);
     await page.waitForFunction(() => window.scanner?.state()?.frame > 2, { timeout: 120_000 });
