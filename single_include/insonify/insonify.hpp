@@ -19350,24 +19350,24 @@ struct examination {
 namespace insonify::inline INSONIFY_ABI::presets {
 
 /// Nerve block: a needle near a nerve a few centimetres below the skin.
-inline constexpr examination<linear_array> nerve_block{
+inline const examination<linear_array> nerve_block{
     .probe = in_use(
         linear_array{.lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm}),
     .settings = {.depth = 40_mm, .tgc = 0.85_dB_per_cm, .planes = 7}};
 
 /// Liver, kidneys, gall bladder.
-inline constexpr examination<convex_array> abdomen{
+inline const examination<convex_array> abdomen{
     .probe = in_use(convex_array{.lines = 192, .radius = 60_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz}),
     .settings = {.depth = 160_mm}};
 
 /// The heart between the ribs.
-inline constexpr examination<phased_array> heart{
+inline const examination<phased_array> heart{
     .probe = in_use(phased_array{.lines = 128, .width = 20_mm, .field_of_view = 90_deg, .frequency = 2.5_MHz}),
     .settings = {.depth = 160_mm}};
 
 /// Vessel, from inside.
-inline constexpr examination<radial_array> intravascular{.probe = {.lines = 256, .radius = 0.5_mm, .frequency = 20_MHz},
-                                                         .settings = {.depth = 6_mm}};
+inline const examination<radial_array> intravascular{.probe = {.lines = 256, .radius = 0.5_mm, .frequency = 20_MHz},
+                                                     .settings = {.depth = 6_mm}};
 
 } // namespace insonify::inline INSONIFY_ABI::presets
 #endif
