@@ -35,8 +35,8 @@ class patient {
 
     scene body;
     object_id needle_id{}, gel_id{};
-    tissue_motion motion{}; ///< of the last frame
-    blood_flow flow{};      ///< of the last frame
+    tissue_motion motion{};                               ///< of the last frame
+    blood_flow flow{};                                    ///< of the last frame
     const contact& touch() const { return press_.touch; } ///< of the last frame
 
     /// The needle and the gel, of the size that a probe has.
