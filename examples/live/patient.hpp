@@ -84,7 +84,7 @@ class patient {
         now.pressed = touch.depth > 0;
         if (now.pressed) now.face = limited(touch.deformation);
         now.vein_wall.outside = 3_mmHg * touch.mean_depth / 1_mm;
-        now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm;
+        now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm && !held.held;
         if (now.dragged) now.drag = {.entry = held.entry, .tip = held.tip(), .drag = held.drag};
         body.place(gel_id, at);
         if (now == motion && settled_) return;
@@ -116,7 +116,8 @@ class patient {
         return points_;
     }
 
-    // Tissue that is pressed deeper than this would fold over. Beyond the edge of a body there is no skin: there the depth of
+    // Tissue that is pressed deeper than `decay` would fold over: the face is deeper in it than that only where a tracker puts
+    // it there. Beyond the edge of a body there is no skin: there the depth of
     // the face ends on a slope.
     static pressed_face limited(pressed_face face) {
         constexpr float max_depth = 0.75F * decay;

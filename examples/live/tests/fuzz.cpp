@@ -54,6 +54,15 @@ live::event random_event(dice& random) {
                                 : random.below(20) == 0               ? random.below(6)
                                                                       : one.values;
     for (std::uint32_t i = 0; i < count; ++i) made.values.push_back(random.number(one.low, one.high));
+    if (one.values == 12 && random.below(2) == 0) { // a tracker: any direction, in the body and around it
+        const auto any = [&](float size) { return size * (2 * random.share() - 1); };
+        const vec3 from{any(60_mm), any(60_mm), any(60_mm)};
+        const pose at = look_at(from, from + vec3{any(1), any(1), any(1)}, {any(1), any(1), any(1)});
+        const vec3 columns[] = {at.rotation[0], at.rotation[1], at.rotation[2], 1e3F * from};
+        made.values.clear();
+        for (const vec3& column : columns)
+            for (int i = 0; i < 3; ++i) made.values.push_back(column[i]);
+    }
     if (one.group == "Quality" && count == 1) made.values[0] = one.event == "planes" ? 1.0F : 16 + 16 * random.share();
     return made;
 }
