@@ -44,7 +44,7 @@ inline void session::apply(const event& one) {
     if (known->unit == "pixels" && known->group == "Measure")
         for (std::size_t i = 0; i < count; ++i) // within the picture
             values[i] = std::min(values[i], static_cast<float>(i % 2 == 0 ? screen_.size.x : screen_.size.y));
-    if (record != nullptr) *record << event_line(one) << '\n';
+    if (record != nullptr) record->add(one);
     known->run(*this, values.data(), static_cast<std::uint32_t>(count));
 }
 

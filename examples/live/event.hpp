@@ -3,8 +3,10 @@
 
 #include <insonify/core/math.hpp>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <optional>
+#include <ostream>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -45,6 +47,31 @@ inline std::string event_line(const event& one) {
     for (const float value : one.values) text << ' ' << value;
     return text.str();
 }
+
+/// Writes events and frames as a recorded session: see recording.hpp. Frames in a row are one line.
+class recorder {
+  public:
+    explicit recorder(std::ostream& to) : to_{to} {}
+    recorder(const recorder&) = delete;
+    recorder& operator=(const recorder&) = delete;
+    ~recorder() { write_frames(); }
+
+    void add(const event& one) {
+        write_frames();
+        to_ << event_line(one) << '\n';
+    }
+    void add_frame() { ++frames_; }
+
+  private:
+    void write_frames() {
+        if (frames_ == 1) to_ << "frame\n";
+        if (frames_ > 1) to_ << "frames " << frames_ << '\n';
+        frames_ = 0;
+    }
+
+    std::ostream& to_;
+    std::uint32_t frames_ = 0; // since the last event
+};
 
 } // namespace live
 

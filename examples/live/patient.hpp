@@ -16,7 +16,8 @@ class patient {
   public:
     static constexpr medium air{.density = 1.2F, .sound_speed = 343};
     static constexpr float gel_film = 3_mm;  ///< no more gel than that
-    static constexpr float max_press = 9_mm; ///< of any point of the face
+    static constexpr float max_press = 9_mm; ///< of the face, as far as the hand holds it
+    static constexpr float decay = 24_mm;    ///< see `indentation`
 
     /// @param anatomy  built or not; objects named "needle" and "gel" are replaced. Around a body that brings gel there is
     ///                 air; another one keeps its background
@@ -30,14 +31,13 @@ class patient {
         };
         motion.artery = flow.artery = vessel_named("artery");
         motion.vein = flow.vein = vessel_named("vein");
-        motion.beat.radius = std::max(motion.artery.radius, 1e-4F);
     }
 
     scene body;
     object_id needle_id{}, gel_id{};
-    tissue_motion motion{}; ///< of the last frame
-    blood_flow flow{};      ///< of the last frame
-    contact touch{};        ///< of the last frame
+    tissue_motion motion{};                               ///< of the last frame
+    blood_flow flow{};                                    ///< of the last frame
+    const contact& touch() const { return press_.touch; } ///< of the last frame
 
     /// The needle and the gel, of the size that a probe has.
     void renew_tools(const needle_state& held, float width) {
@@ -79,22 +79,16 @@ class patient {
         now.vein = motion.vein;
         now.beat = beat;
         now.beat.time = time;
-        touch = press(at_rest_, probe, at, {.gel = gel_film, .decay = 24_mm});
+        constexpr float any_depth = 1e9F; // as the probe of a tracker may be anywhere: see `limited`
+        const contact& touch = press(at_rest_, probe, at, {.gel = gel_film, .decay = any_depth}, any_object{}, press_);
         now.pressed = touch.depth > 0;
         if (now.pressed) now.face = limited(touch.deformation);
-        now.opening = std::clamp(1 - (touch.mean_depth - 1_mm) / 4_mm, 0.1F, 1.0F); // a vein closes at a few mmHg
-        now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm;
+        now.vein_wall.outside = 3_mmHg * touch.mean_depth / 1_mm;
+        now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm && !held.held;
         if (now.dragged) now.drag = {.entry = held.entry, .tip = held.tip(), .drag = held.drag};
         body.place(gel_id, at);
         if (now == motion && settled_) return;
-        try {
-            body.deform(policy, now, soft_);
-        } catch (const geometry_error&) { // where it would fold over, the tissue stays at rest
-            now.pressed = now.dragged = false;
-            now.opening = 1;
-            now.beat.amplitude = 0;
-            body.deform(policy, now, soft_);
-        }
+        body.deform(policy, now, soft_);
         motion = now;
         settled_ = true;
         for (vessel* one : {&flow.artery, &flow.vein})
@@ -122,8 +116,14 @@ class patient {
         return points_;
     }
 
-    // Beyond the edge of a body there is no skin: the depth of the face does not end there at once, or tissue would fold.
+    // Tissue that is pressed deeper than `decay` would fold over: the face is deeper in it than that only where a tracker puts
+    // it there. Beyond the edge of a body there is no skin: there the depth of
+    // the face ends on a slope.
     static pressed_face limited(pressed_face face) {
+        constexpr float max_depth = 0.75F * decay;
+        face.decay = decay;
+        for (std::array<float, pressed_face::columns>& row : face.depth)
+            for (float& depth : row) depth = std::min(depth, max_depth);
         const float step = 1.2F * (face.right - face.left) / (pressed_face::columns - 1),
                     step_along = 1.2F * face.elevation / (pressed_face::rows - 1);
         for (std::size_t pass = 0; pass < 2; ++pass)
@@ -152,6 +152,7 @@ class patient {
     scene at_rest_;
     std::vector<object_id> soft_{};
     std::vector<vec3> points_{};
+    press_workspace press_{};
     bool settled_ = false;
 };
 

@@ -7,7 +7,6 @@
 #include "patient.hpp"
 #include "screen.hpp"
 #include <cstdint>
-#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -99,7 +98,7 @@ class session : public patient {
     pulsation beat{.amplitude = 0.3_mm};  ///< of the artery; the flow follows its rate
     std::vector<float> measured{};        ///< metres, by "measure", the latest last
     std::vector<outline_measure> areas{}; ///< by "area", the latest last
-    std::ostream* record = nullptr;       ///< if set, events and frames are written there
+    recorder* record = nullptr;           ///< if set, events and frames are written there
 
     void renew_needle() { renew_tools(needle, machine.probe.width); }
     void place_needle() { body.place(needle_id, needle.at()); }
@@ -130,7 +129,7 @@ void session::advance(const Policy& policy) {
 
 template <exec::policy Policy>
 const image& session::frame(const Policy& policy) {
-    if (record != nullptr) *record << "frame\n";
+    if (record != nullptr) record->add_frame();
     const bool acquires = !machine.frozen();
     advance(policy);
     const image& gray = machine.scan(policy, body, acquires ? probe_pose() : machine.at());

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace live {
@@ -70,6 +71,8 @@ class vessel {
 
     /// Its overall direction.
     vec3 axis() const { return along_; }
+    /// Across it, upright as far as that is possible.
+    vec3 up() const { return up_; }
     /// The point of its middle beside a point, and the direction there.
     vec3 centre(vec3 point) const {
         const vec2 middle = mixed(centres_, place(point));
@@ -153,43 +156,46 @@ struct blood_flow {
     }
 };
 
-/// How the tissue moves, from rest: the artery pulses, the vein is flattened, the face of the probe presses, and the needle
-/// drags. A map for `scene::deform`.
+/// How the tissue moves, from rest: the artery pulses, the vein collapses, the face of the probe presses, and the needle drags.
+/// A map for `scene::deform`, which brings its inverse: none of the four folds over, whatever the events.
 struct tissue_motion {
     vessel artery{}, vein{}; ///< at rest
     pulsation beat{.amplitude = 0};
-    float opening = 1; ///< height of the vein over that at rest
+    collapse vein_wall{}; ///< `outside`: the pressure of the face
     bool pressed = false, dragged = false;
     pressed_face face{};
     needle_drag drag{};
 
     vec3 operator()(vec3 rest) const {
         vec3 now = rest;
-        if (beat.amplitude > 0 && artery.radius > 0) {
-            pulsation here = beat;
-            here.from = artery.centre(rest);
-            here.to = here.from + artery.axis();
-            now = here(now);
-        }
-        if (opening < 1 && vein.radius > 0) now = flattened(now);
+        if (pulses()) now = around(beat, artery, now)(now);
+        if (collapses()) now = around(vein_wall, vein, now)(now);
         if (pressed) now = face(now);
         return dragged ? drag(now) : now;
+    }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const {
+        vec3 rest = dragged ? drag.rest_of(now) : now;
+        if (pressed) rest = face.rest_of(rest);
+        if (collapses()) rest = around(vein_wall, vein, rest).rest_of(rest);
+        return pulses() ? around(beat, artery, rest).rest_of(rest) : rest;
     }
 
     friend bool operator==(const tissue_motion&, const tissue_motion&) = default;
 
   private:
-    // The lumen loses height; tissue above and below follows, less with the distance from the wall.
-    vec3 flattened(vec3 point) const {
-        constexpr float beside = 1.5_mm, above = 4_mm;
-        const vec3 along = vein.axis(), across = point - vein.centre(point), // the axis is continuous, its slope is not
-            up = normalize(vec3{0, 0, 1} - along.z * along);
-        const float height = dot(across, up), distance = length(across), closed = 1 - opening;
-        if (distance <= vein.radius) return point - closed * height * up;
-        const float to_wall = vein.radius / distance, vertical = (1 - to_wall) * height / above;
-        const float lateral = (1 - to_wall) * std::sqrt(std::max(distance * distance - height * height, 0.0F)) / beside;
-        const float follows = std::exp(-0.5F * (lateral * lateral + vertical * vertical));
-        return point - closed * follows * to_wall * height * up;
+    bool pulses() const { return beat.amplitude > 0 && artery.radius > 0; }
+    bool collapses() const { return vein_wall.opening() < 1 && vein.radius > 0; }
+
+    // The map of a straight vessel, at the place of one that bends. Such maps move a point across the axis alone, so that it
+    // has the same place along the vessel before and after.
+    template <class Map>
+    static Map around(Map map, const vessel& bent, vec3 point) {
+        map.from = bent.centre(point);
+        map.to = map.from + bent.axis();
+        map.radius = bent.radius;
+        if constexpr (std::is_same_v<Map, collapse>) map.direction = bent.up();
+        return map;
     }
 };
 

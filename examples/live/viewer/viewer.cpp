@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <fstream>
 #include <imgui.h>
+#include <optional>
 
 namespace {
 
@@ -123,11 +124,12 @@ class application {
     void run() {
         live::session session =
             asked_.obj.empty() ? live::session{} : live::session_of_obj(asked_.obj, live::unit_of(asked_.unit));
-        std::ofstream record;
+        std::ofstream file;
+        std::optional<live::recorder> record;
         if (!asked_.record.empty()) {
-            record.open(asked_.record);
-            if (!record) throw std::runtime_error{"viewer: " + asked_.record + " cannot be written"};
-            session.record = &record;
+            file.open(asked_.record);
+            if (!file) throw std::runtime_error{"viewer: " + asked_.record + " cannot be written"};
+            session.record = &record.emplace(file);
         }
         for (const live::event& start : {live::event{"lines", {128}}, {"planes", {3}}, {"width", {420}}})
             session.apply(start);

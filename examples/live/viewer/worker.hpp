@@ -121,7 +121,7 @@ class worker {
         shown_.focus = machine.probe.focus > 0 ? machine.probe.focus : machine.settings.depth / 2;
         shown_.shown = session_.shown;
         shown_.scale = session_.doppler.scale;
-        shown_.contact = static_cast<float>(session_.touch.touching) / static_cast<float>(machine.probe.lines);
+        shown_.contact = static_cast<float>(session_.touch().touching) / static_cast<float>(machine.probe.lines);
         shown_.measured = session_.measured.empty() ? 0 : session_.measured.back();
         shown_.area = session_.areas.empty() ? 0 : session_.areas.back().area;
         shown_.frozen = machine.frozen();

@@ -3,6 +3,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
+#include <insonify/scene/rest_along.hpp>
 
 /// Maps for `scene::deform`: how bodies move by themselves, and with a needle. Times are seconds; the same second gives the same
 /// deformation.
@@ -35,6 +36,16 @@ struct pulsation {
         const float squared = dot(away, away), added = now * now - radius * radius;
         const float factor = squared < radius * radius ? now / radius : std::sqrt(1 + added / squared);
         return rest + (factor - 1) * away;
+    }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const {
+        const float wall = radius + amplitude * wave();
+        if (wall == radius) return now;
+        const vec3 axis = normalize(to - from);
+        const vec3 away = now - from - dot(now - from, axis) * axis;
+        const float squared = dot(away, away), added = wall * wall - radius * radius;
+        const float factor = squared < wall * wall ? radius / wall : std::sqrt(1 - added / squared);
+        return now + (factor - 1) * away;
     }
 
     /// @throws usage_error  if a setting is out of range
@@ -70,6 +81,8 @@ struct breathing {
         const vec3 away = (rest - centre) / extent;
         return rest + amplitude * wave() * std::exp(-0.5F * dot(away, away)) * normalize(direction);
     }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, normalize(direction), std::fabs(amplitude)); }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -99,6 +112,8 @@ struct needle_drag {
         const vec3 away = (rest - entry - along * shaft) / extent;
         return rest + drag * std::exp(-0.5F * dot(away, away)) * normalize(shaft);
     }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, normalize(tip - entry), std::fabs(drag)); }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {

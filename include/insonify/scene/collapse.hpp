@@ -3,6 +3,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
+#include <insonify/scene/rest_along.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -49,6 +50,11 @@ struct collapse {
         const float to_wall = radius / distance, z = (1 - to_wall) * height / above;
         const float x = max(std::fabs(dot(away, cross(axis, up))) - radius, 0) / beside;
         return rest - closed * to_wall * height * std::exp(-0.5F * (x * x + z * z)) * up;
+    }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const {
+        const vec3 axis = normalize(to - from), up = normalize(direction - dot(direction, axis) * axis);
+        return detail::rest_along(*this, now, up, radius);
     }
 
     /// @throws usage_error  if a setting is out of range

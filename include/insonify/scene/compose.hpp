@@ -14,6 +14,10 @@ struct composed {
 
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const { return then(first(rest)); }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const requires invertible_map<First> && invertible_map<Then> {
+        return first.rest_of(then.rest_of(now));
+    }
 
     /// @throws usage_error, geometry_error  as the two maps
     void check() const {

@@ -3,6 +3,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/pose.hpp>
+#include <insonify/scene/rest_along.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -34,6 +35,8 @@ struct indentation {
         const float at_skin = depth * detail::beside_face(length(beside), recovery);
         return rest + at.direction({0, 0, detail::sunk(at_skin, local.z + depth, decay)});
     }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {

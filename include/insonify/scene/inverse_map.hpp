@@ -18,6 +18,13 @@ concept deformation_map = requires(const Map& map, vec3 rest) {
     { map(rest) } -> std::convertible_to<vec3>;
 };
 
+/// A map that brings its inverse, as those of the library do: `rest_of` gives the point at rest of one that is displaced. It is
+/// called in place of Newton's method, and takes the place of the check that the map does not fold over.
+template <class Map>
+concept invertible_map = deformation_map<Map> && requires(const Map& map, vec3 now) {
+    { map.rest_of(now) } -> std::convertible_to<vec3>;
+};
+
 namespace detail {
 
 /// A point as text, in millimetres.
@@ -58,14 +65,15 @@ mat3 derivative(const Map& map, vec3 rest, vec3 now) {
 /// @throws geometry_error  where the map folds over
 template <deformation_map Map>
 void check_map_at(const Map& map, vec3 rest, vec3 now) {
-    if (!(determinant(derivative(map, rest, now)) > 0)) throw_folded(now);
+    if constexpr (!invertible_map<Map>)
+        if (!(determinant(derivative(map, rest, now)) > 0)) throw_folded(now);
 }
 
 /// Finds the point at rest that a map takes to a point, by Newton's method.
 /// @param rest  a guess, then the point
 /// @return      false where the map folds over, or is not finite
 template <deformation_map Map>
-bool find_rest(const Map& map, vec3 now, vec3& rest) {
+bool find_rest_by_newton(const Map& map, vec3 now, vec3& rest) {
     const float tolerance = 2e-7F + 5e-7F * length(now);
     vec3 reached = map(rest);
     float error = length(reached - now);
@@ -85,6 +93,19 @@ bool find_rest(const Map& map, vec3 now, vec3& rest) {
         if (!(error < before)) break;
     }
     return is_finite(rest) && error <= 10 * tolerance;
+}
+
+/// Finds the point at rest that a map takes to a point: by its own inverse, or by Newton's method.
+/// @param rest  a guess, then the point
+/// @return      false where the map folds over, or is not finite
+template <deformation_map Map>
+bool find_rest(const Map& map, vec3 now, vec3& rest) {
+    if constexpr (invertible_map<Map>) {
+        rest = map.rest_of(now);
+        return is_finite(rest);
+    } else {
+        return find_rest_by_newton(map, now, rest);
+    }
 }
 
 /// Nodes at which displacements are wanted: a box in axes of its own.

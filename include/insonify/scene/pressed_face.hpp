@@ -45,6 +45,19 @@ struct pressed_face {
         const float at_skin = here * detail::beside_face(length(beside), recovery);
         return rest + at.direction({0, 0, detail::sunk(at_skin, local.z - mixed(height) + here, decay)});
     }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        bool valid = is_rigid(at) && elevation > 0 && decay > 0 && recovery > 0;
+        for (const std::array<float, columns>& row : depth)
+            for (const float one : row) valid = valid && one >= 0 && one < decay;
+        if (!valid)
+            throw usage_error{
+                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, `elevation` "
+                "and `recovery` above 0, and `at` a rigid pose"};
+    }
 
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
 };

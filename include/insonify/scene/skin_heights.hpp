@@ -5,6 +5,7 @@
 #include <insonify/scene/pressed_face.hpp>
 #include <algorithm>
 #include <cfloat>
+#include <cmath>
 #include <cstdint>
 #include <iterator>
 #include <span>
@@ -85,16 +86,32 @@ class skin_heights {
         const vec3 lower = min(min(t.a, t.b), t.c), upper = max(max(t.a, t.b), t.c);
         const float half = 0.5F * face_.elevation;
         if (upper.x < face_.left || lower.x > face_.right || upper.y < -half || lower.y > half) return;
-        for (std::size_t row = 0; row < pressed_face::rows; ++row)
-            for (std::size_t i = 0; i < pressed_face::columns; ++i) {
+        const vec3 normal = cross(t.b - t.a, t.c - t.a);
+        if (normal.z == 0) return;
+        const span_of_points columns =
+            points_between(lower.x, upper.x, face_.left, face_.right - face_.left, pressed_face::columns);
+        const span_of_points rows = points_between(lower.y, upper.y, -half, face_.elevation, pressed_face::rows);
+        for (std::size_t row = rows.first; row <= rows.last; ++row)
+            for (std::size_t i = columns.first; i <= columns.last; ++i) {
                 const float x =
                     face_.left + (face_.right - face_.left) * static_cast<float>(i) / (pressed_face::columns - 1);
                 const float y = face_.elevation * (static_cast<float>(row) / (pressed_face::rows - 1) - 0.5F);
-                const vec3 normal = cross(t.b - t.a, t.c - t.a);
-                if (normal.z == 0 || !is_above(t, x, y)) continue;
+                if (!is_above(t, x, y)) continue;
                 const float z = t.a.z + (normal.x * (t.a.x - x) + normal.y * (t.a.y - y)) / normal.z;
                 crossings_.push_back({row * pressed_face::columns + i, face_.height[i] - z});
             }
+    }
+
+    // The points of the face, along one axis of it, that may lie between two coordinates.
+    struct span_of_points {
+        std::size_t first, last;
+    };
+    static span_of_points points_between(float low, float high, float from, float size, std::size_t count) {
+        constexpr float rounding = 0.01F;
+        const auto last = static_cast<float>(count - 1);
+        if (!(size > 0)) return {0, count - 1};
+        return {static_cast<std::size_t>(clamp(std::floor((low - from) / size * last - rounding), 0, last)),
+                static_cast<std::size_t>(clamp(std::ceil((high - from) / size * last + rounding), 0, last))};
     }
 
     // Whether a line along z crosses a triangle. Edges are half-open: a line through an edge or a vertex crosses one face.
