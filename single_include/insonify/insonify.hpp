@@ -8880,6 +8880,13 @@ concept deformation_map = requires(const Map& map, vec3 rest) {
     { map(rest) } -> std::convertible_to<vec3>;
 };
 
+/// A map that brings its inverse, as those of the library do: `rest_of` gives the point at rest of one that is displaced. It is
+/// called in place of Newton's method, and takes the place of the check that the map does not fold over.
+template <class Map>
+concept invertible_map = deformation_map<Map> && requires(const Map& map, vec3 now) {
+    { map.rest_of(now) } -> std::convertible_to<vec3>;
+};
+
 namespace detail {
 
 /// A point as text, in millimetres.
@@ -8920,14 +8927,15 @@ mat3 derivative(const Map& map, vec3 rest, vec3 now) {
 /// @throws geometry_error  where the map folds over
 template <deformation_map Map>
 void check_map_at(const Map& map, vec3 rest, vec3 now) {
-    if (!(determinant(derivative(map, rest, now)) > 0)) throw_folded(now);
+    if constexpr (!invertible_map<Map>)
+        if (!(determinant(derivative(map, rest, now)) > 0)) throw_folded(now);
 }
 
 /// Finds the point at rest that a map takes to a point, by Newton's method.
 /// @param rest  a guess, then the point
 /// @return      false where the map folds over, or is not finite
 template <deformation_map Map>
-bool find_rest(const Map& map, vec3 now, vec3& rest) {
+bool find_rest_by_newton(const Map& map, vec3 now, vec3& rest) {
     const float tolerance = 2e-7F + 5e-7F * length(now);
     vec3 reached = map(rest);
     float error = length(reached - now);
@@ -8947,6 +8955,19 @@ bool find_rest(const Map& map, vec3 now, vec3& rest) {
         if (!(error < before)) break;
     }
     return is_finite(rest) && error <= 10 * tolerance;
+}
+
+/// Finds the point at rest that a map takes to a point: by its own inverse, or by Newton's method.
+/// @param rest  a guess, then the point
+/// @return      false where the map folds over, or is not finite
+template <deformation_map Map>
+bool find_rest(const Map& map, vec3 now, vec3& rest) {
+    if constexpr (invertible_map<Map>) {
+        rest = map.rest_of(now);
+        return is_finite(rest);
+    } else {
+        return find_rest_by_newton(map, now, rest);
+    }
 }
 
 /// Nodes at which displacements are wanted: a box in axes of its own.
@@ -20780,6 +20801,40 @@ doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const P
 #ifndef INSONIFY_SCENE_BODY_MOTION_HPP
 #define INSONIFY_SCENE_BODY_MOTION_HPP
 
+#ifndef INSONIFY_SCENE_REST_ALONG_HPP
+#define INSONIFY_SCENE_REST_ALONG_HPP
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Inverse of a map that displaces all points along one direction and does not fold over: along a line in that direction the
+/// displacement then falls by less than one to one, so that there is one solution, which is bracketed. Unlike Newton's method in
+/// space it needs no derivative, and edges of the map, where its slope jumps, do no harm.
+/// @param map        vec3(vec3)
+/// @param direction  of length 1
+/// @param max        upper bound of the displacement, metres
+/// @return           the point that the map takes to `now`, to within 0.1 um (and rounding)
+template <class Map>
+vec3 rest_along(const Map& map, vec3 now, vec3 direction, float max) {
+    const float tolerance = 1e-7F + 2.5e-7F * length(now);
+    const auto displacement = [&](vec3 rest) { return dot(map(rest) - rest, direction); };
+    float low = -max, high = max, last = 0, error_before = displacement(now), moved = error_before;
+    for (int i = 0; i < 40 && error_before != 0; ++i) {
+        const float error = displacement(now - moved * direction) - moved;
+        if (!(std::fabs(error) > tolerance)) break;
+        (error > 0 ? low : high) = moved;
+        float next = moved - error * (moved - last) / (error - error_before); // secant; where that is slow, bisection
+        if (i >= 8 || !(next > low && next < high)) next = 0.5F * (low + high);
+        last = moved;
+        error_before = error;
+        moved = next;
+    }
+    return now - moved * direction;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 
 /// Maps for `scene::deform`: how bodies move by themselves, and with a needle. Times are seconds; the same second gives the same
 /// deformation.
@@ -20812,6 +20867,16 @@ struct pulsation {
         const float squared = dot(away, away), added = now * now - radius * radius;
         const float factor = squared < radius * radius ? now / radius : std::sqrt(1 + added / squared);
         return rest + (factor - 1) * away;
+    }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const {
+        const float wall = radius + amplitude * wave();
+        if (wall == radius) return now;
+        const vec3 axis = normalize(to - from);
+        const vec3 away = now - from - dot(now - from, axis) * axis;
+        const float squared = dot(away, away), added = wall * wall - radius * radius;
+        const float factor = squared < wall * wall ? radius / wall : std::sqrt(1 - added / squared);
+        return now + (factor - 1) * away;
     }
 
     /// @throws usage_error  if a setting is out of range
@@ -20847,6 +20912,8 @@ struct breathing {
         const vec3 away = (rest - centre) / extent;
         return rest + amplitude * wave() * std::exp(-0.5F * dot(away, away)) * normalize(direction);
     }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, normalize(direction), std::fabs(amplitude)); }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -20876,6 +20943,8 @@ struct needle_drag {
         const vec3 away = (rest - entry - along * shaft) / extent;
         return rest + drag * std::exp(-0.5F * dot(away, away)) * normalize(shaft);
     }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, normalize(tip - entry), std::fabs(drag)); }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -20938,6 +21007,11 @@ struct collapse {
         const float x = max(std::fabs(dot(away, cross(axis, up))) - radius, 0) / beside;
         return rest - closed * to_wall * height * std::exp(-0.5F * (x * x + z * z)) * up;
     }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const {
+        const vec3 axis = normalize(to - from), up = normalize(direction - dot(direction, axis) * axis);
+        return detail::rest_along(*this, now, up, radius);
+    }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -20970,6 +21044,10 @@ struct composed {
 
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const { return then(first(rest)); }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const requires invertible_map<First> && invertible_map<Then> {
+        return first.rest_of(then.rest_of(now));
+    }
 
     /// @throws usage_error, geometry_error  as the two maps
     void check() const {
@@ -21422,6 +21500,8 @@ struct indentation {
         const float at_skin = depth * detail::beside_face(length(beside), recovery);
         return rest + at.direction({0, 0, detail::sunk(at_skin, local.z + depth, decay)});
     }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -21479,6 +21559,19 @@ struct pressed_face {
         const float at_skin = here * detail::beside_face(length(beside), recovery);
         return rest + at.direction({0, 0, detail::sunk(at_skin, local.z - mixed(height) + here, decay)});
     }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        bool valid = is_rigid(at) && elevation > 0 && decay > 0 && recovery > 0;
+        for (const std::array<float, columns>& row : depth)
+            for (const float one : row) valid = valid && one >= 0 && one < decay;
+        if (!valid)
+            throw usage_error{
+                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, `elevation` "
+                "and `recovery` above 0, and `at` a rigid pose"};
+    }
 
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
 };
@@ -21490,6 +21583,7 @@ struct pressed_face {
 
 #include <algorithm>
 #include <cfloat>
+#include <cmath>
 #include <cstdint>
 #include <iterator>
 #include <span>
@@ -21570,16 +21664,32 @@ class skin_heights {
         const vec3 lower = min(min(t.a, t.b), t.c), upper = max(max(t.a, t.b), t.c);
         const float half = 0.5F * face_.elevation;
         if (upper.x < face_.left || lower.x > face_.right || upper.y < -half || lower.y > half) return;
-        for (std::size_t row = 0; row < pressed_face::rows; ++row)
-            for (std::size_t i = 0; i < pressed_face::columns; ++i) {
+        const vec3 normal = cross(t.b - t.a, t.c - t.a);
+        if (normal.z == 0) return;
+        const span_of_points columns =
+            points_between(lower.x, upper.x, face_.left, face_.right - face_.left, pressed_face::columns);
+        const span_of_points rows = points_between(lower.y, upper.y, -half, face_.elevation, pressed_face::rows);
+        for (std::size_t row = rows.first; row <= rows.last; ++row)
+            for (std::size_t i = columns.first; i <= columns.last; ++i) {
                 const float x =
                     face_.left + (face_.right - face_.left) * static_cast<float>(i) / (pressed_face::columns - 1);
                 const float y = face_.elevation * (static_cast<float>(row) / (pressed_face::rows - 1) - 0.5F);
-                const vec3 normal = cross(t.b - t.a, t.c - t.a);
-                if (normal.z == 0 || !is_above(t, x, y)) continue;
+                if (!is_above(t, x, y)) continue;
                 const float z = t.a.z + (normal.x * (t.a.x - x) + normal.y * (t.a.y - y)) / normal.z;
                 crossings_.push_back({row * pressed_face::columns + i, face_.height[i] - z});
             }
+    }
+
+    // The points of the face, along one axis of it, that may lie between two coordinates.
+    struct span_of_points {
+        std::size_t first, last;
+    };
+    static span_of_points points_between(float low, float high, float from, float size, std::size_t count) {
+        constexpr float rounding = 0.01F;
+        const auto last = static_cast<float>(count - 1);
+        if (!(size > 0)) return {0, count - 1};
+        return {static_cast<std::size_t>(clamp(std::floor((low - from) / size * last - rounding), 0, last)),
+                static_cast<std::size_t>(clamp(std::ceil((high - from) / size * last + rounding), 0, last))};
     }
 
     // Whether a line along z crosses a triangle. Edges are half-open: a line through an edge or a vertex crosses one face.
