@@ -1,5 +1,5 @@
 /// Random events, valid, out of range and garbage: live_fuzz [FRAMES] [SEED]. The same events are played again until a round
-/// takes no more memory: buffers grow to what these settings need (the cine, of 32 pictures, for a few rounds), and then no more.
+/// takes no more memory: buffers grow to what these settings need (those of the cine for a few rounds), and then no more.
 #include "../recording.hpp"
 #include <cstdio>
 #include <cstdlib>
@@ -115,6 +115,7 @@ int main(int count, char** arguments) {
         const std::uint64_t seed = count > 2 ? std::strtoull(arguments[2], nullptr, 10) : 1;
         const live::session fresh;
         live::session one;
+        one.machine.cine_length = 8; // each picture of the ring keeps the memory of the largest one that it held
         const tally seen = play_round(one, seed, frames);
         std::printf("%d frames, %u events accepted, %u refused\n", frames, seen.accepted, seen.refused);
         if (seen.accepted == 0 || seen.refused == 0) return 1;
