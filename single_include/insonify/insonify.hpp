@@ -500,7 +500,6 @@ using lane_mask = typename lanes<N>::mask_type;
 using stdx::abs;
 using stdx::max;
 using stdx::min;
-using stdx::sqrt;
 
 template <int N>
 INSONIFY_INLINE lanes<N> load(const float* from) {
@@ -550,6 +549,16 @@ INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>
     else
         return a * b + c;
 #endif
+}
+
+template <class Abi>
+INSONIFY_INLINE stdx::simd<float, Abi> sqrt(const stdx::simd<float, Abi>& a) {
+#if defined(__AVX512F__) && !defined(__clang__) // GCC 12 warns of _mm512_sqrt_ps
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(_mm512_maskz_sqrt_ps(0xFFFF, static_cast<__m512>(a)));
+    else
+#endif
+        return stdx::sqrt(a);
 }
 
 /// a where the mask is set, b elsewhere.

@@ -105,8 +105,8 @@ inline bytes pack_image(const char* device, const image& picture, const scan_map
     const int columns = static_cast<int>(picture.size.x), rows = static_cast<int>(picture.size.y);
     message->SetDimensions(columns, rows, 1);
     message->SetSubVolume(columns, rows, 1, 0, 0, 0);
-    const float pitch = 1e3F * map.pitch;
-    message->SetSpacing(pitch, pitch, pitch);
+    const vec2 pitch = 1e3F * map.pitch;
+    message->SetSpacing(pitch.x, pitch.y, pitch.x);
     message->SetScalarTypeToUint8();
     message->AllocateScalars();
     to_gray(picture, static_cast<unsigned char*>(message->GetScalarPointer()));

@@ -52,7 +52,7 @@ class sequence_file {
             throw std::invalid_argument{"--record " + name_ + ": the name must end in .igs.mha"};
     }
 
-    void begin(uvec2 size, float pitch) {
+    void begin(uvec2 size, vec2 pitch) {
         close();
         const std::string stem = name_.substr(0, name_.size() - 8);
         const std::string path = ++files_ == 1 ? name_ : stem + '-' + std::to_string(files_) + ".igs.mha";
@@ -61,8 +61,8 @@ class sequence_file {
         size_ = size;
         frames_ = 0;
         char spacing[64];
-        std::snprintf(spacing, sizeof spacing, "%.9g %.9g 1", 1e3 * static_cast<double>(pitch),
-                      1e3 * static_cast<double>(pitch));
+        std::snprintf(spacing, sizeof spacing, "%.9g %.9g 1", 1e3 * static_cast<double>(pitch.x),
+                      1e3 * static_cast<double>(pitch.y));
         std::string text = "ObjectType = Image\nNDims = 3\nAnatomicalOrientation = RAI\nBinaryData = True\n"
                            "BinaryDataByteOrderMSB = False\nCenterOfRotation = 0 0 0\nCompressedData = False\n";
         dimensions_begin_ = text.size();
@@ -118,7 +118,7 @@ class sequence_file {
             text += prefix + std::string{field} + " = " + value + '\n';
         };
         // Pixel indices to millimetres: the centre of the first pixel is that of the index 0.
-        const float pitch = 1e3F * map.pitch;
+        const vec2 pitch = 1e3F * map.pitch;
         const vec2 first = 1e3F * map.point(0, 0);
         const auto add_transform = [&](const std::string& name, const std::string& matrix) {
             add_field((name + "Transform").c_str(), matrix);
@@ -127,8 +127,8 @@ class sequence_file {
         add_field("FrameNumber", std::to_string(total_));
         add_field("Timestamp", seconds);
         add_field("UnfilteredTimestamp", seconds);
-        add_transform("ImageToProbe",
-                      matrix_text({vec3{pitch, 0, 0}, vec3{0, 0, pitch}, vec3{0, -pitch, 0}}, {first.x, 0, first.y}));
+        add_transform("ImageToProbe", matrix_text({vec3{pitch.x, 0, 0}, vec3{0, 0, pitch.y}, vec3{0, -pitch.x, 0}},
+                                                  {first.x, 0, first.y}));
         add_transform("ProbeToReference", matrix_text(probe.rotation, 1e3F * probe.translation));
         add_transform("NeedleTipToReference", matrix_text(needle.rotation, 1e3F * needle.translation));
         add_field("ImageStatus", "OK");
