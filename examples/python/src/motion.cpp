@@ -1,8 +1,10 @@
 // How the scene deforms: the maps of rest to now, and the probe that presses.
 #include "bindings.hpp"
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <tuple>
+#include <type_traits>
 
 namespace insonify_python {
 
@@ -12,6 +14,7 @@ namespace {
 struct composed_maps {
     struct map {
         std::function<vec3(vec3)> place;
+        std::function<vec3(vec3)> rest; // empty: the map brings no inverse
         std::function<void()> check;
     };
     std::vector<map> maps{};
@@ -24,6 +27,23 @@ struct composed_maps {
         for (const map& one : maps) one.check();
     }
 };
+
+/// The same of maps that all bring their inverse.
+struct invertible_maps : composed_maps {
+    vec3 rest_of(vec3 now) const {
+        for (std::size_t i = maps.size(); i > 0; --i) now = maps[i - 1].rest(now);
+        return now;
+    }
+};
+
+/// Calls use(map) with a map of the type that knows its inverse, if there is one.
+template <class Map, class Use>
+void with_inverse(const Map& map, const Use& use) {
+    if constexpr (std::is_same_v<Map, composed_maps>)
+        if (std::all_of(map.maps.begin(), map.maps.end(), [](const auto& one) { return one.rest != nullptr; }))
+            return use(invertible_maps{map});
+    use(map);
+}
 
 /// All types of maps. Those that come later may be composed of the others.
 using map_types = std::tuple<indentation, pressed_face, pulsation, breathing, needle_drag, displacement_grid,
@@ -60,10 +80,12 @@ void bind_map(py::class_<Map>& type, py::class_<scene>& scene_type) {
         "deform",
         [](scene& self, const Map& map, const std::optional<std::vector<object_id>>& only, const std::string& policy) {
             run(policy, [&](const auto& chosen) {
-                if (only)
-                    self.deform(chosen, map, *only);
-                else
-                    self.deform(chosen, map);
+                with_inverse(map, [&](const auto& known) {
+                    if (only)
+                        self.deform(chosen, known, *only);
+                    else
+                        self.deform(chosen, known);
+                });
             });
         },
         py::arg("map"), py::arg("only") = py::none(), py::kw_only(), py::arg("policy") = "par",
@@ -196,14 +218,17 @@ template <class... Maps>
 composed_maps composed_of(const py::args& given, std::tuple<Maps...>*) {
     composed_maps made;
     for (const py::handle one : given) {
-        const bool found =
-            ((py::isinstance<Maps>(one) &&
-              [&] {
-                  const auto map = std::make_shared<const Maps>(py::cast<const Maps&>(one));
-                  made.maps.push_back({[map](vec3 rest) { return (*map)(rest); }, [map] { check_settings(*map); }});
-                  return true;
-              }()) ||
-             ...);
+        const bool found = ((py::isinstance<Maps>(one) &&
+                             [&] {
+                                 const auto map = std::make_shared<const Maps>(py::cast<const Maps&>(one));
+                                 std::function<vec3(vec3)> rest;
+                                 if constexpr (invertible_map<Maps>)
+                                     rest = [map](vec3 now) { return map->rest_of(now); };
+                                 made.maps.push_back({[map](vec3 place) { return (*map)(place); }, rest,
+                                                      [map] { check_settings(*map); }});
+                                 return true;
+                             }()) ||
+                            ...);
         if (!found)
             throw py::type_error("compose: not a map: " + py::cast<std::string>(py::repr(one)) +
                                  "; make one of a function by sample_map");
