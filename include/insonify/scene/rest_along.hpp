@@ -22,7 +22,9 @@ vec3 rest_along(const Map& map, vec3 now, vec3 direction, float max) {
         const float error = displacement(now - moved * direction) - moved;
         if (!(std::fabs(error) > tolerance)) break;
         (error > 0 ? low : high) = moved;
-        float next = moved - error * (moved - last) / (error - error_before); // secant; where that is slow, bisection
+        const float change = error - error_before;
+        float next =
+            change != 0 ? moved - error * (moved - last) / change : high; // secant; where that is slow, bisection
         if (i >= 8 || !(next > low && next < high)) next = 0.5F * (low + high);
         last = moved;
         error_before = error;
