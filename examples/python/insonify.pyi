@@ -172,8 +172,8 @@ class colour_image:
 
 class scan_map:
     """Interpolation table of scan_convert, and pixel to millimetre."""
-    def pixel(self, point: Vector) -> Vector: ...
     pitch: Vector
+    def pixel(self, point: Vector) -> Vector: ...
     def point(self, pixel: Vector) -> Vector: ...
     size: Vector
 
