@@ -1,8 +1,9 @@
 /// Replays a recorded session on one thread and on two, prints the hash of each picture, and fails where they differ.
 ///
-///     live_replay FILE [--frames N] [--pictures PREFIX] [--threads N]
+///     live_replay FILE [--frames N] [--pictures PREFIX] [--every N] [--threads N]
 ///
-/// --frames N stops after N frames; --pictures writes every 30th picture to PREFIX<number>.png; --threads N replays once.
+/// --frames N stops after N frames; --pictures writes every 30th picture, or every Nth, to PREFIX<number>.png; --threads N
+/// replays once.
 #include "recording.hpp"
 #include <algorithm>
 #include <chrono>
@@ -15,7 +16,7 @@ using namespace insonify;
 
 struct options {
     std::string file{}, pictures{};
-    std::uint32_t frames = 1'000'000, threads = 0;
+    std::uint32_t frames = 1'000'000, threads = 0, every = 30;
 };
 
 std::vector<std::uint64_t> replay(const options& asked, std::uint32_t threads) {
@@ -28,7 +29,7 @@ std::vector<std::uint64_t> replay(const options& asked, std::uint32_t threads) {
         now.frame(exec::par_unseq.threads(threads));
         const std::uint64_t strip = live::hash_of(now.strip());
         hashes.push_back(live::hash_of(now.screen()) ^ (strip << 1U | strip >> 63U));
-        if (!asked.pictures.empty() && hashes.size() % 30 == 0) {
+        if (!asked.pictures.empty() && hashes.size() % asked.every == 0) {
             const colour_image& seen = now.screen();
             write_png(asked.pictures + std::to_string(hashes.size()) + ".png", seen);
         }
@@ -49,7 +50,7 @@ std::vector<std::uint64_t> replay(const options& asked, std::uint32_t threads) {
 int main(int count, char** arguments) {
     try {
         if (count < 2) {
-            std::printf("live_replay FILE [--frames N] [--pictures PREFIX] [--threads N]; events:\n%s",
+            std::printf("live_replay FILE [--frames N] [--pictures PREFIX] [--every N] [--threads N]; events:\n%s",
                         live::session::help().c_str());
             return 2;
         }
@@ -60,6 +61,8 @@ int main(int count, char** arguments) {
                 asked.pictures = value;
             else if (name == "--frames")
                 asked.frames = static_cast<std::uint32_t>(live::parse_number(name, value));
+            else if (name == "--every")
+                asked.every = std::max(1U, static_cast<std::uint32_t>(live::parse_number(name, value)));
             else if (name == "--threads")
                 asked.threads = static_cast<std::uint32_t>(live::parse_number(name, value));
             else

@@ -70,23 +70,28 @@ function next_frame() {
     return new Promise((take) => (waiting = take));
 }
 
-/** Plays a recorded session: lines of events, of which "frame" draws.
+/** Plays a recorded session: lines of events, of which "frame", "frames N" and "frames N event" draw.
  *  @param seen  called after each picture, with its state and its canvas */
 async function play(text, seen = () => {}) {
     playing = true;
     if (asked) await next_frame();
     worker.postMessage({ kind: "restart" });
     panel.reset();
-    for (const line of text.split(/\r?\n/)) {
-        if (line.split("#")[0].trim() !== "frame") {
-            worker.postMessage({ kind: "events", lines: [line] });
+    const apply = (line) => worker.postMessage({ kind: "events", lines: [line] });
+    playback: for (const line of text.split(/\r?\n/)) {
+        const frames = /^\s*frames?\b\s*(\d*)([^#]*)/.exec(line);
+        if (!frames) {
+            apply(line);
             continue;
         }
-        const begin = performance.now(), done = next_frame();
-        ask();
-        await done;
-        if (await seen(state, picture.pixels) === false) break;
-        await new Promise((then) => setTimeout(then, Math.max(0, begin + frame_time - performance.now())));
+        for (let count = Number(frames[1] || 1); count > 0; --count) {
+            if (frames[2].trim()) apply(frames[2]);
+            const begin = performance.now(), done = next_frame();
+            ask();
+            await done;
+            if (await seen(state, picture.pixels) === false) break playback;
+            await new Promise((then) => setTimeout(then, Math.max(0, begin + frame_time - performance.now())));
+        }
     }
     playing = false;
     ask();

@@ -97,7 +97,7 @@ EMSCRIPTEN_KEEPALIVE const char* live_state() {
     const auto right = static_cast<float>(size.x), bottom = static_cast<float>(size.y);
     live::json_object state;
     state.add("frame", frames).add("width", size.x).add("height", size.y);
-    state.add("pitch", machine.map().pitch).add("top", machine.map().point({0, 0}).y);
+    state.add("pitch", machine.map().pitch.y).add("top", machine.map().point({0, 0}).y); // pixels are square
     state.add("depth", machine.settings.depth).add("focus", machine.probe.focus).add("span", machine.probe.width);
     state.add("frozen", machine.frozen()).add("cine", machine.cine().size()).add("seconds", machine.times().total);
     state.add("probe", machine.at()).add("needle", now->needle.at()).add("needles", needles);
