@@ -120,7 +120,7 @@ TEST_CASE("structure: multiplies the scatterers of the field by its gains, and m
     const std::vector<scatterer> structured = along();
     REQUIRE(plain.size() == structured.size());
     const auto gain_at = [&](float distance) { // a point of its own, without interpolation
-        float gain[1 + simd_width];
+        float gain[1 + max_simd_width];
         const detail::structure_gains gains{
             muscle, line.origin, {0, 0, 1}, {0, 0, 1}, structure_test::fnumber, mix_bits(field.seed + line.object)};
         gains.compute({distance, 0.1_mm, 1, gain});
