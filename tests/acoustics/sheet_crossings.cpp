@@ -10,7 +10,7 @@ using namespace insonify;
 TEST_CASE("structure: the gains along a line are those of its points one by one, in every direction") {
     // For one point the only cell is the one that contains it; along a line cells are listed.
     const auto gains_at = [](const detail::structure_gains& of, float first, float spacing, std::uint32_t count) {
-        std::vector<float> gain(count + simd_width);
+        std::vector<float> gain(count + max_simd_width);
         of.compute({first, spacing, count, gain.data()});
         gain.resize(count);
         return gain;
@@ -47,7 +47,7 @@ TEST_CASE("structure: cells far smaller or larger than the line are no trouble")
         const placed_structure placed{s, mat3{1}};
         const vec3 along = normalize(vec3{1, 2, 3});
         const detail::structure_gains of{placed, {0.2F, 0.1F, -0.3F}, along, along, 3, 1};
-        std::vector<float> gain(200 + simd_width);
+        std::vector<float> gain(200 + max_simd_width);
         of.compute({0, 0.1_mm, 200, gain.data()});
         for (std::uint32_t i = 0; i < 200; ++i) CHECK((is_finite(gain[i]) && gain[i] >= 0));
     }

@@ -106,6 +106,25 @@ class sheet_crossings {
         }
     };
 
+    // A register full of a list. Behind its end all is 0, so that parts are empty.
+    struct part_lanes {
+        floats begin, end, layer, row;
+        linear_lanes wave;
+
+        INSONIFY_FN INSONIFY_INLINE part_lanes(const part_list& of, std::uint32_t i) {
+            const auto listed =
+                floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) < floats(static_cast<float>(of.count));
+            const auto at = [&](const float* list) {
+                return select(listed, load<max_simd_width>(list + i), floats(0.0F));
+            };
+            begin = at(of.begin);
+            end = at(of.end);
+            layer = at(of.layer);
+            row = at(of.row);
+            wave = {at(of.wave), at(of.wave_step)};
+        }
+    };
+
     // A coordinate in cells where the lattice is displaced.
     INSONIFY_FN linear displaced(int axis, const linear& wave) const {
         return {place_[axis].first + aside_[axis] * wave.first, place_[axis].step + aside_[axis] * wave.step};
@@ -134,15 +153,15 @@ class sheet_crossings {
     // Rows within a layer are shifted at random.
     INSONIFY_FN void enter_rows(part_list& layers, part_list& rows, const gain_points& points) const {
         for (std::uint32_t i = 0; i < layers.count; i += max_simd_width) {
-            const bits layer = bits_of_whole<max_simd_width>(load<max_simd_width>(layers.layer + i));
-            const bits random = mix_lanes<max_simd_width>(layer * 0xC2B2AE35U + key_);
-            const linear_lanes y =
-                displaced(1, {load<max_simd_width>(layers.wave + i), load<max_simd_width>(layers.wave_step + i)});
+            const part_lanes part{layers, i};
+            const bits random =
+                mix_lanes<max_simd_width>(bits_of_whole<max_simd_width>(part.layer) * 0xC2B2AE35U + key_);
+            const linear_lanes y = displaced(1, part.wave);
             const floats shift = fraction_of_bits(random, 0, 16);
             float from[max_simd_width], to[max_simd_width];
             std::uint32_t of_layer[max_simd_width];
-            store(y.at(load<max_simd_width>(layers.begin + i)) + shift, from);
-            store(y.at(load<max_simd_width>(layers.end + i)) + shift, to);
+            store(y.at(part.begin) + shift, from);
+            store(y.at(part.end) + shift, to);
             store_bits<max_simd_width>(random, of_layer);
             for (std::uint32_t k = i; k < i + max_simd_width && k < layers.count; ++k)
                 for_each_cell(from[k - i], to[k - i], [&](float row) {
@@ -157,23 +176,18 @@ class sheet_crossings {
     // Cells within a row are shifted too.
     INSONIFY_FN void enter_cells(part_list& rows, const gain_points& points) const {
         for (std::uint32_t i = 0; i < rows.count; i += max_simd_width) {
+            const part_lanes part{rows, i};
             const bits of_layer = load_bits<max_simd_width>(rows.of_layer + i);
-            const floats row = load<max_simd_width>(rows.row + i), layer = load<max_simd_width>(rows.layer + i);
-            const linear_lanes wave{load<max_simd_width>(rows.wave + i), load<max_simd_width>(rows.wave_step + i)};
-            cell_lanes in;
-            in.begin = load<max_simd_width>(rows.begin + i);
-            in.end = load<max_simd_width>(rows.end + i);
-            in.y = displaced(1, wave);
-            in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - row;
+            cell_lanes in{{}, displaced(1, part.wave), displaced(2, part.wave), part.begin, part.end};
+            in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - part.row;
             in.y.clip(floats(0.0F), floats(1.0F), in.begin, in.end);
-            in.z = displaced(2, wave);
-            in.z.first = in.z.first - layer;
-            const bits column = mix_lanes<max_simd_width>(bits_of_whole<max_simd_width>(row) * 0x85EBCA6BU + of_layer);
-            linear_lanes x = displaced(0, wave);
+            in.z.first = in.z.first - part.layer;
+            const bits column =
+                mix_lanes<max_simd_width>(bits_of_whole<max_simd_width>(part.row) * 0x85EBCA6BU + of_layer);
+            linear_lanes x = displaced(0, part.wave);
             x.first = x.first + fraction_of_bits(column, 0, 16);
             const floats from = x.at(in.begin), to = x.at(in.end), lowest = min(from, to), highest = max(from, to);
-            const auto passed = in.begin < in.end && floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) <
-                                                         floats(static_cast<float>(rows.count));
+            const auto passed = in.begin < in.end;
             bits number = floor_bits<max_simd_width>(lowest);
             for (std::uint32_t tries = 0; tries < max_cells; ++tries, number = number + 1U) {
                 const auto entered = passed && floats_of<max_simd_width>(number) <= highest;
