@@ -79,7 +79,8 @@ class sheet_crossings {
         // The part of an interval where |value| < limit, or 0 <= value < 1.
         INSONIFY_FN INSONIFY_INLINE void clip(const floats& least, const floats& most, floats& begin,
                                               floats& end) const {
-            const floats small(1e-3F), safe = select(abs(step) < small, small, step), per_step = floats(1.0F) / safe;
+            const floats size = max(abs(step), floats(1e-3F)), // no select: compilers divide on both sides of it
+                per_step = select(step < floats(0.0F), floats(-1.0F), floats(1.0F)) / size;
             const floats a = (least - first) * per_step, b = (most - first) * per_step;
             begin = max(begin, min(a, b));
             end = min(end, max(a, b));
@@ -110,7 +111,6 @@ class sheet_crossings {
     struct part_lanes {
         floats begin, end, layer, row;
         linear_lanes wave;
-
         INSONIFY_FN INSONIFY_INLINE part_lanes(const part_list& of, std::uint32_t i) {
             const auto listed =
                 floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) < floats(static_cast<float>(of.count));
