@@ -136,7 +136,7 @@ class sheet_crossings {
     }
     // The part of an interval where a coordinate is in a cell.
     INSONIFY_FN static interval passage(const linear& coordinate, float cell, interval within) {
-        const float per_step = 1 / (std::fabs(coordinate.step) < 1e-3F ? 1e-3F : coordinate.step);
+        const float per_step = (coordinate.step < 0 ? -1.0F : 1.0F) / max(std::fabs(coordinate.step), 1e-3F);
         const float a = (cell - coordinate.first) * per_step, b = (cell + 1 - coordinate.first) * per_step;
         return {max(within.begin, min(a, b)), min(within.end, max(a, b))};
     }
