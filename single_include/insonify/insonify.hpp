@@ -2516,14 +2516,14 @@ struct gaussian_numbers {
     /// @param index  hashes of the cells
     template <int N>
     INSONIFY_FN INSONIFY_INLINE complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
-        // Each part is the sum of two uniform 8-bit numbers, with mean 0 and variance 1/2; interpolation and
+        // Each part is the sum of four uniform 4-bit numbers, with mean 0 and variance 1/2; interpolation and
         // convolution make the distribution Gaussian. Both sums are computed at once, in the halves of a word.
-        constexpr float scale = 0.0067658736F; // sqrt(1/2) / sqrt(2 (256^2 - 1) / 12)
-        constexpr std::uint32_t bytes = 0x00FF00FFU;
-        const bit_lanes<N> bits = mix_lanes<N>(index);
-        const bit_lanes<N> sums = (bits & bytes) + ((bits >> 8) & bytes);
+        constexpr float scale = 0.076696499F; // sqrt(1/2) / sqrt(4 (16^2 - 1) / 12)
+        constexpr std::uint32_t nibbles = 0x0F0F0F0FU, bytes = 0x00FF00FFU;
+        const bit_lanes<N> bits = mix_lanes<N>(index), pairs = (bits & nibbles) + ((bits >> 4) & nibbles),
+                           sums = (pairs & bytes) + ((pairs >> 8) & bytes);
         const auto part = [&](const bit_lanes<N>& sum) {
-            return multiply_add(floats_of<N>(sum), lanes<N>(scale), lanes<N>(-255 * scale));
+            return multiply_add(floats_of<N>(sum), lanes<N>(scale), lanes<N>(-30 * scale));
         };
         return {part(sums & 0xFFFFU), part(sums >> 16)};
     }
@@ -2625,8 +2625,13 @@ INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& p
             object, scatterer_density};
 }
 
-/// Spacing of scatterers along a line, metres: an eighth of the wavelength c0 / f0, four per cycle of the echo.
-INSONIFY_FN constexpr float scatterer_spacing(float frequency) { return display_speed / (8 * frequency); }
+/// Spacing of scatterers along a line, metres: 1.25 standard deviations of the pulse envelope. Wherever the pulse lies between
+/// them, it sums their power within 2 exp(-pi^2 / 1.25^2) = 0.4 % of that of continuous tissue (Poisson's summation formula).
+/// @param pulse_sigma  standard deviation of the pulse envelope, metres
+INSONIFY_FN constexpr float scatterer_spacing(float pulse_sigma) { return 1.25F * pulse_sigma; }
+/// The most in media that flow, metres: an eighth of the wavelength c0 / f0. Blood that is sheared consists of layers thinner
+/// than the pulse.
+INSONIFY_FN constexpr float scatterer_spacing_in_flow(float frequency) { return display_speed / (8 * frequency); }
 
 /// Scatterers at equal steps: scatterer i lies first + i * step metres along the line.
 struct scatterer_run {
@@ -3566,6 +3571,8 @@ class structured_line {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <cfloat>
+#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -3680,7 +3687,7 @@ struct cell_field {
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
   private:
-    static constexpr std::uint32_t run_length = 256;
+    static constexpr std::uint32_t run_length = 64;
 
     // The line in tissue at rest, straight as it is at a distance along it.
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
@@ -3749,16 +3756,22 @@ struct cell_field {
             detail::rest_line rest = segment;
             rest.origin += (from - begin) * segment.along;
             if (to > from)
-                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
+                scatter_slab(line, detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
                              emit);
             from = to;
         }
     }
 
     template <class Emit>
-    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line* structure, float begin,
-                                  float end, Emit&& emit) const {
-        const double from = cells.slot, to = from + static_cast<double>(end - begin) * cells.slots_per_metre;
+    INSONIFY_FN void scatter_slab(const material_line& line, const detail::cell_layout& cells,
+                                  detail::structured_line* structure, float begin, float end, Emit&& emit) const {
+        const double from = cells.slot;
+        const bool has_surfaces = line.surfaces.x < line.surfaces.y;
+        const auto slot_at = [&](float distance) {
+            return from + static_cast<double>(distance - begin) * cells.slots_per_metre;
+        };
+        const double to = slot_at(end), layer_begin = has_surfaces ? slot_at(line.surfaces.x) : -DBL_MAX,
+                     layer_end = has_surfaces ? slot_at(line.surfaces.y) : DBL_MAX;
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
         const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
         float real[run_length], imaginary[run_length];
@@ -3778,13 +3791,18 @@ struct cell_field {
             if (structure != nullptr)
                 structure->apply(begin + static_cast<float>(offset / cells.slots_per_metre),
                                  static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
-            // A slot cut by a border is weighted by the fraction inside.
-            const auto weight = [&](std::uint32_t i, double fraction) {
-                real[i] *= static_cast<float>(fraction);
-                imaginary[i] *= static_cast<float>(fraction);
+            // A slot that is cut is weighted by its part inside, so that its parts add up to it; at the surfaces of a layer
+            // by the root of that, which keeps the power of thin layers.
+            const auto weight = [&](std::uint32_t i) {
+                const double own = static_cast<double>(slot + i),
+                             inside = std::fmin(to, own + 1) - std::fmax(from, own),
+                             of_layer = std::fmin(layer_end, own + 1) - std::fmax(layer_begin, own);
+                const auto factor = static_cast<float>(inside / std::sqrt(std::fmax(of_layer, 1e-12)));
+                real[i] *= factor;
+                imaginary[i] *= factor;
             };
-            if (slot == first_slot) weight(0, static_cast<double>(first_slot) + 1 - from);
-            if (slot + count == end_slot) weight(count - 1, 1 - (static_cast<double>(end_slot) - to));
+            if (slot == first_slot) weight(0);
+            if (slot + count == end_slot && end_slot > first_slot + 1) weight(count - 1);
             emit(scatterer_run{.first = begin + static_cast<float>(offset / cells.slots_per_metre),
                                .step = static_cast<float>(1 / cells.slots_per_metre),
                                .count = count,
@@ -3914,19 +3932,23 @@ class echo_line {
                          float scale, float ratio) const {
         constexpr int width = max_simd_width;
         using floats = lanes<width>;
-        const vec2 step_factor = ratio * phase(step);
-        float powers[2][width];
-        vec2 power = scale * phase(depth);
-        for (int i = 0; i < width; ++i) {
-            powers[0][i] = power.x;
-            powers[1][i] = power.y;
-            power = product(power, step_factor);
+        // Of the first register, and the factor from each register to the next.
+        float carrier[2][width];
+        const vec2 first_carrier = scale * phase(depth);
+        carrier[0][0] = first_carrier.x;
+        carrier[1][0] = first_carrier.y;
+        vec2 factor = ratio * phase(step);
+        for (int known = 1; known < width; known *= 2) {
+            for (int i = 0; i < known; ++i) {
+                const vec2 next = product({carrier[0][i], carrier[1][i]}, factor);
+                carrier[0][known + i] = next.x;
+                carrier[1][known + i] = next.y;
+            }
+            factor = product(factor, factor);
         }
-        vec2 block_factor = step_factor;
-        for (int i = 1; i < width; i *= 2) block_factor = product(block_factor, block_factor);
-        floats carrier_x = load<width>(powers[0]), carrier_y = load<width>(powers[1]);
+        floats carrier_x = load<width>(carrier[0]), carrier_y = load<width>(carrier[1]);
         const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
-        const floats factor_x(block_factor.x), factor_y(block_factor.y), one(1.0F);
+        const floats factor_x(factor.x), factor_y(factor.y), one(1.0F);
         for (std::uint32_t first = 0; first < count; first += width) {
             const floats x = load_some(real + first, count - first), y = load_some(imaginary + first, count - first);
             const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
@@ -4385,7 +4407,8 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     const float displayed = displayed_stretch(model.timing, m);
     const float loss = path.refraction.length_factor * model.attenuation(m, line.frequency);
     const float sigma = sigma_of(line);
-    const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
+    float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
+    if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
     // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
     const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
     float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
@@ -4403,13 +4426,13 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     within.height = line.aperture.height;
     within.plane = line.plane;
     within.tilt = line.frame.tilt;
+    within.surfaces = {here.begin, here.end};
     within.frame_number = m.flowing ? line.frame_number : 0;
     within.displacement = line.displacement(here.place);
     within.steering = place.local_direction(line.frame.steering);
     if (!m.structure.empty() && here.place < line.structures.size() && line.structures[here.place].of == m.structure) {
         within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
         within.structure = &line.structures[here.place];
-        within.surfaces = {here.begin, here.end};
         within.own_surfaces = here.own_surfaces;
         level /= within.structure->rms(within.fnumber);
     }
@@ -4506,6 +4529,10 @@ INSONIFY_FN inline float rms_height(const medium& before, const medium& after) {
 INSONIFY_FN inline float rms_height(const incidence& at) {
     return at.roughness < 0 ? rms_height(at.before, at.after) : at.roughness;
 }
+
+/// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the wavelength
+/// c0 / f0. Convention.
+INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
 
 /// A roughness law: law.coherent(incidence) is the factor on the amplitude of the specular echo, and
 /// law.diffuse(incidence) the fraction of the reflected energy that is scattered diffusely; both 0 to 1.
@@ -4931,7 +4958,7 @@ struct physical {
             material_line inside = in_object(line.frame, at_place, below.object);
             inside.displacement = line.displacement(below.place);
             const gaussian_field field = surface_field();
-            gaussian_field::surface_values values{field, inside, scatterer_spacing(line.frequency)};
+            gaussian_field::surface_values values{field, inside, surface_grain(line.frequency)};
             const float stretch = detail::displayed_stretch(timing, before);
             echoes.rough_surface(shown, diffuse, slope, [&](float x) { return values(below.begin + x / stretch); });
         }
@@ -14468,12 +14495,12 @@ class compensated_echoes {
     /// divided into independent parts over that range, of the same total power. A steep surface would else look like stairs.
     ///
     /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
-    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 scatterer spacings is the correlation length of the field and k
+    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
     /// the phase a metre; far apart they are independent.
     template <class Value>
     INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, const Value& value) const {
         const kernel_sample here = kernels_.at(depth);
-        const float per_metre = 1 / square(0.632F * scatterer_spacing(frequency_)) + square(phase_per_metre_);
+        const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
         const float range =
             min(here.line_spacing * std::fabs(slope.x) + here.plane_thickness * std::fabs(slope.y), 3e-3F);
@@ -18375,6 +18402,7 @@ concept velocity_field = requires(const Field& field, object_id object, vec3 poi
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <cmath>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -18409,14 +18437,14 @@ struct moving_scatterers {
     Scattering at_rest{};             ///< at the first pulse
     const Field* field = nullptr;     ///< velocities
     pulse_train pulses{};             ///< their times
+    float piece = 0;                  ///< metres
     float from = 0;                   ///< those nearer to the probe are not needed, metres along the line
     std::uint32_t* current = nullptr; ///< receives the number in the train of the pulse that is emitted next
 
     /// See `scattering_field`.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
-        const float piece = 8 * spacing; // one wavelength
-        if (!(end - begin < 0x1p25F * spacing)) return;
+        if (!(end - begin < 0x1p25F * min(spacing, piece))) return;
         float resting_from = begin;
         const auto emit_resting = [&](float until) {
             *current = all_pulses;
@@ -18641,7 +18669,7 @@ void emit_ensemble(const line_task& task, const Model& model, view<const layer> 
     const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     std::uint32_t current = scatterers::all_pulses;
-    model.with_scattering(scatterers{model.scattering, &field, pulses, from, &current})
+    model.with_scattering(scatterers{model.scattering, &field, pulses, display_speed / line.frequency, from, &current})
         .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
     if (!surfaces_move) return;
     const auto no_speckle = model.with_scattering(no_scatterers{});

@@ -3,6 +3,8 @@
 
 #include <insonify/acoustics/structured_line.hpp>
 #include <insonify/core/error.hpp>
+#include <cfloat>
+#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -117,7 +119,7 @@ struct cell_field {
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
   private:
-    static constexpr std::uint32_t run_length = 256;
+    static constexpr std::uint32_t run_length = 64;
 
     // The line in tissue at rest, straight as it is at a distance along it.
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
@@ -186,16 +188,22 @@ struct cell_field {
             detail::rest_line rest = segment;
             rest.origin += (from - begin) * segment.along;
             if (to > from)
-                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
+                scatter_slab(line, detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
                              emit);
             from = to;
         }
     }
 
     template <class Emit>
-    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line* structure, float begin,
-                                  float end, Emit&& emit) const {
-        const double from = cells.slot, to = from + static_cast<double>(end - begin) * cells.slots_per_metre;
+    INSONIFY_FN void scatter_slab(const material_line& line, const detail::cell_layout& cells,
+                                  detail::structured_line* structure, float begin, float end, Emit&& emit) const {
+        const double from = cells.slot;
+        const bool has_surfaces = line.surfaces.x < line.surfaces.y;
+        const auto slot_at = [&](float distance) {
+            return from + static_cast<double>(distance - begin) * cells.slots_per_metre;
+        };
+        const double to = slot_at(end), layer_begin = has_surfaces ? slot_at(line.surfaces.x) : -DBL_MAX,
+                     layer_end = has_surfaces ? slot_at(line.surfaces.y) : DBL_MAX;
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
         const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
         float real[run_length], imaginary[run_length];
@@ -215,13 +223,18 @@ struct cell_field {
             if (structure != nullptr)
                 structure->apply(begin + static_cast<float>(offset / cells.slots_per_metre),
                                  static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
-            // A slot cut by a border is weighted by the fraction inside.
-            const auto weight = [&](std::uint32_t i, double fraction) {
-                real[i] *= static_cast<float>(fraction);
-                imaginary[i] *= static_cast<float>(fraction);
+            // A slot that is cut is weighted by its part inside, so that its parts add up to it; at the surfaces of a layer
+            // by the root of that, which keeps the power of thin layers.
+            const auto weight = [&](std::uint32_t i) {
+                const double own = static_cast<double>(slot + i),
+                             inside = std::fmin(to, own + 1) - std::fmax(from, own),
+                             of_layer = std::fmin(layer_end, own + 1) - std::fmax(layer_begin, own);
+                const auto factor = static_cast<float>(inside / std::sqrt(std::fmax(of_layer, 1e-12)));
+                real[i] *= factor;
+                imaginary[i] *= factor;
             };
-            if (slot == first_slot) weight(0, static_cast<double>(first_slot) + 1 - from);
-            if (slot + count == end_slot) weight(count - 1, 1 - (static_cast<double>(end_slot) - to));
+            if (slot == first_slot) weight(0);
+            if (slot + count == end_slot && end_slot > first_slot + 1) weight(count - 1);
             emit(scatterer_run{.first = begin + static_cast<float>(offset / cells.slots_per_metre),
                                .step = static_cast<float>(1 / cells.slots_per_metre),
                                .count = count,
