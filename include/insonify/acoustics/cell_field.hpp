@@ -5,6 +5,7 @@
 #include <insonify/core/error.hpp>
 #include <cfloat>
 #include <cmath>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -71,7 +72,8 @@ struct cell_field {
         }
     }
 
-    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
+    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume. Within the
+    /// few millimetres that a surface takes of it, the line counts as straight in tissue at rest.
     class surface_values {
       public:
         /// Of a line, which must outlive it; the spacing of scatterers is in metres.
@@ -80,25 +82,28 @@ struct cell_field {
 
         /// At a distance along the line, metres.
         INSONIFY_FN vec2 operator()(float distance) {
-            const detail::rest_line rest = field_.rest_at(line_, distance, spacing_);
+            if (!known_) {
+                rest_ = field_.rest_at(line_, distance, spacing_);
+                first_distance_ = distance;
+            }
+            detail::rest_line rest = rest_;
+            rest.origin += (distance - first_distance_) * rest.along;
             const double slab = std::floor(static_cast<double>(detail::view_slabs::position(rest.origin)));
             if (!known_ || slab != slab_) { // points of one slab have one layout
                 cells_ = detail::make_cell_layout(field_.seed, field_.cell, line_, rest, slab, spacing_);
                 known_ = true;
                 slab_ = slab;
                 origin_ = distance;
+                first_ = INT64_MAX;
             }
-            const double from_origin = static_cast<double>(distance - origin_) * cells_.slots_per_metre;
-            const double slot = cells_.slot + from_origin, below = std::floor(slot);
+            const double slot = cells_.slot + static_cast<double>(distance - origin_) * cells_.slots_per_metre,
+                         below = std::floor(slot);
+            const auto number = static_cast<std::int64_t>(below);
+            if (number < first_ || number - first_ > room - 2) compute_from(number);
+            const auto i = static_cast<std::size_t>(number - first_);
             const auto weight = static_cast<float>(slot - below);
-            // Of the slots below and above, and of two more that are not used.
-            const complex_lanes<4> both =
-                cells_.template values<4, true>(static_cast<std::uint32_t>(static_cast<std::int64_t>(below)),
-                                                lanes<4>(static_cast<float>(from_origin)), field_.numbers);
-            float real[4], imaginary[4];
-            store(both.real, real);
-            store(both.imaginary, imaginary);
-            const vec2 sum = (1 - weight) * vec2{real[0], imaginary[0]} + weight * vec2{real[1], imaginary[1]};
+            const vec2 sum =
+                (1 - weight) * vec2{real_[i], imaginary_[i]} + weight * vec2{real_[i + 1], imaginary_[i + 1]};
             return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
         }
 
@@ -107,9 +112,25 @@ struct cell_field {
         const material_line& line_;
         float spacing_;
         bool known_ = false;
+        detail::rest_line rest_{};
+        float first_distance_ = 0; // its origin, metres along the line
         double slab_ = 0;
         float origin_ = 0; // of the layout, metres along the line
         detail::cell_layout cells_{};
+        // Values are computed for some slots at a time: points follow each other closely.
+        static constexpr int room = max_simd_width > 4 ? max_simd_width : 4;
+        std::int64_t first_ = 0;
+        float real_[room] = {}, imaginary_[room] = {};
+
+        INSONIFY_FN void compute_from(std::int64_t slot) {
+            first_ = slot;
+            const auto offset = static_cast<float>(static_cast<double>(slot) + 0.5 - cells_.slot);
+            const complex_lanes<room> some = cells_.template values<room, true>(
+                static_cast<std::uint32_t>(slot), floats_of<room>(steps_of_bits<room>(0, 1)) + lanes<room>(offset),
+                field_.numbers);
+            store(some.real, real_);
+            store(some.imaginary, imaginary_);
+        }
     };
     /// The value of the field at one point: see `surface_values`.
     INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
@@ -119,7 +140,7 @@ struct cell_field {
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
   private:
-    static constexpr std::uint32_t run_length = 64;
+    static constexpr std::uint32_t run_length = 96;
 
     // The line in tissue at rest, straight as it is at a distance along it.
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
@@ -132,7 +153,7 @@ struct cell_field {
     }
 
     // End of the piece of a line that begins at `from`, which is `first` at rest. In tissue at rest the piece bends by less than
-    // the spacing of the scatterers.
+    // a quarter of the spacing of scatterers.
     INSONIFY_FN static float piece_end(const material_line& line, float from, float end, vec3 first, float spacing) {
         const float straight = line.displacement->straight_length / length(line.along);
         for (int parts = 4; parts > 1; parts /= 2) {
@@ -143,7 +164,7 @@ struct cell_field {
             for (int i = 1; i < parts && !bends; ++i) {
                 const auto number = static_cast<float>(i);
                 const vec3 aside = line.displacement->rest(line.at(from + number * straight)) - first - number * part;
-                bends = dot(aside, aside) > spacing * spacing;
+                bends = 16 * dot(aside, aside) > spacing * spacing;
             }
             if (!bends) return to;
         }
@@ -229,7 +250,8 @@ struct cell_field {
                 const double own = static_cast<double>(slot + i),
                              inside = std::fmin(to, own + 1) - std::fmax(from, own),
                              of_layer = std::fmin(layer_end, own + 1) - std::fmax(layer_begin, own);
-                const auto factor = static_cast<float>(inside / std::sqrt(std::fmax(of_layer, 1e-12)));
+                const auto factor =
+                    static_cast<float>(of_layer < 1 ? inside / std::sqrt(std::fmax(of_layer, 1e-12)) : inside);
                 real[i] *= factor;
                 imaginary[i] *= factor;
             };
