@@ -2748,6 +2748,7 @@ struct cell_layout {
     float volume = 0;            ///< of a cell, m^3
     float scatterer_density = 0; ///< of the medium, per m^3
     vec2 slope{0, 0};            ///< see `scatterer_run`
+    float level = 1;             ///< root of the slots' length along the segment over their spacing
 
     /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice plane,
     /// and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
@@ -2761,12 +2762,14 @@ struct cell_layout {
         using floats = lanes<N>;
         using bits = bit_lanes<N>;
         constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
+        // Its upper and its lower half displace the cells of each slot. From slot to slot the upper one grows by the golden
+        // section, so that the few slots of a pulse cut cells in places that are spread evenly.
         const bits slot_hash = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
-        const bits jitter = mix_lanes<N>(slot_hash); // displaces the cells of each slot: 16 bits for each axis
         const floats one(1.0F), to_cells(0x1p-16F);
         const floats x =
-            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(jitter & 0xFFFFU) * to_cells;
-        const floats y = floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(jitter >> 16) * to_cells;
+            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(slot_hash >> 16) * to_cells;
+        const floats y =
+            floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(slot_hash & 0xFFFFU) * to_cells;
         const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
         const floats past_column = x - floats_of<N>(column), upper = y - floats_of<N>(row), lower = one - upper;
         const floats left = lateral_weight<N, Linear>(past_column),
@@ -2777,8 +2780,7 @@ struct cell_layout {
                                c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
                                d = numbers.template operator()<N>(index + (next_column + next_row), volume,
                                                                   scatterer_density);
-        const floats scale =
-            Linear ? unit_power_scale<N>(past_column) * unit_power_scale<N>(upper) : unit_power_scale<N>(upper);
+        const floats scale = (Linear ? unit_power_scale<N>(past_column) : floats(level)) * unit_power_scale<N>(upper);
         return {
             (lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
             (lower * (left * a.imaginary + right * b.imaginary) + upper * (left * c.imaginary + right * d.imaginary)) *
@@ -2833,6 +2835,7 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     cells.key = mix_bits(mix_bits(object_hash ^ lattice_index(towards)) ^ lattice_index(upwards));
     cells.volume = spacing / (to_cells.x * to_cells.y);
     cells.scatterer_density = line.scatterer_density;
+    cells.level = std::sqrt(length(segment.along) / advance);
     cells.slope = vec2{dot(segment.lateral, view), dot(segment.elevation, view)} / -advance;
     return cells;
 }
@@ -3767,32 +3770,43 @@ struct cell_field {
         const double position = static_cast<double>(detail::view_slabs::position(segment.origin));
         const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(segment.along));
         const bool ascending = slabs_per_metre > 0;
-        double slab = std::floor(position);
-        for (float from = begin; from < end; slab += ascending ? 1 : -1) {
+        const auto end_of = [&](double slab, float from) {
+            if (!(std::fabs(slabs_per_metre) > 1e-3)) return end;
             const double border = slab + (ascending ? 1 : 0);
-            float to = end;
-            if (std::fabs(slabs_per_metre) > 1e-3)
-                to = clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
-                           end);
+            return clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
+                         end);
+        };
+        const auto layout_at = [&](float from, double slab) {
             detail::rest_line rest = segment;
             rest.origin += (from - begin) * segment.along;
-            if (to > from)
-                scatter_slab(line, detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
-                             emit);
+            return detail::make_cell_layout(seed, cell, line, rest, slab, spacing);
+        };
+        // Where slots are of one layout in one layer, metres along the line.
+        vec2 whole = line.surfaces.x < line.surfaces.y ? line.surfaces : vec2{-FLT_MAX, FLT_MAX};
+        const float surface = whole.y;
+        double slab = std::floor(position);
+        detail::cell_layout cells = layout_at(begin, slab);
+        for (float from = begin; from < end;) {
+            const float to = end_of(slab, from);
+            slab += ascending ? 1 : -1;
+            const detail::cell_layout next = to < end ? layout_at(to, slab) : cells;
+            const bool divided = next.key != cells.key;
+            whole.y = divided ? to : surface;
+            if (to > from) scatter_slab(cells, structure, from, to, whole, emit);
+            if (divided) whole.x = to;
+            cells = next;
             from = to;
         }
     }
 
     template <class Emit>
-    INSONIFY_FN void scatter_slab(const material_line& line, const detail::cell_layout& cells,
-                                  detail::structured_line* structure, float begin, float end, Emit&& emit) const {
+    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line* structure, float begin,
+                                  float end, vec2 whole, Emit&& emit) const {
         const double from = cells.slot;
-        const bool has_surfaces = line.surfaces.x < line.surfaces.y;
         const auto slot_at = [&](float distance) {
             return from + static_cast<double>(distance - begin) * cells.slots_per_metre;
         };
-        const double to = slot_at(end), layer_begin = has_surfaces ? slot_at(line.surfaces.x) : -DBL_MAX,
-                     layer_end = has_surfaces ? slot_at(line.surfaces.y) : DBL_MAX;
+        const double to = slot_at(end), whole_begin = slot_at(whole.x), whole_end = slot_at(whole.y);
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
         const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
         float real[run_length], imaginary[run_length];
@@ -3812,14 +3826,13 @@ struct cell_field {
             if (structure != nullptr)
                 structure->apply(begin + static_cast<float>(offset / cells.slots_per_metre),
                                  static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
-            // A slot that is cut is weighted by its part inside, so that its parts add up to it; at the surfaces of a layer
-            // by the root of that, which keeps the power of thin layers.
+            // A slot that is cut is weighted by its part inside, so that its parts add up to it; where other scatterers follow, at
+            // a surface or in another layout, by the root of that, which keeps the power.
             const auto weight = [&](std::uint32_t i) {
                 const double own = static_cast<double>(slot + i),
                              inside = std::fmin(to, own + 1) - std::fmax(from, own),
-                             of_layer = std::fmin(layer_end, own + 1) - std::fmax(layer_begin, own);
-                const auto factor =
-                    static_cast<float>(of_layer < 1 ? inside / std::sqrt(std::fmax(of_layer, 1e-12)) : inside);
+                             left = std::fmin(whole_end, own + 1) - std::fmax(whole_begin, own);
+                const auto factor = static_cast<float>(left < 1 ? inside / std::sqrt(std::fmax(left, 1e-12)) : inside);
                 real[i] *= factor;
                 imaginary[i] *= factor;
             };

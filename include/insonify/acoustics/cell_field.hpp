@@ -199,32 +199,43 @@ struct cell_field {
         const double position = static_cast<double>(detail::view_slabs::position(segment.origin));
         const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(segment.along));
         const bool ascending = slabs_per_metre > 0;
-        double slab = std::floor(position);
-        for (float from = begin; from < end; slab += ascending ? 1 : -1) {
+        const auto end_of = [&](double slab, float from) {
+            if (!(std::fabs(slabs_per_metre) > 1e-3)) return end;
             const double border = slab + (ascending ? 1 : 0);
-            float to = end;
-            if (std::fabs(slabs_per_metre) > 1e-3)
-                to = clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
-                           end);
+            return clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
+                         end);
+        };
+        const auto layout_at = [&](float from, double slab) {
             detail::rest_line rest = segment;
             rest.origin += (from - begin) * segment.along;
-            if (to > from)
-                scatter_slab(line, detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
-                             emit);
+            return detail::make_cell_layout(seed, cell, line, rest, slab, spacing);
+        };
+        // Where slots are of one layout in one layer, metres along the line.
+        vec2 whole = line.surfaces.x < line.surfaces.y ? line.surfaces : vec2{-FLT_MAX, FLT_MAX};
+        const float surface = whole.y;
+        double slab = std::floor(position);
+        detail::cell_layout cells = layout_at(begin, slab);
+        for (float from = begin; from < end;) {
+            const float to = end_of(slab, from);
+            slab += ascending ? 1 : -1;
+            const detail::cell_layout next = to < end ? layout_at(to, slab) : cells;
+            const bool divided = next.key != cells.key;
+            whole.y = divided ? to : surface;
+            if (to > from) scatter_slab(cells, structure, from, to, whole, emit);
+            if (divided) whole.x = to;
+            cells = next;
             from = to;
         }
     }
 
     template <class Emit>
-    INSONIFY_FN void scatter_slab(const material_line& line, const detail::cell_layout& cells,
-                                  detail::structured_line* structure, float begin, float end, Emit&& emit) const {
+    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line* structure, float begin,
+                                  float end, vec2 whole, Emit&& emit) const {
         const double from = cells.slot;
-        const bool has_surfaces = line.surfaces.x < line.surfaces.y;
         const auto slot_at = [&](float distance) {
             return from + static_cast<double>(distance - begin) * cells.slots_per_metre;
         };
-        const double to = slot_at(end), layer_begin = has_surfaces ? slot_at(line.surfaces.x) : -DBL_MAX,
-                     layer_end = has_surfaces ? slot_at(line.surfaces.y) : DBL_MAX;
+        const double to = slot_at(end), whole_begin = slot_at(whole.x), whole_end = slot_at(whole.y);
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
         const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
         float real[run_length], imaginary[run_length];
@@ -244,14 +255,13 @@ struct cell_field {
             if (structure != nullptr)
                 structure->apply(begin + static_cast<float>(offset / cells.slots_per_metre),
                                  static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
-            // A slot that is cut is weighted by its part inside, so that its parts add up to it; at the surfaces of a layer
-            // by the root of that, which keeps the power of thin layers.
+            // A slot that is cut is weighted by its part inside, so that its parts add up to it; where other scatterers follow, at
+            // a surface or in another layout, by the root of that, which keeps the power.
             const auto weight = [&](std::uint32_t i) {
                 const double own = static_cast<double>(slot + i),
                              inside = std::fmin(to, own + 1) - std::fmax(from, own),
-                             of_layer = std::fmin(layer_end, own + 1) - std::fmax(layer_begin, own);
-                const auto factor =
-                    static_cast<float>(of_layer < 1 ? inside / std::sqrt(std::fmax(of_layer, 1e-12)) : inside);
+                             left = std::fmin(whole_end, own + 1) - std::fmax(whole_begin, own);
+                const auto factor = static_cast<float>(left < 1 ? inside / std::sqrt(std::fmax(left, 1e-12)) : inside);
                 real[i] *= factor;
                 imaginary[i] *= factor;
             };
