@@ -153,7 +153,7 @@ struct cell_field {
     }
 
     // End of the piece of a line that begins at `from`, which is `first` at rest. In tissue at rest the piece bends by less than
-    // a quarter of the spacing of scatterers.
+    // a sixteenth of the spacing of scatterers.
     INSONIFY_FN static float piece_end(const material_line& line, float from, float end, vec3 first, float spacing) {
         const float straight = line.displacement->straight_length / length(line.along);
         for (int parts = 4; parts > 1; parts /= 2) {
@@ -164,7 +164,7 @@ struct cell_field {
             for (int i = 1; i < parts && !bends; ++i) {
                 const auto number = static_cast<float>(i);
                 const vec3 aside = line.displacement->rest(line.at(from + number * straight)) - first - number * part;
-                bends = 16 * dot(aside, aside) > spacing * spacing;
+                bends = 256 * dot(aside, aside) > spacing * spacing;
             }
             if (!bends) return to;
         }
@@ -214,17 +214,18 @@ struct cell_field {
         vec2 whole = line.surfaces.x < line.surfaces.y ? line.surfaces : vec2{-FLT_MAX, FLT_MAX};
         const float surface = whole.y;
         double slab = std::floor(position);
-        detail::cell_layout cells = layout_at(begin, slab);
-        for (float from = begin; from < end;) {
-            const float to = end_of(slab, from);
-            slab += ascending ? 1 : -1;
-            const detail::cell_layout next = to < end ? layout_at(to, slab) : cells;
+        detail::cell_layout cells{};
+        for (float from = begin, to = begin;; slab += ascending ? 1 : -1) { // from the slab before to the next one
+            const bool last = !(to < end);
+            const detail::cell_layout next = last ? cells : layout_at(to, slab);
             const bool divided = next.key != cells.key;
             whole.y = divided ? to : surface;
             if (to > from) scatter_slab(cells, structure, from, to, whole, emit);
-            if (divided) whole.x = to;
+            if (last) return;
+            if (divided && to > begin) whole.x = to;
             cells = next;
             from = to;
+            to = end_of(slab, from);
         }
     }
 
