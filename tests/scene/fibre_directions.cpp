@@ -163,16 +163,17 @@ TEST_CASE("curved fibres: the mean power stays, threads and SIMD agree, tissue t
     const auto power = [&](const fibre_directions& fibres) {
         double sum = 0;
         const scene with = muscle(fibres);
-        for (int slice = -5; slice <= 5; ++slice)
-            for (const vec2 value : trace(exec::par_unseq, with, probe,
-                                          {.translation = {0, static_cast<float>(slice) * 2_mm, 0}}, physical{}, scan)
-                                        .values)
+        for (int slice = 0; slice < 11; ++slice) { // each with sheets of its own
+            const physical<> model{.scattering = {.seed = 1 + static_cast<std::uint32_t>(slice)}};
+            const pose at{.translation = {0, static_cast<float>(slice - 5) * 2_mm, 0}};
+            for (const vec2 value : trace(exec::par_unseq, with, probe, at, model, scan).values)
                 sum += static_cast<double>(dot(value, value));
+        }
         return sum;
     };
-    const double changed = 10 * std::log10(power(fan{}) / power({1, 0, 0}));
-    // Up to 15 degrees to the face; muscle loses 1.6 dB at 20.
-    MESSAGE("mean power of a fan against straight fibres: ", changed, " dB, expected -1 to 0");
+    // Near the face, where echoes are strongest, the fan is tilted as straight fibres at atan(20 / 90) are.
+    const double changed = 10 * std::log10(power(fan{}) / power({-90, 0, 20}));
+    MESSAGE("mean power of a fan against straight fibres at 12.5 degrees: ", changed, " dB, expected 0");
     CHECK(std::fabs(changed) < 1);
 
     // Tissue that has moved by 3 mm, seen by a probe that moved with it.
