@@ -2516,14 +2516,14 @@ struct gaussian_numbers {
     /// @param index  hashes of the cells
     template <int N>
     INSONIFY_FN INSONIFY_INLINE complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
-        // Each part is the sum of two uniform 8-bit numbers, with mean 0 and variance 1/2; interpolation and
+        // Each part is the sum of four uniform 4-bit numbers, with mean 0 and variance 1/2; interpolation and
         // convolution make the distribution Gaussian. Both sums are computed at once, in the halves of a word.
-        constexpr float scale = 0.0067658736F; // sqrt(1/2) / sqrt(2 (256^2 - 1) / 12)
-        constexpr std::uint32_t bytes = 0x00FF00FFU;
-        const bit_lanes<N> bits = mix_lanes<N>(index);
-        const bit_lanes<N> sums = (bits & bytes) + ((bits >> 8) & bytes);
+        constexpr float scale = 0.076696499F; // sqrt(1/2) / sqrt(4 (16^2 - 1) / 12)
+        constexpr std::uint32_t nibbles = 0x0F0F0F0FU, bytes = 0x00FF00FFU;
+        const bit_lanes<N> bits = mix_lanes<N>(index), pairs = (bits & nibbles) + ((bits >> 4) & nibbles),
+                           sums = (pairs & bytes) + ((pairs >> 8) & bytes);
         const auto part = [&](const bit_lanes<N>& sum) {
-            return multiply_add(floats_of<N>(sum), lanes<N>(scale), lanes<N>(-255 * scale));
+            return multiply_add(floats_of<N>(sum), lanes<N>(scale), lanes<N>(-30 * scale));
         };
         return {part(sums & 0xFFFFU), part(sums >> 16)};
     }
@@ -2625,8 +2625,13 @@ INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& p
             object, scatterer_density};
 }
 
-/// Spacing of scatterers along a line, metres: an eighth of the wavelength c0 / f0, four per cycle of the echo.
-INSONIFY_FN constexpr float scatterer_spacing(float frequency) { return display_speed / (8 * frequency); }
+/// Spacing of scatterers along a line, metres: 1.25 standard deviations of the pulse envelope. Wherever the pulse lies between
+/// them, it sums their power within 2 exp(-pi^2 / 1.25^2) = 0.4 % of that of continuous tissue (Poisson's summation formula).
+/// @param pulse_sigma  standard deviation of the pulse envelope, metres
+INSONIFY_FN constexpr float scatterer_spacing(float pulse_sigma) { return 1.25F * pulse_sigma; }
+/// The most in media that flow, metres: an eighth of the wavelength c0 / f0. Blood that is sheared consists of layers thinner
+/// than the pulse.
+INSONIFY_FN constexpr float scatterer_spacing_in_flow(float frequency) { return display_speed / (8 * frequency); }
 
 /// Scatterers at equal steps: scatterer i lies first + i * step metres along the line.
 struct scatterer_run {
@@ -2743,6 +2748,7 @@ struct cell_layout {
     float volume = 0;            ///< of a cell, m^3
     float scatterer_density = 0; ///< of the medium, per m^3
     vec2 slope{0, 0};            ///< see `scatterer_run`
+    float level = 1;             ///< root of the slots' length along the segment over their spacing
 
     /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice plane,
     /// and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
@@ -2756,12 +2762,14 @@ struct cell_layout {
         using floats = lanes<N>;
         using bits = bit_lanes<N>;
         constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
+        // Its upper and its lower half displace the cells of each slot. From slot to slot the upper one grows by the golden
+        // section, so that the few slots of a pulse cut cells in places that are spread evenly.
         const bits slot_hash = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
-        const bits jitter = mix_lanes<N>(slot_hash); // displaces the cells of each slot: 16 bits for each axis
         const floats one(1.0F), to_cells(0x1p-16F);
         const floats x =
-            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(jitter & 0xFFFFU) * to_cells;
-        const floats y = floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(jitter >> 16) * to_cells;
+            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(slot_hash >> 16) * to_cells;
+        const floats y =
+            floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(slot_hash & 0xFFFFU) * to_cells;
         const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
         const floats past_column = x - floats_of<N>(column), upper = y - floats_of<N>(row), lower = one - upper;
         const floats left = lateral_weight<N, Linear>(past_column),
@@ -2772,8 +2780,7 @@ struct cell_layout {
                                c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
                                d = numbers.template operator()<N>(index + (next_column + next_row), volume,
                                                                   scatterer_density);
-        const floats scale =
-            Linear ? unit_power_scale<N>(past_column) * unit_power_scale<N>(upper) : unit_power_scale<N>(upper);
+        const floats scale = (Linear ? unit_power_scale<N>(past_column) : floats(level)) * unit_power_scale<N>(upper);
         return {
             (lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
             (lower * (left * a.imaginary + right * b.imaginary) + upper * (left * c.imaginary + right * d.imaginary)) *
@@ -2828,6 +2835,7 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     cells.key = mix_bits(mix_bits(object_hash ^ lattice_index(towards)) ^ lattice_index(upwards));
     cells.volume = spacing / (to_cells.x * to_cells.y);
     cells.scatterer_density = line.scatterer_density;
+    cells.level = std::sqrt(length(segment.along) / advance);
     cells.slope = vec2{dot(segment.lateral, view), dot(segment.elevation, view)} / -advance;
     return cells;
 }
@@ -3566,6 +3574,9 @@ class structured_line {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <cfloat>
+#include <cmath>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -3632,7 +3643,8 @@ struct cell_field {
         }
     }
 
-    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
+    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume. Within the
+    /// few millimetres that a surface takes of it, the line counts as straight in tissue at rest.
     class surface_values {
       public:
         /// Of a line, which must outlive it; the spacing of scatterers is in metres.
@@ -3641,25 +3653,28 @@ struct cell_field {
 
         /// At a distance along the line, metres.
         INSONIFY_FN vec2 operator()(float distance) {
-            const detail::rest_line rest = field_.rest_at(line_, distance, spacing_);
+            if (!known_) {
+                rest_ = field_.rest_at(line_, distance, spacing_);
+                first_distance_ = distance;
+            }
+            detail::rest_line rest = rest_;
+            rest.origin += (distance - first_distance_) * rest.along;
             const double slab = std::floor(static_cast<double>(detail::view_slabs::position(rest.origin)));
             if (!known_ || slab != slab_) { // points of one slab have one layout
                 cells_ = detail::make_cell_layout(field_.seed, field_.cell, line_, rest, slab, spacing_);
                 known_ = true;
                 slab_ = slab;
                 origin_ = distance;
+                first_ = INT64_MAX;
             }
-            const double from_origin = static_cast<double>(distance - origin_) * cells_.slots_per_metre;
-            const double slot = cells_.slot + from_origin, below = std::floor(slot);
+            const double slot = cells_.slot + static_cast<double>(distance - origin_) * cells_.slots_per_metre,
+                         below = std::floor(slot);
+            const auto number = static_cast<std::int64_t>(below);
+            if (number < first_ || number - first_ > room - 2) compute_from(number);
+            const auto i = static_cast<std::size_t>(number - first_);
             const auto weight = static_cast<float>(slot - below);
-            // Of the slots below and above, and of two more that are not used.
-            const complex_lanes<4> both =
-                cells_.template values<4, true>(static_cast<std::uint32_t>(static_cast<std::int64_t>(below)),
-                                                lanes<4>(static_cast<float>(from_origin)), field_.numbers);
-            float real[4], imaginary[4];
-            store(both.real, real);
-            store(both.imaginary, imaginary);
-            const vec2 sum = (1 - weight) * vec2{real[0], imaginary[0]} + weight * vec2{real[1], imaginary[1]};
+            const vec2 sum =
+                (1 - weight) * vec2{real_[i], imaginary_[i]} + weight * vec2{real_[i + 1], imaginary_[i + 1]};
             return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
         }
 
@@ -3668,9 +3683,25 @@ struct cell_field {
         const material_line& line_;
         float spacing_;
         bool known_ = false;
+        detail::rest_line rest_{};
+        float first_distance_ = 0; // its origin, metres along the line
         double slab_ = 0;
         float origin_ = 0; // of the layout, metres along the line
         detail::cell_layout cells_{};
+        // Values are computed for some slots at a time: points follow each other closely.
+        static constexpr int room = max_simd_width > 4 ? max_simd_width : 4;
+        std::int64_t first_ = 0;
+        float real_[room] = {}, imaginary_[room] = {};
+
+        INSONIFY_FN void compute_from(std::int64_t slot) {
+            first_ = slot;
+            const auto offset = static_cast<float>(static_cast<double>(slot) + 0.5 - cells_.slot);
+            const complex_lanes<room> some = cells_.template values<room, true>(
+                static_cast<std::uint32_t>(slot), floats_of<room>(steps_of_bits<room>(0, 1)) + lanes<room>(offset),
+                field_.numbers);
+            store(some.real, real_);
+            store(some.imaginary, imaginary_);
+        }
     };
     /// The value of the field at one point: see `surface_values`.
     INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
@@ -3680,7 +3711,7 @@ struct cell_field {
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
   private:
-    static constexpr std::uint32_t run_length = 256;
+    static constexpr std::uint32_t run_length = 96;
 
     // The line in tissue at rest, straight as it is at a distance along it.
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
@@ -3693,7 +3724,7 @@ struct cell_field {
     }
 
     // End of the piece of a line that begins at `from`, which is `first` at rest. In tissue at rest the piece bends by less than
-    // the spacing of the scatterers.
+    // a sixteenth of the spacing of scatterers.
     INSONIFY_FN static float piece_end(const material_line& line, float from, float end, vec3 first, float spacing) {
         const float straight = line.displacement->straight_length / length(line.along);
         for (int parts = 4; parts > 1; parts /= 2) {
@@ -3704,7 +3735,7 @@ struct cell_field {
             for (int i = 1; i < parts && !bends; ++i) {
                 const auto number = static_cast<float>(i);
                 const vec3 aside = line.displacement->rest(line.at(from + number * straight)) - first - number * part;
-                bends = dot(aside, aside) > spacing * spacing;
+                bends = 256 * dot(aside, aside) > spacing * spacing;
             }
             if (!bends) return to;
         }
@@ -3739,26 +3770,44 @@ struct cell_field {
         const double position = static_cast<double>(detail::view_slabs::position(segment.origin));
         const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(segment.along));
         const bool ascending = slabs_per_metre > 0;
-        double slab = std::floor(position);
-        for (float from = begin; from < end; slab += ascending ? 1 : -1) {
+        const auto end_of = [&](double slab, float from) {
+            if (!(std::fabs(slabs_per_metre) > 1e-3)) return end;
             const double border = slab + (ascending ? 1 : 0);
-            float to = end;
-            if (std::fabs(slabs_per_metre) > 1e-3)
-                to = clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
-                           end);
+            return clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
+                         end);
+        };
+        const auto layout_at = [&](float from, double slab) {
             detail::rest_line rest = segment;
             rest.origin += (from - begin) * segment.along;
-            if (to > from)
-                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
-                             emit);
+            return detail::make_cell_layout(seed, cell, line, rest, slab, spacing);
+        };
+        // Where slots are of one layout in one layer, metres along the line.
+        vec2 whole = line.surfaces.x < line.surfaces.y ? line.surfaces : vec2{-FLT_MAX, FLT_MAX};
+        const float surface = whole.y;
+        double slab = std::floor(position);
+        detail::cell_layout cells{};
+        for (float from = begin, to = begin;; slab += ascending ? 1 : -1) { // from the slab before to the next one
+            const bool last = !(to < end);
+            const detail::cell_layout next = last ? cells : layout_at(to, slab);
+            const bool divided = next.key != cells.key;
+            whole.y = divided ? to : surface;
+            if (to > from) scatter_slab(cells, structure, from, to, whole, emit);
+            if (last) return;
+            if (divided && to > begin) whole.x = to;
+            cells = next;
             from = to;
+            to = end_of(slab, from);
         }
     }
 
     template <class Emit>
     INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line* structure, float begin,
-                                  float end, Emit&& emit) const {
-        const double from = cells.slot, to = from + static_cast<double>(end - begin) * cells.slots_per_metre;
+                                  float end, vec2 whole, Emit&& emit) const {
+        const double from = cells.slot;
+        const auto slot_at = [&](float distance) {
+            return from + static_cast<double>(distance - begin) * cells.slots_per_metre;
+        };
+        const double to = slot_at(end), whole_begin = slot_at(whole.x), whole_end = slot_at(whole.y);
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
         const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
         float real[run_length], imaginary[run_length];
@@ -3778,13 +3827,18 @@ struct cell_field {
             if (structure != nullptr)
                 structure->apply(begin + static_cast<float>(offset / cells.slots_per_metre),
                                  static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
-            // A slot cut by a border is weighted by the fraction inside.
-            const auto weight = [&](std::uint32_t i, double fraction) {
-                real[i] *= static_cast<float>(fraction);
-                imaginary[i] *= static_cast<float>(fraction);
+            // A slot that is cut is weighted by its part inside, so that its parts add up to it; where other scatterers follow, at
+            // a surface or in another layout, by the root of that, which keeps the power.
+            const auto weight = [&](std::uint32_t i) {
+                const double own = static_cast<double>(slot + i),
+                             inside = std::fmin(to, own + 1) - std::fmax(from, own),
+                             left = std::fmin(whole_end, own + 1) - std::fmax(whole_begin, own);
+                const auto factor = static_cast<float>(left < 1 ? inside / std::sqrt(std::fmax(left, 1e-12)) : inside);
+                real[i] *= factor;
+                imaginary[i] *= factor;
             };
-            if (slot == first_slot) weight(0, static_cast<double>(first_slot) + 1 - from);
-            if (slot + count == end_slot) weight(count - 1, 1 - (static_cast<double>(end_slot) - to));
+            if (slot == first_slot) weight(0);
+            if (slot + count == end_slot && end_slot > first_slot + 1) weight(count - 1);
             emit(scatterer_run{.first = begin + static_cast<float>(offset / cells.slots_per_metre),
                                .step = static_cast<float>(1 / cells.slots_per_metre),
                                .count = count,
@@ -3914,19 +3968,23 @@ class echo_line {
                          float scale, float ratio) const {
         constexpr int width = max_simd_width;
         using floats = lanes<width>;
-        const vec2 step_factor = ratio * phase(step);
-        float powers[2][width];
-        vec2 power = scale * phase(depth);
-        for (int i = 0; i < width; ++i) {
-            powers[0][i] = power.x;
-            powers[1][i] = power.y;
-            power = product(power, step_factor);
+        // Of the first register, and the factor from each register to the next.
+        float carrier[2][width];
+        const vec2 first_carrier = scale * phase(depth);
+        carrier[0][0] = first_carrier.x;
+        carrier[1][0] = first_carrier.y;
+        vec2 factor = ratio * phase(step);
+        for (int known = 1; known < width; known *= 2) {
+            for (int i = 0; i < known; ++i) {
+                const vec2 next = product({carrier[0][i], carrier[1][i]}, factor);
+                carrier[0][known + i] = next.x;
+                carrier[1][known + i] = next.y;
+            }
+            factor = product(factor, factor);
         }
-        vec2 block_factor = step_factor;
-        for (int i = 1; i < width; i *= 2) block_factor = product(block_factor, block_factor);
-        floats carrier_x = load<width>(powers[0]), carrier_y = load<width>(powers[1]);
+        floats carrier_x = load<width>(carrier[0]), carrier_y = load<width>(carrier[1]);
         const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
-        const floats factor_x(block_factor.x), factor_y(block_factor.y), one(1.0F);
+        const floats factor_x(factor.x), factor_y(factor.y), one(1.0F);
         for (std::uint32_t first = 0; first < count; first += width) {
             const floats x = load_some(real + first, count - first), y = load_some(imaginary + first, count - first);
             const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
@@ -4385,7 +4443,8 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     const float displayed = displayed_stretch(model.timing, m);
     const float loss = path.refraction.length_factor * model.attenuation(m, line.frequency);
     const float sigma = sigma_of(line);
-    const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
+    float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
+    if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
     // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
     const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
     float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
@@ -4403,13 +4462,13 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     within.height = line.aperture.height;
     within.plane = line.plane;
     within.tilt = line.frame.tilt;
+    within.surfaces = {here.begin, here.end};
     within.frame_number = m.flowing ? line.frame_number : 0;
     within.displacement = line.displacement(here.place);
     within.steering = place.local_direction(line.frame.steering);
     if (!m.structure.empty() && here.place < line.structures.size() && line.structures[here.place].of == m.structure) {
         within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
         within.structure = &line.structures[here.place];
-        within.surfaces = {here.begin, here.end};
         within.own_surfaces = here.own_surfaces;
         level /= within.structure->rms(within.fnumber);
     }
@@ -4506,6 +4565,10 @@ INSONIFY_FN inline float rms_height(const medium& before, const medium& after) {
 INSONIFY_FN inline float rms_height(const incidence& at) {
     return at.roughness < 0 ? rms_height(at.before, at.after) : at.roughness;
 }
+
+/// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the wavelength
+/// c0 / f0. Convention.
+INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
 
 /// A roughness law: law.coherent(incidence) is the factor on the amplitude of the specular echo, and
 /// law.diffuse(incidence) the fraction of the reflected energy that is scattered diffusely; both 0 to 1.
@@ -4931,7 +4994,7 @@ struct physical {
             material_line inside = in_object(line.frame, at_place, below.object);
             inside.displacement = line.displacement(below.place);
             const gaussian_field field = surface_field();
-            gaussian_field::surface_values values{field, inside, scatterer_spacing(line.frequency)};
+            gaussian_field::surface_values values{field, inside, surface_grain(line.frequency)};
             const float stretch = detail::displayed_stretch(timing, before);
             echoes.rough_surface(shown, diffuse, slope, [&](float x) { return values(below.begin + x / stretch); });
         }
@@ -14468,12 +14531,12 @@ class compensated_echoes {
     /// divided into independent parts over that range, of the same total power. A steep surface would else look like stairs.
     ///
     /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
-    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 scatterer spacings is the correlation length of the field and k
+    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
     /// the phase a metre; far apart they are independent.
     template <class Value>
     INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, const Value& value) const {
         const kernel_sample here = kernels_.at(depth);
-        const float per_metre = 1 / square(0.632F * scatterer_spacing(frequency_)) + square(phase_per_metre_);
+        const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
         const float range =
             min(here.line_spacing * std::fabs(slope.x) + here.plane_thickness * std::fabs(slope.y), 3e-3F);
@@ -18375,6 +18438,7 @@ concept velocity_field = requires(const Field& field, object_id object, vec3 poi
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <cmath>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -18409,14 +18473,14 @@ struct moving_scatterers {
     Scattering at_rest{};             ///< at the first pulse
     const Field* field = nullptr;     ///< velocities
     pulse_train pulses{};             ///< their times
+    float piece = 0;                  ///< metres
     float from = 0;                   ///< those nearer to the probe are not needed, metres along the line
     std::uint32_t* current = nullptr; ///< receives the number in the train of the pulse that is emitted next
 
     /// See `scattering_field`.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
-        const float piece = 8 * spacing; // one wavelength
-        if (!(end - begin < 0x1p25F * spacing)) return;
+        if (!(end - begin < 0x1p25F * min(spacing, piece))) return;
         float resting_from = begin;
         const auto emit_resting = [&](float until) {
             *current = all_pulses;
@@ -18641,7 +18705,7 @@ void emit_ensemble(const line_task& task, const Model& model, view<const layer> 
     const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     std::uint32_t current = scatterers::all_pulses;
-    model.with_scattering(scatterers{model.scattering, &field, pulses, from, &current})
+    model.with_scattering(scatterers{model.scattering, &field, pulses, display_speed / line.frequency, from, &current})
         .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
     if (!surfaces_move) return;
     const auto no_speckle = model.with_scattering(no_scatterers{});

@@ -26,6 +26,7 @@ struct rough_echo {
 struct speckle_run {
     scatterer_echoes echoes{}; // without the amplitudes, which are gone after the call
     double power = 0;          // sum of their squares
+    double inner = 0;          // the same without the first and the last, which may be cut
 };
 
 /// Stands in place of an `echo_line` and records what a model emits.
@@ -42,11 +43,14 @@ struct recorder {
         rough->push_back({depth, amplitude, slope, value(0.0F), value(0.1e-3F)});
     }
     void scatterers(const scatterer_echoes& run) const {
-        double power = 0;
-        for (std::uint32_t i = 0; i < run.count; ++i)
-            power += static_cast<double>(run.real[i]) * run.real[i] +
-                     static_cast<double>(run.imaginary[i]) * run.imaginary[i];
-        speckle->push_back({run, power});
+        const auto power = [&](std::uint32_t i) {
+            return static_cast<double>(run.real[i]) * run.real[i] +
+                   static_cast<double>(run.imaginary[i]) * run.imaginary[i];
+        };
+        double inner = 0;
+        for (std::uint32_t i = 1; i + 1 < run.count; ++i) inner += power(i);
+        const double ends = power(0) + (run.count > 1 ? power(run.count - 1) : 0);
+        speckle->push_back({run, inner + ends, inner});
     }
 };
 

@@ -115,9 +115,9 @@ TEST_CASE("physical: speckle has the level of the medium's backscatter, after tr
         medium{.density = 1000, .sound_speed = 1500, .attenuation = 50, .backscatter = 0.5F},
         medium{.density = 1200, .sound_speed = 1600, .attenuation = 30, .backscatter = 2}};
     const std::array<layer, 2> two{layer{0, 10_mm, 0}, layer{10_mm, 40_mm, 1, 1}};
-    const double r = reflection(tissue[0], tissue[1]), sigma = 0.1e-3;
-    double power[2] = {}, metres[2] = {};
-    for (int i = 0; i < 60; ++i) {
+    const double r = reflection(tissue[0], tissue[1]), sigma = 0.1e-3, spacing = 1.25 * sigma;
+    double power[2] = {}, count[2] = {}, worst_end = 0;
+    for (int i = 0; i < 400; ++i) {
         const emitted found = emit(physical<>{},
                                    {.layers = two,
                                     .media = tissue,
@@ -125,11 +125,12 @@ TEST_CASE("physical: speckle has the level of the medium's backscatter, after tr
                                     .frame = {.origin = {0.9_mm * static_cast<float>(i), 0, 0}},
                                     .pulse_sigma = static_cast<float>(sigma)},
                                    30_mm);
+        const double border = 10e-3 * 1540 / 1500;
+        double first[2] = {1e9, 1e9}, last[2] = {};
         for (const speckle_run& run : found.speckle) {
             const scatterer_echoes& e = run.echoes;
-            const double border = 10e-3 * 1540 / 1500;
             // Slots reach across the border: a run of a single one there may belong to either layer.
-            const double middle = wide(e.depth) + 0.5 * wide(e.step) * e.count;
+            const double middle = wide(e.depth) + 0.5 * wide(e.step) * (e.count - 1.0);
             const std::size_t which = middle < border ? 0 : 1;
             const double stretch = 1540 / wide(tissue[which].sound_speed);
             const auto decibels = [&](double shown) {
@@ -145,18 +146,50 @@ TEST_CASE("physical: speckle has the level of the medium's backscatter, after tr
                       doctest::Approx(base * level(-decibels(wide(e.depth)))).epsilon(2e-3).scale(1e-30));
                 CHECK(wide(e.last_level) == doctest::Approx(base * level(-decibels(end))).epsilon(2e-3).scale(1e-30));
             }
-            power[which] += run.power;
-            metres[which] += e.count * wide(e.step);
+            power[which] += run.inner;
+            count[which] += e.count - 2.0;
+            first[which] = std::min(first[which], wide(e.depth) / spacing);
+            last[which] = std::max(last[which], (end - wide(e.step)) / spacing);
         }
+        // Each layer is full: its first and last scatterer lie within half a spacing of its surfaces.
+        for (const double apart : {first[0], last[0] - border / spacing, first[1] - border / spacing})
+            worst_end = std::max(worst_end, std::fabs(apart));
+        CHECK(last[1] >= 30e-3 / spacing - 0.5); // to the displayed depth
+        CHECK(last[1] < 30e-3 / spacing + 2);
     }
-    for (const std::size_t which : {0U, 1U}) { // power 1 for each slot, of c0 / (8 f0) in the medium
-        const double slot = 1540 / (8 * 5e6) * 1540 / wide(tissue[which].sound_speed);
-        CHECK(power[which] * slot / metres[which] == doctest::Approx(1).epsilon(0.02).scale(1e-30));
+    for (const std::size_t which : {0U, 1U})
+        CHECK(power[which] / count[which] == doctest::Approx(1).epsilon(0.02).scale(1e-30));
+    MESSAGE("first and last scatterers within ", worst_end, " spacings of the surfaces");
+    CHECK(worst_end < 0.51);
+}
+
+TEST_CASE("physical: the mean power of speckle is that of the tissue, in layers thinner than the spacing too") {
+    using namespace physical_law_test;
+    const std::array<medium, 2> tissue{medium{.density = 1000, .sound_speed = 1540},
+                                       medium{.density = 1000, .sound_speed = 1540, .backscatter = 1}};
+    constexpr double sigma = 0.1e-3;
+    constexpr int lines = 4000;
+    for (const double thickness : {0.02e-3, 0.1e-3, 0.3e-3, 1e-3}) {
+        double power = 0;
+        for (int i = 0; i < lines; ++i) {
+            const float begin = 10_mm + 0.0131_mm * static_cast<float>(i % 97);
+            const std::array<layer, 3> thin{layer{0, begin, 0},
+                                            layer{begin, begin + static_cast<float>(thickness), 1, 1},
+                                            layer{begin + static_cast<float>(thickness), 40_mm, 0}};
+            const emitted found = emit(physical<>{},
+                                       {.layers = thin,
+                                        .media = tissue,
+                                        .frequency = 5_MHz,
+                                        .frame = {.origin = {0.9_mm * static_cast<float>(i), 0, 0}},
+                                        .pulse_sigma = static_cast<float>(sigma)},
+                                       30_mm);
+            for (const speckle_run& run : found.speckle) power += run.power * std::pow(wide(run.echoes.first_level), 2);
+        }
+        // The pulse sums power over sqrt(pi) sigma.
+        const double expected = lines * std::pow(level(-55), 2) * thickness / (std::sqrt(pi_exact) * sigma);
+        MESSAGE("layer of ", 1e3 * thickness, " mm: power ", power / expected, " of that of the tissue");
+        CHECK(power == doctest::Approx(expected).epsilon(0.06).scale(1e-30));
     }
-    MESSAGE("speckle over ", 1e3 * metres[0] / 60, " mm, expected ", 15.4 / 1.5, ", and ", 1e3 * metres[1] / 60,
-            " mm, expected ", 30 - 15.4 / 1.5);
-    CHECK(std::fabs(metres[0] / 60 - 10e-3 * 1540 / 1500) < 0.2e-3);    // in whole slots
-    CHECK(std::fabs(metres[0] / 60 + metres[1] / 60 - 30e-3) < 0.5e-3); // to the displayed depth
 }
 
 TEST_CASE("physical: layers that begin beyond the displayed depth are skipped; equal media have no interface") {

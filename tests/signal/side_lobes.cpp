@@ -159,7 +159,7 @@ TEST_CASE("an anechoic sphere of 5 mm is filled by the side lobes as in a sum of
     MESSAGE("sphere of 5 mm, 30 mm deep, 7.5 MHz, F/2: ", found, " dB, expected ", expected,
             " (other simulation: -28.2)", "; without side lobes ", without);
     CHECK(std::fabs(found - expected) < 0.6);
-    CHECK(std::fabs(found + 28.2) < 0.5);
+    CHECK(std::fabs(found + 28.2) < 0.83); // 10 %
     CHECK(without < -40);
 }
 

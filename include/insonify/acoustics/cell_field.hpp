@@ -3,6 +3,9 @@
 
 #include <insonify/acoustics/structured_line.hpp>
 #include <insonify/core/error.hpp>
+#include <cfloat>
+#include <cmath>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -69,7 +72,8 @@ struct cell_field {
         }
     }
 
-    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
+    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume. Within the
+    /// few millimetres that a surface takes of it, the line counts as straight in tissue at rest.
     class surface_values {
       public:
         /// Of a line, which must outlive it; the spacing of scatterers is in metres.
@@ -78,25 +82,28 @@ struct cell_field {
 
         /// At a distance along the line, metres.
         INSONIFY_FN vec2 operator()(float distance) {
-            const detail::rest_line rest = field_.rest_at(line_, distance, spacing_);
+            if (!known_) {
+                rest_ = field_.rest_at(line_, distance, spacing_);
+                first_distance_ = distance;
+            }
+            detail::rest_line rest = rest_;
+            rest.origin += (distance - first_distance_) * rest.along;
             const double slab = std::floor(static_cast<double>(detail::view_slabs::position(rest.origin)));
             if (!known_ || slab != slab_) { // points of one slab have one layout
                 cells_ = detail::make_cell_layout(field_.seed, field_.cell, line_, rest, slab, spacing_);
                 known_ = true;
                 slab_ = slab;
                 origin_ = distance;
+                first_ = INT64_MAX;
             }
-            const double from_origin = static_cast<double>(distance - origin_) * cells_.slots_per_metre;
-            const double slot = cells_.slot + from_origin, below = std::floor(slot);
+            const double slot = cells_.slot + static_cast<double>(distance - origin_) * cells_.slots_per_metre,
+                         below = std::floor(slot);
+            const auto number = static_cast<std::int64_t>(below);
+            if (number < first_ || number - first_ > room - 2) compute_from(number);
+            const auto i = static_cast<std::size_t>(number - first_);
             const auto weight = static_cast<float>(slot - below);
-            // Of the slots below and above, and of two more that are not used.
-            const complex_lanes<4> both =
-                cells_.template values<4, true>(static_cast<std::uint32_t>(static_cast<std::int64_t>(below)),
-                                                lanes<4>(static_cast<float>(from_origin)), field_.numbers);
-            float real[4], imaginary[4];
-            store(both.real, real);
-            store(both.imaginary, imaginary);
-            const vec2 sum = (1 - weight) * vec2{real[0], imaginary[0]} + weight * vec2{real[1], imaginary[1]};
+            const vec2 sum =
+                (1 - weight) * vec2{real_[i], imaginary_[i]} + weight * vec2{real_[i + 1], imaginary_[i + 1]};
             return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
         }
 
@@ -105,9 +112,25 @@ struct cell_field {
         const material_line& line_;
         float spacing_;
         bool known_ = false;
+        detail::rest_line rest_{};
+        float first_distance_ = 0; // its origin, metres along the line
         double slab_ = 0;
         float origin_ = 0; // of the layout, metres along the line
         detail::cell_layout cells_{};
+        // Values are computed for some slots at a time: points follow each other closely.
+        static constexpr int room = max_simd_width > 4 ? max_simd_width : 4;
+        std::int64_t first_ = 0;
+        float real_[room] = {}, imaginary_[room] = {};
+
+        INSONIFY_FN void compute_from(std::int64_t slot) {
+            first_ = slot;
+            const auto offset = static_cast<float>(static_cast<double>(slot) + 0.5 - cells_.slot);
+            const complex_lanes<room> some = cells_.template values<room, true>(
+                static_cast<std::uint32_t>(slot), floats_of<room>(steps_of_bits<room>(0, 1)) + lanes<room>(offset),
+                field_.numbers);
+            store(some.real, real_);
+            store(some.imaginary, imaginary_);
+        }
     };
     /// The value of the field at one point: see `surface_values`.
     INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
@@ -117,7 +140,7 @@ struct cell_field {
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
   private:
-    static constexpr std::uint32_t run_length = 256;
+    static constexpr std::uint32_t run_length = 96;
 
     // The line in tissue at rest, straight as it is at a distance along it.
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
@@ -130,7 +153,7 @@ struct cell_field {
     }
 
     // End of the piece of a line that begins at `from`, which is `first` at rest. In tissue at rest the piece bends by less than
-    // the spacing of the scatterers.
+    // a sixteenth of the spacing of scatterers.
     INSONIFY_FN static float piece_end(const material_line& line, float from, float end, vec3 first, float spacing) {
         const float straight = line.displacement->straight_length / length(line.along);
         for (int parts = 4; parts > 1; parts /= 2) {
@@ -141,7 +164,7 @@ struct cell_field {
             for (int i = 1; i < parts && !bends; ++i) {
                 const auto number = static_cast<float>(i);
                 const vec3 aside = line.displacement->rest(line.at(from + number * straight)) - first - number * part;
-                bends = dot(aside, aside) > spacing * spacing;
+                bends = 256 * dot(aside, aside) > spacing * spacing;
             }
             if (!bends) return to;
         }
@@ -176,26 +199,44 @@ struct cell_field {
         const double position = static_cast<double>(detail::view_slabs::position(segment.origin));
         const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(segment.along));
         const bool ascending = slabs_per_metre > 0;
-        double slab = std::floor(position);
-        for (float from = begin; from < end; slab += ascending ? 1 : -1) {
+        const auto end_of = [&](double slab, float from) {
+            if (!(std::fabs(slabs_per_metre) > 1e-3)) return end;
             const double border = slab + (ascending ? 1 : 0);
-            float to = end;
-            if (std::fabs(slabs_per_metre) > 1e-3)
-                to = clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
-                           end);
+            return clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
+                         end);
+        };
+        const auto layout_at = [&](float from, double slab) {
             detail::rest_line rest = segment;
             rest.origin += (from - begin) * segment.along;
-            if (to > from)
-                scatter_slab(detail::make_cell_layout(seed, cell, line, rest, slab, spacing), structure, from, to,
-                             emit);
+            return detail::make_cell_layout(seed, cell, line, rest, slab, spacing);
+        };
+        // Where slots are of one layout in one layer, metres along the line.
+        vec2 whole = line.surfaces.x < line.surfaces.y ? line.surfaces : vec2{-FLT_MAX, FLT_MAX};
+        const float surface = whole.y;
+        double slab = std::floor(position);
+        detail::cell_layout cells{};
+        for (float from = begin, to = begin;; slab += ascending ? 1 : -1) { // from the slab before to the next one
+            const bool last = !(to < end);
+            const detail::cell_layout next = last ? cells : layout_at(to, slab);
+            const bool divided = next.key != cells.key;
+            whole.y = divided ? to : surface;
+            if (to > from) scatter_slab(cells, structure, from, to, whole, emit);
+            if (last) return;
+            if (divided && to > begin) whole.x = to;
+            cells = next;
             from = to;
+            to = end_of(slab, from);
         }
     }
 
     template <class Emit>
     INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line* structure, float begin,
-                                  float end, Emit&& emit) const {
-        const double from = cells.slot, to = from + static_cast<double>(end - begin) * cells.slots_per_metre;
+                                  float end, vec2 whole, Emit&& emit) const {
+        const double from = cells.slot;
+        const auto slot_at = [&](float distance) {
+            return from + static_cast<double>(distance - begin) * cells.slots_per_metre;
+        };
+        const double to = slot_at(end), whole_begin = slot_at(whole.x), whole_end = slot_at(whole.y);
         const auto first_slot = static_cast<std::int64_t>(std::floor(from));
         const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
         float real[run_length], imaginary[run_length];
@@ -215,13 +256,18 @@ struct cell_field {
             if (structure != nullptr)
                 structure->apply(begin + static_cast<float>(offset / cells.slots_per_metre),
                                  static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
-            // A slot cut by a border is weighted by the fraction inside.
-            const auto weight = [&](std::uint32_t i, double fraction) {
-                real[i] *= static_cast<float>(fraction);
-                imaginary[i] *= static_cast<float>(fraction);
+            // A slot that is cut is weighted by its part inside, so that its parts add up to it; where other scatterers follow, at
+            // a surface or in another layout, by the root of that, which keeps the power.
+            const auto weight = [&](std::uint32_t i) {
+                const double own = static_cast<double>(slot + i),
+                             inside = std::fmin(to, own + 1) - std::fmax(from, own),
+                             left = std::fmin(whole_end, own + 1) - std::fmax(whole_begin, own);
+                const auto factor = static_cast<float>(left < 1 ? inside / std::sqrt(std::fmax(left, 1e-12)) : inside);
+                real[i] *= factor;
+                imaginary[i] *= factor;
             };
-            if (slot == first_slot) weight(0, static_cast<double>(first_slot) + 1 - from);
-            if (slot + count == end_slot) weight(count - 1, 1 - (static_cast<double>(end_slot) - to));
+            if (slot == first_slot) weight(0);
+            if (slot + count == end_slot && end_slot > first_slot + 1) weight(count - 1);
             emit(scatterer_run{.first = begin + static_cast<float>(offset / cells.slots_per_metre),
                                .step = static_cast<float>(1 / cells.slots_per_metre),
                                .count = count,

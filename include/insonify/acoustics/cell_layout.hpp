@@ -27,6 +27,7 @@ struct cell_layout {
     float volume = 0;            ///< of a cell, m^3
     float scatterer_density = 0; ///< of the medium, per m^3
     vec2 slope{0, 0};            ///< see `scatterer_run`
+    float level = 1;             ///< root of the slots' length along the segment over their spacing
 
     /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice plane,
     /// and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
@@ -40,12 +41,14 @@ struct cell_layout {
         using floats = lanes<N>;
         using bits = bit_lanes<N>;
         constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
+        // Its upper and its lower half displace the cells of each slot. From slot to slot the upper one grows by the golden
+        // section, so that the few slots of a pulse cut cells in places that are spread evenly.
         const bits slot_hash = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
-        const bits jitter = mix_lanes<N>(slot_hash); // displaces the cells of each slot: 16 bits for each axis
         const floats one(1.0F), to_cells(0x1p-16F);
         const floats x =
-            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(jitter & 0xFFFFU) * to_cells;
-        const floats y = floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(jitter >> 16) * to_cells;
+            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(slot_hash >> 16) * to_cells;
+        const floats y =
+            floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(slot_hash & 0xFFFFU) * to_cells;
         const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
         const floats past_column = x - floats_of<N>(column), upper = y - floats_of<N>(row), lower = one - upper;
         const floats left = lateral_weight<N, Linear>(past_column),
@@ -56,8 +59,7 @@ struct cell_layout {
                                c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
                                d = numbers.template operator()<N>(index + (next_column + next_row), volume,
                                                                   scatterer_density);
-        const floats scale =
-            Linear ? unit_power_scale<N>(past_column) * unit_power_scale<N>(upper) : unit_power_scale<N>(upper);
+        const floats scale = (Linear ? unit_power_scale<N>(past_column) : floats(level)) * unit_power_scale<N>(upper);
         return {
             (lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
             (lower * (left * a.imaginary + right * b.imaginary) + upper * (left * c.imaginary + right * d.imaginary)) *
@@ -112,6 +114,7 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     cells.key = mix_bits(mix_bits(object_hash ^ lattice_index(towards)) ^ lattice_index(upwards));
     cells.volume = spacing / (to_cells.x * to_cells.y);
     cells.scatterer_density = line.scatterer_density;
+    cells.level = std::sqrt(length(segment.along) / advance);
     cells.slope = vec2{dot(segment.lateral, view), dot(segment.elevation, view)} / -advance;
     return cells;
 }

@@ -110,19 +110,23 @@ class echo_line {
                          float scale, float ratio) const {
         constexpr int width = max_simd_width;
         using floats = lanes<width>;
-        const vec2 step_factor = ratio * phase(step);
-        float powers[2][width];
-        vec2 power = scale * phase(depth);
-        for (int i = 0; i < width; ++i) {
-            powers[0][i] = power.x;
-            powers[1][i] = power.y;
-            power = product(power, step_factor);
+        // Of the first register, and the factor from each register to the next.
+        float carrier[2][width];
+        const vec2 first_carrier = scale * phase(depth);
+        carrier[0][0] = first_carrier.x;
+        carrier[1][0] = first_carrier.y;
+        vec2 factor = ratio * phase(step);
+        for (int known = 1; known < width; known *= 2) {
+            for (int i = 0; i < known; ++i) {
+                const vec2 next = product({carrier[0][i], carrier[1][i]}, factor);
+                carrier[0][known + i] = next.x;
+                carrier[1][known + i] = next.y;
+            }
+            factor = product(factor, factor);
         }
-        vec2 block_factor = step_factor;
-        for (int i = 1; i < width; i *= 2) block_factor = product(block_factor, block_factor);
-        floats carrier_x = load<width>(powers[0]), carrier_y = load<width>(powers[1]);
+        floats carrier_x = load<width>(carrier[0]), carrier_y = load<width>(carrier[1]);
         const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
-        const floats factor_x(block_factor.x), factor_y(block_factor.y), one(1.0F);
+        const floats factor_x(factor.x), factor_y(factor.y), one(1.0F);
         for (std::uint32_t first = 0; first < count; first += width) {
             const floats x = load_some(real + first, count - first), y = load_some(imaginary + first, count - first);
             const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;

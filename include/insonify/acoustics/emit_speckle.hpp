@@ -19,7 +19,8 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     const float displayed = displayed_stretch(model.timing, m);
     const float loss = path.refraction.length_factor * model.attenuation(m, line.frequency);
     const float sigma = sigma_of(line);
-    const float slot = min(scatterer_spacing(line.frequency), 0.5F * sigma / displayed); // shorter in slow media
+    float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
+    if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
     // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
     const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
     float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
@@ -37,13 +38,13 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     within.height = line.aperture.height;
     within.plane = line.plane;
     within.tilt = line.frame.tilt;
+    within.surfaces = {here.begin, here.end};
     within.frame_number = m.flowing ? line.frame_number : 0;
     within.displacement = line.displacement(here.place);
     within.steering = place.local_direction(line.frame.steering);
     if (!m.structure.empty() && here.place < line.structures.size() && line.structures[here.place].of == m.structure) {
         within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
         within.structure = &line.structures[here.place];
-        within.surfaces = {here.begin, here.end};
         within.own_surfaces = here.own_surfaces;
         level /= within.structure->rms(within.fnumber);
     }

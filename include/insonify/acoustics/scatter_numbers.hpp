@@ -22,14 +22,14 @@ struct gaussian_numbers {
     /// @param index  hashes of the cells
     template <int N>
     INSONIFY_FN INSONIFY_INLINE complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
-        // Each part is the sum of two uniform 8-bit numbers, with mean 0 and variance 1/2; interpolation and
+        // Each part is the sum of four uniform 4-bit numbers, with mean 0 and variance 1/2; interpolation and
         // convolution make the distribution Gaussian. Both sums are computed at once, in the halves of a word.
-        constexpr float scale = 0.0067658736F; // sqrt(1/2) / sqrt(2 (256^2 - 1) / 12)
-        constexpr std::uint32_t bytes = 0x00FF00FFU;
-        const bit_lanes<N> bits = mix_lanes<N>(index);
-        const bit_lanes<N> sums = (bits & bytes) + ((bits >> 8) & bytes);
+        constexpr float scale = 0.076696499F; // sqrt(1/2) / sqrt(4 (16^2 - 1) / 12)
+        constexpr std::uint32_t nibbles = 0x0F0F0F0FU, bytes = 0x00FF00FFU;
+        const bit_lanes<N> bits = mix_lanes<N>(index), pairs = (bits & nibbles) + ((bits >> 4) & nibbles),
+                           sums = (pairs & bytes) + ((pairs >> 8) & bytes);
         const auto part = [&](const bit_lanes<N>& sum) {
-            return multiply_add(floats_of<N>(sum), lanes<N>(scale), lanes<N>(-255 * scale));
+            return multiply_add(floats_of<N>(sum), lanes<N>(scale), lanes<N>(-30 * scale));
         };
         return {part(sums & 0xFFFFU), part(sums >> 16)};
     }

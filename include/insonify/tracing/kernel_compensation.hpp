@@ -2,6 +2,7 @@
 #define INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
 
 #include <insonify/acoustics/echo_line.hpp>
+#include <insonify/acoustics/roughness.hpp>
 #include <insonify/acoustics/scattering.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/tracing/curved_kernel.hpp>
@@ -131,12 +132,12 @@ class compensated_echoes {
     /// divided into independent parts over that range, of the same total power. A steep surface would else look like stairs.
     ///
     /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
-    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 scatterer spacings is the correlation length of the field and k
+    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
     /// the phase a metre; far apart they are independent.
     template <class Value>
     INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, const Value& value) const {
         const kernel_sample here = kernels_.at(depth);
-        const float per_metre = 1 / square(0.632F * scatterer_spacing(frequency_)) + square(phase_per_metre_);
+        const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
         const float range =
             min(here.line_spacing * std::fabs(slope.x) + here.plane_thickness * std::fabs(slope.y), 3e-3F);

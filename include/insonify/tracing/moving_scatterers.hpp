@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/scattering.hpp>
 #include <insonify/scene/velocity_field.hpp>
+#include <cmath>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -37,14 +38,14 @@ struct moving_scatterers {
     Scattering at_rest{};             ///< at the first pulse
     const Field* field = nullptr;     ///< velocities
     pulse_train pulses{};             ///< their times
+    float piece = 0;                  ///< metres
     float from = 0;                   ///< those nearer to the probe are not needed, metres along the line
     std::uint32_t* current = nullptr; ///< receives the number in the train of the pulse that is emitted next
 
     /// See `scattering_field`.
     template <class Emit>
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
-        const float piece = 8 * spacing; // one wavelength
-        if (!(end - begin < 0x1p25F * spacing)) return;
+        if (!(end - begin < 0x1p25F * min(spacing, piece))) return;
         float resting_from = begin;
         const auto emit_resting = [&](float until) {
             *current = all_pulses;

@@ -61,7 +61,7 @@ void emit_ensemble(const line_task& task, const Model& model, view<const layer> 
     const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     std::uint32_t current = scatterers::all_pulses;
-    model.with_scattering(scatterers{model.scattering, &field, pulses, from, &current})
+    model.with_scattering(scatterers{model.scattering, &field, pulses, display_speed / line.frequency, from, &current})
         .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
     if (!surfaces_move) return;
     const auto no_speckle = model.with_scattering(no_scatterers{});
