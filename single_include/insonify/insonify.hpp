@@ -3470,7 +3470,8 @@ class sheath_gains {
             return static_cast<std::uint32_t>(clamp((distance - first) / step, 0, static_cast<float>(count)));
         };
         if (!(begin_ < end_)) return;
-        const std::uint32_t from = slot(begin_) / max_simd_width * max_simd_width, to = slot(end_ + step);
+        const std::uint32_t from = slot(begin_) / max_simd_width * max_simd_width,
+                            to = slot(end_ + 1.5F * step); // past the slot that the end cuts
         if (from >= to) return;
         if (!prepared_) prepare();
         const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
