@@ -186,3 +186,18 @@ TEST_CASE("structure: a sheath lies below the surface, 0.7 to 1.5 mm thick, and 
     MESSAGE("loss by the tilt: " << below[21] - tilted[21] << " dB, expected about " << -20 * std::log10(echo));
     CHECK(std::fabs(below[21] - tilted[21] + 20 * std::log10(echo)) < 1);
 }
+
+TEST_CASE("structure: the scatterer whose slot a surface cuts is in the sheath, wherever it stands in a register") {
+    const structure::sheath_layer sheath{.thickness = 1_mm};
+    const float surface = 3.27_mm; // in the slot around 3.3 mm
+    const auto gain_of_last = [&](std::uint32_t count) {
+        std::vector<float> real(64, 1.0F), imaginary(64, 1.0F);
+        detail::sheath_gains{sheath, {0, 0, 0}, {0, 0, 1}, structure_test::fnumber, 5, surface, surface, -1}.apply(
+            3.3_mm - 0.1_mm * static_cast<float>(count - 1), 0.1_mm, count, real.data(), imaginary.data());
+        return real[count - 1];
+    };
+    const float alone = gain_of_last(1);
+    CHECK(alone > 1.5F);
+    for (std::uint32_t count = 2; count <= 33; ++count)
+        CHECK(gain_of_last(count) == doctest::Approx(alone).epsilon(1e-3));
+}
