@@ -102,20 +102,19 @@ void measure_rays(table& into, const std::string& name, const mesh& m, const std
 // The lines of `fan_rays`, frame by frame, each cut at once.
 void cut_fans(detail::slice_finder& finder, const scene_view& flat, const std::vector<ray>& rays, std::uint32_t lines,
               std::vector<std::vector<crossing>>& found) {
-    const float in_plane = 0;
-    const view<const float> planes{&in_plane, 1};
+    const elevation_plane middle{};
+    const view<const elevation_plane> planes{&middle, 1};
     detail::slice_finder::block_crossings own;
+    std::vector<crossing> room(4096);
     for (std::uint32_t fan = 0; fan * lines < rays.size(); ++fan) {
-        finder.choose(flat, probe_pose(fan), planes, true);
-        finder.cut(exec::unseq, flat, probe_pose(fan), planes, 300_mm);
+        finder.choose(flat, probe_pose(fan), planes, true, 1);
+        finder.cut(exec::unseq, flat, probe_pose(fan), planes, 300_mm, false);
         for (std::uint32_t line = 0; line < lines; ++line) {
             if (line % detail::slice_finder::block == 0) finder.find_block(line, own);
-            std::vector<crossing>& of_line = found[fan * lines + line];
-            of_line.resize(4096);
-            line_crossings sorted{.room = view<crossing>{of_line}};
+            line_crossings sorted{.room = view<crossing>{room}};
             finder.view_of(own).find(line, 0, [&](const crossing& one) { sorted.add(one); });
             sorted.sort();
-            of_line.resize(sorted.count);
+            found[fan * lines + line].assign(room.begin(), room.begin() + static_cast<std::ptrdiff_t>(sorted.count));
         }
     }
 }
