@@ -216,12 +216,11 @@ void check_targets(quality_table& table, const std::vector<scan_lines>& slices, 
         const vec2 depths = depth + radius * vec2{-1, 1};
         const speckle inside = speckle_in(slices, probe, tissue::tmm_low, depths, in_target);
         const speckle beside = speckle_in(slices, probe, tissue::tmm_low, depths, in_none);
-        // Four standard errors of the mean over all resolution cells, each of area 2 pi sigma_x sigma_z: of two dozen values
-        // with bounds of three, one in fifteen phantoms would have one out.
+        // Three standard errors of the mean over all resolution cells, each of area 2 pi sigma_x sigma_z.
         const float cell = 2 * pi * beam.lateral_sigma(depth) * nominal_pulse(probe).sigma_z(probe.frequency);
         const float cells = pi * radius * radius / cell * static_cast<float>(slices.size());
         table.within("target " + text("%g mm deep, dB", scale * target.centre.y / 1_mm),
-                     inside.level() - beside.level(), static_cast<float>(target.level_db), 17.4F / std::sqrt(cells));
+                     inside.level() - beside.level(), static_cast<float>(target.level_db), 13 / std::sqrt(cells));
     }
 }
 
