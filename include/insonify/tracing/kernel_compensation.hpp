@@ -3,7 +3,6 @@
 
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/roughness.hpp>
-#include <insonify/acoustics/scattering.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/tracing/curved_kernel.hpp>
 #include <cstddef>
