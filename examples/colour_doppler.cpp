@@ -109,7 +109,9 @@ int main() {
     };
 
     const linear_array probe{.lines = 128, .width = 38_mm, .frequency = 6_MHz, .focus = 18_mm};
-    b_mode_settings grey{.depth = 36_mm, .size = {190, 0}};
+    b_mode_settings grey = presets::settings_for(probe);
+    grey.depth = 36_mm;
+    grey.size = {190, 0};
     doppler_settings colour{.depth = grey.depth, .prf = 5_kHz, .ensemble = 10, .wall = {.order = 1}};
     const scan_map map = make_scan_map(exec::par, probe, {.depth = grey.depth}, {.size = grey.size});
     colour_image strip{{frames * (map.size.x + 6), 2 * (map.size.y + 6)}};

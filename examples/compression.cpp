@@ -133,6 +133,11 @@ struct view_of_vessels {
 
 class examination_of_groin {
   public:
+    examination_of_groin() {
+        settings_.depth = 33_mm;
+        settings_.size = {190, 0};
+    }
+
     /// @param depth  of the face in the body at rest, metres
     view_of_vessels at(float depth, float time) {
         const pose face{.translation = {0, 0, depth}};
@@ -179,7 +184,7 @@ class examination_of_groin {
   private:
     groin own_{};
     linear_array probe_ = presets::nerve_block.probe;
-    b_mode_settings settings_{.depth = 33_mm, .size = {190, 0}, .tgc = 0.85_dB_per_cm};
+    b_mode_settings settings_ = presets::nerve_block.settings;
     colour_box box_{.from = 6_mm, .to = 25_mm, .first_line = 40, .lines = 180};
     pulsatile beat_{.heart_rate = heart_rate, .resistive_index = 0.85F};
     b_mode_workspace<linear_array> drawing_{};

@@ -14,7 +14,9 @@ int main() {
         scene body{tissue::fat};
         body.add(make_box({-40_mm, -15_mm, 6_mm}, {40_mm, 15_mm, 42_mm}), tissue::muscle, {.fibres = fibres});
         body.build(exec::par);
-        return b_mode(exec::par_unseq, body, probe, pose{}, {.depth = 40_mm, .size = {0, height}, .reference_db = -30});
+        b_mode_settings settings = presets::settings_for(probe);
+        settings.size = {0, height};
+        return b_mode(exec::par_unseq, body, probe, pose{}, settings);
     };
     const image straight = picture_of({1, 0, 0}), curved = picture_of([](vec3 p) {
                                                       return vec3{p.z + 40_mm, 0, -p.x};

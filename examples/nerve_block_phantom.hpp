@@ -174,23 +174,6 @@ inline insonify::scene nerve_block_phantom() {
     body.add(make_layer(29_mm, lower_muscle_top, below(49_mm)), tissue::muscle,
              {.name = "lower muscle", .fibres = {1, 0, -0.13F}});
 
-    const auto add_fat_fascia = [&](float thickness, const auto& middle) {
-        body.add(make_layer(
-                     29.5_mm, [&](float x, float y) { return middle(x, y) - 0.5F * thickness; },
-                     [&](float x, float y) { return middle(x, y) + 0.5F * thickness; }),
-                 tissue::fascia, {.name = "superficial fascia"});
-    };
-    add_fat_fascia(0.3_mm, [](float x, float y) {
-        return 2.2_mm + 3.2_mm * step(x, 1_mm, 8_mm) + 0.15_mm * wave(x, y, 16_mm, 40_mm, 0.4F);
-    });
-    add_fat_fascia(0.35_mm, [](float x, float y) {
-        return 5.6_mm - 1.7_mm * step(x, 8_mm, 6_mm) + 0.2_mm * wave(x, y, 24_mm, 50_mm, 0.9F);
-    });
-    add_fat_fascia(0.3_mm, [](float x, float y) {
-        return 6.5_mm - 0.8_mm * step(x, -10_mm, 3_mm) + 1.3_mm * step(x, 5_mm, 6_mm) +
-               0.15_mm * wave(x, y, 18_mm, 60_mm, 0.3F);
-    });
-
     const auto add_vessel = [&](const cord& lumen, float wall, const std::string& name) {
         cord outer = lumen;
         outer.radii += wall;

@@ -178,11 +178,12 @@ void run(const simulate_options& chosen, const Probe& probe) {
         "noise", [&](const auto& policy) { return add_noise(policy, combined, make_noise(policy, combined.size)); });
     write("blur", [&](const auto& policy) { return radial_blur(policy, noisy, probe, map); });
     const float tgc = chosen.tgc ? *chosen.tgc * 1_dB_per_cm : phantom ? nerve_block::settings.tgc : 0;
-    const b_mode_settings settings{.depth = depth,
-                                   .size = size,
-                                   .tgc = tgc,
-                                   .planes = chosen.planes,
-                                   .compound = {.angles = chosen.looks, .spread = 16_deg}};
+    b_mode_settings settings = presets::settings_for(probe);
+    settings.depth = depth;
+    settings.size = size;
+    settings.tgc = tgc;
+    settings.planes = chosen.planes;
+    settings.compound.angles = chosen.looks;
     write("b_mode", [&](const auto& policy) { return b_mode(policy, body, probe, at, settings); });
 
     std::printf(

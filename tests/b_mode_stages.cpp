@@ -4,6 +4,8 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
 
@@ -32,15 +34,17 @@ template <class Probe>
 image by_stages(const scene& body, const Probe& probe, const pose& at, const b_mode_settings& knobs,
                 persistence& fading) {
     const auto policy = exec::par_unseq;
-    const refined fine{probe, rays_per_line(probe, knobs.depth)};
+    const refined fine{probe, rays_per_line(probe, knobs.depth)},
+        traced{probe, knobs.interpolates_lines ? min(rays_per_line(probe, knobs.depth, 0.25F), fine.rays) : fine.rays};
     const pulse sent = nominal_pulse(probe);
-    iq_lines echoes = trace(policy, body, fine, at, physical{},
+    iq_lines echoes = trace(policy, body, traced, at, physical{},
                             {.depth = knobs.depth,
                              .samples = samples_for(knobs.depth, sent.sigma_z(probe.frequency)),
                              .planes = knobs.planes,
                              .frame = knobs.frame});
-    echoes = add_near_field(policy, std::move(echoes), body, fine, at, knobs.near_field);
-    echoes = convolve(policy, std::move(echoes), sent, fine);
+    echoes = add_near_field(policy, std::move(echoes), body, traced, at, knobs.near_field);
+    echoes = convolve(policy, std::move(echoes), sent, traced);
+    if (traced.lines != fine.lines) echoes = resample_lines(policy, echoes, traced, fine);
     echoes = add_electronic_noise(policy, std::move(echoes),
                                   {.level_db = knobs.noise.level_db, .seed = knobs.noise.seed, .frame = knobs.frame});
     scan_lines lines =
@@ -97,6 +101,11 @@ TEST_CASE("b_mode: the stages by hand draw the same picture to the bit, whatever
     turn("near_field", [](b_mode_settings& s) { s.near_field = {.shown = near_field_settings::lines::all}; });
     turn(
         "persistence", [](b_mode_settings& s) { s.persistence = 0.6F; }, false); // one frame has no past
+
+    b_mode_settings sparse = usual;
+    sparse.interpolates_lines = true;
+    compare("interpolates_lines", sparse, probe, false); // the beam needs more lines than the probe has
+    compare("interpolates_lines", sparse, linear_array{.lines = 160, .width = 30_mm, .frequency = 6_MHz, .fnumber = 3});
 
     const b_mode_settings all{.depth = 35_mm,
                               .size = {200, 120},
@@ -233,6 +242,54 @@ TEST_CASE("rays_per_line: more lines never trace fewer lines in all, and 192 no 
     CHECK(std::fabs(traced - std::ceil(needed)) < 0.1F);
     const convex_array sector{.lines = 48};
     CHECK(rays_per_line(sector, 120_mm) >= 1);
+    const linear_array many{.lines = 400, .width = 38_mm, .frequency = 7.5_MHz};
+    CHECK(std::fabs(400 * rays_per_line(many, 40_mm, 0.25F) - std::ceil(needed)) < 0.1F);
+}
+
+// Of speckle on lines that are all traced, and on lines of which some are interpolated.
+TEST_CASE("b_mode: interpolated lines have the level, the distribution and the width of traced ones") {
+    medium even = tissue::liver;
+    even.structure = {};
+    even.attenuation = 0;
+    const scene body = scene{even}.build(exec::par);
+    const linear_array probe{.lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .fnumber = 2.5F};
+    physical field;
+    field.scattering.cell = 0.3_mm;
+    const auto measure = [&](bool interpolates) {
+        scanner machine{probe, b_mode_settings{.depth = 40_mm, .planes = 1, .interpolates_lines = interpolates}, field};
+        double power = 0, squares = 0, products = 0, count = 0;
+        for (int slice = 0; slice < 12; ++slice) {
+            machine.scan(exec::par_unseq, body, {.translation = {0, 3_mm * static_cast<float>(slice), 0}});
+            const iq_lines& echoes = machine.echoes();
+            CHECK(echoes.count == 256);
+            for (std::uint32_t line = 20; line < 230; ++line)
+                for (std::uint32_t k = echoes.samples * 3 / 8; k < echoes.samples * 5 / 8; ++k) {
+                    const double here = static_cast<double>(dot(echoes(line, k), echoes(line, k)));
+                    power += here;
+                    squares += here * here;
+                    products += static_cast<double>(dot(echoes(line, k), echoes(line + 3, k)));
+                    ++count;
+                }
+        }
+        return std::array{10 * std::log10(power / count), squares / count / (power / count * power / count),
+                          products / power};
+    };
+    const beam_model beam = beam_of(probe, 40_mm);
+    double width = 0; // mean over the depths of the correlation between lines
+    for (int i = 0; i < 50; ++i) {
+        const double sigma = static_cast<double>(beam.lateral_sigma(15_mm + 0.2_mm * (static_cast<float>(i) + 0.5F))),
+                     apart = 3 * 38e-3 / 256;
+        width += std::exp(-apart * apart / (4 * sigma * sigma)) / 50;
+    }
+    const std::array traced = measure(false), interpolated = measure(true);
+    MESSAGE("level ", traced[0], " and ", interpolated[0], " dB; mean square of the power ", traced[1], " and ",
+            interpolated[1], ", expected 2; correlation over three lines ", traced[2], " and ", interpolated[2],
+            ", expected ", width);
+    for (const auto& found : {traced, interpolated}) {
+        CHECK(std::fabs(found[0] - traced[0]) < 0.2);
+        CHECK(std::fabs(found[1] - 2) < 0.1);
+        CHECK(std::fabs(found[2] - width) < 0.02);
+    }
 }
 
 } // namespace b_mode_stages_test

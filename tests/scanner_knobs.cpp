@@ -38,7 +38,7 @@ struct dice {
     }
 };
 
-constexpr std::uint32_t knobs = 34;
+constexpr std::uint32_t knobs = 35;
 
 // Turns one knob to a random place.
 template <class Probe>
@@ -148,6 +148,9 @@ void turn(std::uint32_t knob, dice& random, scanner<Probe>& machine, pose& at, s
     case 32:
         body.place(vessel, {.translation = {random(-3_mm, 3_mm), 0, random(0, 3_mm)}});
         body.update(exec::par);
+        break;
+    case 33:
+        s.interpolates_lines = !s.interpolates_lines;
         break;
     default:
         if constexpr (requires { p.width; })

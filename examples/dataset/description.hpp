@@ -74,7 +74,7 @@ struct description {
     range depth{40, 40};
     range focus{15, 25};
     range gain{0, 0}; ///< dB
-    range dynamic_range{60, 60};
+    range dynamic_range{85, 85};
     range noise{-135, -135}; ///< dB
     range media{1, 1};       ///< factor of attenuation and backscatter, each medium by itself
 

@@ -35,14 +35,16 @@ Probe with_settings(Probe probe, const description& d, const sample& s) {
 template <transducer Probe>
 record render(const Probe& probe, const description& d, const anatomies& all, const sample& s) {
     const auto [body, at] = all.make(probe, d, s);
-    const b_mode_settings how{.depth = s.depth * 1_mm,
-                              .size = {d.size, d.size},
-                              .dynamic_range_db = s.dynamic_range,
-                              .gain_db = s.gain,
-                              .planes = d.planes,
-                              .noise = {.level_db = s.noise, .seed = s.seed},
-                              .frame = s.number,
-                              .compound = {.angles = d.looks, .spread = 10_deg}};
+    b_mode_settings how = presets::settings_for(probe);
+    how.depth = s.depth * 1_mm;
+    how.size = {d.size, d.size};
+    how.dynamic_range_db = s.dynamic_range;
+    how.gain_db = s.gain;
+    how.tgc = 0;
+    how.planes = d.planes;
+    how.noise = {.level_db = s.noise, .seed = s.seed};
+    how.frame = s.number;
+    how.compound.angles = d.looks;
     scanner machine{probe, how};
     const image& picture = machine.scan(exec::unseq, body, at);
     // About one sample for each row of the image, so that no surface falls between two.

@@ -20,16 +20,18 @@ struct examination_preset {
     float scale; ///< of Doppler, m/s
 };
 
+inline constexpr grey_map hard_grey{
+    .contrast = 0.2F, .reject = 0.4F, .shoulder = 0.55F, .softness = 0.1F}; ///< tissue fainter, vessels black
 inline constexpr examination_preset presets_of_session[] = {
-    {"Nerve", 40_mm, 7.5_MHz, 18_mm, 0, 60, {}, 3, 0.2F, 0.2F},
-    {"Vessel", 40_mm, 7.5_MHz, 18_mm, -3, 50, {.gamma = 1.15F, .contrast = 0.2F}, 3, 0.3F, 0.3F},
-    {"Musculoskeletal", 45_mm, 9_MHz, 20_mm, 2, 65, {.gamma = 0.95F}, 5, 0.3F, 0.15F},
-    {"Abdomen", 90_mm, 4.5_MHz, 50_mm, 4, 60, {.contrast = 0.15F}, 3, 0.4F, 0.4F},
-    {"Skin", 20_mm, 11_MHz, 8_mm, 0, 60, {}, 3, 0.1F, 0.1F}};
+    {"Nerve", 40_mm, 7.5_MHz, 18_mm, 0, 85, presets::clinical_grey, 3, 0.2F, 0.2F},
+    {"Vessel", 40_mm, 7.5_MHz, 18_mm, -3, 75, hard_grey, 3, 0.3F, 0.3F},
+    {"Musculoskeletal", 45_mm, 9_MHz, 20_mm, 2, 90, presets::clinical_grey, 5, 0.3F, 0.15F},
+    {"Abdomen", 90_mm, 4.5_MHz, 50_mm, 4, 85, presets::clinical_grey, 3, 0.4F, 0.4F},
+    {"Skin", 20_mm, 11_MHz, 8_mm, 0, 85, presets::clinical_grey, 3, 0.1F, 0.1F}};
 
 /// Rolling compounding: each frame acquires one look.
 inline void compound(session& s, std::uint32_t looks) {
-    s.machine.settings.compound = {.angles = looks, .spread = 16_deg, .update = compound_settings::update::one};
+    s.machine.settings.compound = {.angles = looks, .spread = 6_deg, .update = compound_settings::update::one};
 }
 
 inline void use_preset(session& s, std::uint32_t number) {

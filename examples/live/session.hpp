@@ -41,6 +41,8 @@ class session : public patient {
     explicit session(scene anatomy = nerve_block_phantom()) : patient{std::move(anatomy)} {
         machine.probe = nerve_block::probe;
         machine.settings = nerve_block::settings;
+        machine.settings.compound.update = compound_settings::update::one;
+        machine.settings.interpolates_lines = true;
         machine.cine_length = 32;
         const aabb whole = box();
         if (!whole.empty() && !body.find("nerve")) { // an unknown body: above its middle
@@ -132,6 +134,7 @@ const image& session::frame(const Policy& policy) {
     if (record != nullptr) record->add_frame();
     const bool acquires = !machine.frozen();
     advance(policy);
+    machine.model.scattering.cell = 1.5F * display_speed / machine.probe.frequency; // 1.3 times the lines' distance
     const image& gray = machine.scan(policy, body, acquires ? probe_pose() : machine.at());
     if (acquires) {
         const auto time = static_cast<float>(machine.time);

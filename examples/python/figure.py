@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import insonify as us
-from insonify import MHz, mm, tissue
+from insonify import mm, tissue
 
 # A vessel whose wall is modulated along its axis: any closed surface of numpy arrays will do.
 angle, along = np.meshgrid(np.linspace(0, 2 * np.pi, 64, endpoint=False), np.linspace(-30, 30, 61) * mm)
@@ -29,8 +29,8 @@ body = us.scene(tissue.muscle)
 body.add(vessel, tissue.blood, name="vessel")
 body.add(us.make_sphere((10 * mm, 0, 30 * mm), 8 * mm), tissue.bone, name="bone")
 body.build()
-probe = us.presets.in_use(us.linear_array(lines=192, frequency=7.5 * MHz))
-settings = us.b_mode_settings(depth=45 * mm, compound=us.compound_settings(angles=3))
+probe, settings = us.presets.nerve_block
+settings.depth = 45 * mm
 picture = us.b_mode(body, probe, us.pose(), settings)
 truth = us.ground_truth(body, probe, us.pose(), us.label_settings(depth=settings.depth, grid="displayed"))
 grid = us.make_scan_map(probe, us.acquisition(depth=settings.depth, samples=truth.label.samples))

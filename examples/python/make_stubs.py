@@ -55,6 +55,11 @@ def settings_of(kind):
     return [name for name, member in vars(kind).items() if isinstance(member, property) and member.fset]
 
 
+def type_of(value):
+    parts = f"[{', '.join(map(type_of, value))}]" if isinstance(value, tuple) else ""
+    return type(value).__name__ + parts
+
+
 def members(kind):
     settings = "**kwargs) -> None" in (kind.__init__.__doc__ or "")
     if settings:
@@ -62,7 +67,7 @@ def members(kind):
     for name, member in sorted(vars(kind).items()):
         if isinstance(member, property) and type(member).__name__ == "pybind11_static_property":
             value = getattr(kind, name)
-            yield f"    {name}: {type(value).__name__}"
+            yield f"    {name}: {type_of(value)}"
         elif isinstance(member, property):
             returned = re.search(r"-> (.+)", member.fget.__doc__ or "")
             yield f"    {name}: {annotation(returned.group(1)) if returned else 'Any'}"

@@ -53,16 +53,20 @@ struct b_mode_settings {
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
     /// and compounding with `update::one` start anew; 0: at every movement.
     float max_motion = 0.001F;
+    /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the others:
+    /// see `resample_lines`.
+    bool interpolates_lines = false;
 
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
 };
 
 /// Number of traced lines per line of the probe, so that their distance at the focus is at most half the beam width; at
-/// most 4. Where the probe has fewer lines than that takes, any number of them traces the same number of lines.
+/// most 4. Any number of lines of the probe traces the same number of lines, but for those limits.
+/// @param least  of them; below 1, where the lines between those traced are interpolated (`resample_lines`)
 template <transducer Probe>
-float rays_per_line(const Probe& probe, float depth) {
+float rays_per_line(const Probe& probe, float depth, float least = 1) {
     const beam_model beam = beam_of(probe, depth);
-    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), 1, 4);
+    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), least, 4);
     const auto lines = static_cast<float>(probe.lines);
     return std::ceil(rays * lines - 0.01F) / lines;
 }

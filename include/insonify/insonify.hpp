@@ -62,6 +62,7 @@
 #include <insonify/signal/gain.hpp>
 #include <insonify/signal/persistence.hpp>
 #include <insonify/signal/pulse.hpp>
+#include <insonify/signal/resample_lines.hpp>
 #include <insonify/signal/rf.hpp>
 #include <insonify/signal/slow_time.hpp>
 #include <insonify/tracing/ground_truth.hpp>

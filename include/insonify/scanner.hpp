@@ -10,6 +10,7 @@
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/electronic_noise.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/resample_lines.hpp>
 #include <insonify/tracing/label.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <concepts>
@@ -100,9 +101,7 @@ class scanner {
     const cine_loop<stored_frame<Probe>>& cine() const { return cine_; } ///< the stored frames
     const image& picture() const& { return display_.picture; }           ///< the last picture
     image picture() && { return std::move(display_.picture); }           ///< the last picture
-    const scan_lines& lines() const {
-        return display_.lines;
-    }                                                      ///< brightness along the traced lines of the last picture
+    const scan_lines& lines() const { return display_.lines; } ///< brightness along the lines of the last picture
     const iq_lines& echoes() const { return echoes_; }     ///< of the last look acquired, after noise, before time gain
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
     const pose& at() const { return at_; }                 ///< of the probe, for the last picture
@@ -153,6 +152,7 @@ class scanner {
     detail::frame_display<Probe> display_{};
     cine_loop<stored_frame<Probe>> cine_{};
     iq_lines echoes_{};
+    iq_lines resampled_{};
     label_lines label_lines_{};
     label_image labels_{};
     stage_times times_{};
@@ -252,12 +252,19 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
                                                        const tgc_settings& gain, scan_lines recycled) {
     detail::stopwatch clock;
     scan.frame = settings.frame;
+    const float rays =
+        settings.interpolates_lines ? min(rays_per_line(probe, settings.depth, 0.25F), look.rays) : look.rays;
+    const look_probe traced{refined<Probe>{probe, rays}, look.steering};
     std::swap(tracing_.plan, plans_[number]);
-    echoes_ = trace(policy, body, look, at, model, scan, tracing_, std::move(echoes_), how);
+    echoes_ = trace(policy, body, traced, at, model, scan, tracing_, std::move(echoes_), how);
     std::swap(tracing_.plan, plans_[number]);
     times_.trace += clock.lap();
-    echoes_ = add_near_field(policy, std::move(echoes_), body, look, at, settings.near_field);
-    echoes_ = convolve(policy, std::move(echoes_), nominal_pulse(probe), look, {}, convolution_);
+    echoes_ = add_near_field(policy, std::move(echoes_), body, traced, at, settings.near_field);
+    echoes_ = convolve(policy, std::move(echoes_), nominal_pulse(probe), traced, {}, convolution_);
+    if (traced.lines != look.lines) {
+        resampled_ = resample_lines(policy, echoes_, traced, look, std::move(resampled_));
+        std::swap(echoes_, resampled_);
+    }
     echoes_ = add_electronic_noise(
         policy, std::move(echoes_),
         {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});

@@ -3591,8 +3591,9 @@ namespace insonify::inline INSONIFY_ABI {
 template <class Numbers>
 struct cell_field {
     std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
-    /// Size of a cell across the line, metres: no less than the spacing of the lines, and no more than twice the standard
-    /// deviation of the beam; else speckle decorrelates too fast or too slowly between lines.
+    /// Size of a cell across the line, metres: 1.25 times the spacing of the lines or more, and no more than twice the
+    /// standard deviation of the beam; else speckle decorrelates too fast between lines (by 6 % of its width where the two
+    /// are equal), or too slowly.
     float cell = 0.22e-3F;
     Numbers numbers{}; ///< contents of the cells
 
@@ -12863,16 +12864,20 @@ struct b_mode_settings {
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
     /// and compounding with `update::one` start anew; 0: at every movement.
     float max_motion = 0.001F;
+    /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the others:
+    /// see `resample_lines`.
+    bool interpolates_lines = false;
 
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
 };
 
 /// Number of traced lines per line of the probe, so that their distance at the focus is at most half the beam width; at
-/// most 4. Where the probe has fewer lines than that takes, any number of them traces the same number of lines.
+/// most 4. Any number of lines of the probe traces the same number of lines, but for those limits.
+/// @param least  of them; below 1, where the lines between those traced are interpolated (`resample_lines`)
 template <transducer Probe>
-float rays_per_line(const Probe& probe, float depth) {
+float rays_per_line(const Probe& probe, float depth, float least = 1) {
     const beam_model beam = beam_of(probe, depth);
-    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), 1, 4);
+    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), least, 4);
     const auto lines = static_cast<float>(probe.lines);
     return std::ceil(rays * lines - 0.01F) / lines;
 }
@@ -13197,13 +13202,13 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const Probe& p
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A probe with more lines: the same face, field of view and beam with finer lateral sampling.
+/// A probe with another number of lines, usually more: the same face, field of view and beam with finer lateral sampling.
 template <transducer Probe>
 struct refined : Probe {
     std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
     float rays = 1;          ///< lines for each line of the probe, need not be whole
 
-    /// @param rays_per_line  at least 1; the number of lines is rounded
+    /// @param rays_per_line  above 0; the number of lines is rounded
     refined(const Probe& probe, float rays_per_line)
         : Probe{probe}, lines{static_cast<std::uint32_t>(std::lround(static_cast<float>(probe.lines) * rays_per_line))},
           rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}
@@ -14304,6 +14309,87 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
                              }
                          });
     return lines;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_RESAMPLE_LINES_HPP
+#define INSONIFY_SIGNAL_RESAMPLE_LINES_HPP
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Weight of a line at a distance, in lines, from the place between lines whose value is wanted: sinc, with the window of
+/// Lanczos over six lines.
+inline float lanczos_weight(float distance) {
+    constexpr float half_width = 3;
+    const auto sinc = [](float x) { return std::fabs(x) < 1e-4F ? 1.0F : std::sin(pi * x) / (pi * x); };
+    return std::fabs(distance) < half_width ? sinc(distance) * sinc(distance / half_width) : 0;
+}
+
+} // namespace detail
+
+/// Echoes on the lines of a probe from those on fewer lines of it, after `convolve`: a beam has no detail finer than its
+/// width, so lines half of that apart say what is between them (`rays_per_line`).
+///
+///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)}, wanted{probe, 1};
+///     echoes = resample_lines(policy, echoes, traced, wanted); // ... of trace and convolve with `traced`
+///
+/// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of the
+/// field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
+/// @param traced    the probe of `lines`
+/// @param wanted    that of the result: the same face and field of view
+/// @param recycled  lines whose memory is reused
+/// @throws usage_error  for lines that are not those of the probe
+template <exec::policy Policy, transducer Probe>
+iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Probe& traced, const Probe& wanted,
+                        iq_lines recycled = {}) {
+    if (lines.count != traced.lines || lines.samples == 0 ||
+        lines.values.size() != std::size_t{lines.count} * lines.samples)
+        throw usage_error{"resample_lines: the echoes must have as many lines as the probe that was traced"};
+    check_depth(lines.depth, "resample_lines");
+    wanted.check();
+    iq_lines made = std::move(recycled);
+    made.reshape(wanted.lines, lines.samples, lines.depth);
+    const bool around = is_full_circle(traced);
+    const auto count = static_cast<int>(lines.count), samples = static_cast<int>(lines.samples);
+    const float advance = line_advance(traced), per_line = static_cast<float>(count) / static_cast<float>(wanted.lines);
+    const float samples_per_line = advance * static_cast<float>(samples) / lines.depth,
+                turn = 4 * pi * traced.frequency * advance / display_speed; // of the phase, from line to line
+    const auto interpolate = [&](std::uint32_t line) {
+        vec2* const to = made.values.data() + std::size_t{line} * lines.samples;
+        std::fill_n(to, samples, vec2{0, 0});
+        const float place = (static_cast<float>(line) + 0.5F) * per_line - 0.5F;
+        const auto first = static_cast<int>(std::floor(place)) - 2;
+        const auto exists = [&](int neighbour) { return around || (neighbour >= 0 && neighbour < count); };
+        float sum = 0;
+        for (int i = first; i < first + 6; ++i)
+            if (exists(i)) sum += detail::lanczos_weight(static_cast<float>(i) - place);
+        for (int i = first; i < first + 6; ++i) {
+            if (!exists(i)) continue;
+            const float apart = static_cast<float>(i) - place, weight = detail::lanczos_weight(apart) / sum;
+            const vec2 factor = weight * vec2{std::cos(turn * apart), -std::sin(turn * apart)};
+            const auto less_deep = static_cast<int>(std::lround(samples_per_line * apart));
+            const vec2* const from =
+                lines.values.data() + static_cast<std::size_t>((i + count) % count) * lines.samples;
+            for (int k = std::max(less_deep, 0); k < std::min(samples + less_deep, samples); ++k) {
+                const vec2 echo = from[k - less_deep];
+                to[k] += vec2{echo.x * factor.x - echo.y * factor.y, echo.x * factor.y + echo.y * factor.x};
+            }
+        }
+    };
+    exec::for_each_block(policy, wanted.lines, 8, 6 * static_cast<float>(samples),
+                         [&](std::size_t begin, std::size_t end) {
+                             for (std::size_t line = begin; line < end; ++line)
+                                 interpolate(static_cast<std::uint32_t>(line));
+                         });
+    return made;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -18019,9 +18105,7 @@ class scanner {
     const cine_loop<stored_frame<Probe>>& cine() const { return cine_; } ///< the stored frames
     const image& picture() const& { return display_.picture; }           ///< the last picture
     image picture() && { return std::move(display_.picture); }           ///< the last picture
-    const scan_lines& lines() const {
-        return display_.lines;
-    }                                                      ///< brightness along the traced lines of the last picture
+    const scan_lines& lines() const { return display_.lines; } ///< brightness along the lines of the last picture
     const iq_lines& echoes() const { return echoes_; }     ///< of the last look acquired, after noise, before time gain
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
     const pose& at() const { return at_; }                 ///< of the probe, for the last picture
@@ -18072,6 +18156,7 @@ class scanner {
     detail::frame_display<Probe> display_{};
     cine_loop<stored_frame<Probe>> cine_{};
     iq_lines echoes_{};
+    iq_lines resampled_{};
     label_lines label_lines_{};
     label_image labels_{};
     stage_times times_{};
@@ -18171,12 +18256,19 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
                                                        const tgc_settings& gain, scan_lines recycled) {
     detail::stopwatch clock;
     scan.frame = settings.frame;
+    const float rays =
+        settings.interpolates_lines ? min(rays_per_line(probe, settings.depth, 0.25F), look.rays) : look.rays;
+    const look_probe traced{refined<Probe>{probe, rays}, look.steering};
     std::swap(tracing_.plan, plans_[number]);
-    echoes_ = trace(policy, body, look, at, model, scan, tracing_, std::move(echoes_), how);
+    echoes_ = trace(policy, body, traced, at, model, scan, tracing_, std::move(echoes_), how);
     std::swap(tracing_.plan, plans_[number]);
     times_.trace += clock.lap();
-    echoes_ = add_near_field(policy, std::move(echoes_), body, look, at, settings.near_field);
-    echoes_ = convolve(policy, std::move(echoes_), nominal_pulse(probe), look, {}, convolution_);
+    echoes_ = add_near_field(policy, std::move(echoes_), body, traced, at, settings.near_field);
+    echoes_ = convolve(policy, std::move(echoes_), nominal_pulse(probe), traced, {}, convolution_);
+    if (traced.lines != look.lines) {
+        resampled_ = resample_lines(policy, echoes_, traced, look, std::move(resampled_));
+        std::swap(echoes_, resampled_);
+    }
     echoes_ = add_electronic_noise(
         policy, std::move(echoes_),
         {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});
@@ -19463,25 +19555,50 @@ struct examination {
 
 namespace insonify::inline INSONIFY_ABI::presets {
 
+/// Tone curve of clinical images, for a dynamic range of 85 dB: gaps between the echoes of a tissue are dark but not black,
+/// and its borders stay below white.
+///
+/// `tests/examinations.cpp` compares the grey levels of muscle, of fat and of the fascia between them with those of clinical
+/// images.
+inline constexpr grey_map clinical_grey{.reject = 0.35F, .shoulder = 0.55F, .softness = 0.1F};
+
 /// Nerve block: a needle near a nerve a few centimetres below the skin.
 inline const examination<linear_array> nerve_block{
     .probe = in_use(
         linear_array{.lines = 256, .width = 38_mm, .frequency = 7.5_MHz, .focus = 18_mm, .elevation_focus = 18_mm}),
-    .settings = {.depth = 40_mm, .tgc = 0.85_dB_per_cm, .planes = 7}};
+    .settings = {.depth = 40_mm,
+                 .dynamic_range_db = 85,
+                 .tgc = 0.85_dB_per_cm,
+                 .planes = 7,
+                 .grey = clinical_grey,
+                 .compound = {.angles = 3, .spread = 6_deg}}};
 
 /// Liver, kidneys, gall bladder.
 inline const examination<convex_array> abdomen{
     .probe = in_use(convex_array{.lines = 192, .radius = 60_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz}),
-    .settings = {.depth = 160_mm}};
+    .settings = {.depth = 160_mm,
+                 .dynamic_range_db = 85,
+                 .reference_db = -21,
+                 .grey = clinical_grey,
+                 .compound = {.angles = 3, .spread = 6_deg}}};
 
 /// The heart between the ribs.
 inline const examination<phased_array> heart{
     .probe = in_use(phased_array{.lines = 128, .width = 20_mm, .field_of_view = 90_deg, .frequency = 2.5_MHz}),
-    .settings = {.depth = 160_mm}};
+    .settings = {.depth = 160_mm, .dynamic_range_db = 85, .reference_db = -20, .grey = clinical_grey}};
 
 /// Vessel, from inside.
-inline const examination<radial_array> intravascular{.probe = {.lines = 256, .radius = 0.5_mm, .frequency = 20_MHz},
-                                                     .settings = {.depth = 6_mm}};
+inline const examination<radial_array> intravascular{
+    .probe = {.lines = 256, .radius = 0.5_mm, .frequency = 20_MHz},
+    .settings = {.depth = 6_mm, .dynamic_range_db = 85, .reference_db = -17, .grey = clinical_grey}};
+
+/// Settings of the examination for which a kind of probe is made.
+/// @{
+inline const b_mode_settings& settings_for(const linear_array&) { return nerve_block.settings; }
+inline const b_mode_settings& settings_for(const convex_array&) { return abdomen.settings; }
+inline const b_mode_settings& settings_for(const phased_array&) { return heart.settings; }
+inline const b_mode_settings& settings_for(const radial_array&) { return intravascular.settings; }
+/// @}
 
 } // namespace insonify::inline INSONIFY_ABI::presets
 #endif

@@ -74,6 +74,9 @@ const scan_lines& call(persistence& fading, scan_lines frame) {
 #ifdef CALL_signal_pulse
 pulse_envelope call() { return nominal_pulse(pencil{}).envelope(5e6F); }
 #endif
+#ifdef CALL_signal_resample_lines
+iq_lines call(const iq_lines& lines) { return resample_lines(exec::par, lines, pencil{}, pencil{}); }
+#endif
 #ifdef CALL_signal_rf
 scan_lines call(const iq_lines& lines) { return to_rf(exec::par, lines, 5e6F); }
 #endif

@@ -19,6 +19,11 @@ settings_class<Probe> bind_probe(py::module_& module, const char* name, const ch
     return bound;
 }
 
+template <class Probe>
+py::tuple pair_of(const examination<Probe>& one) {
+    return py::make_tuple(one.probe, one.settings);
+}
+
 } // namespace
 
 void bind_probes(py::module_& module) {
@@ -33,11 +38,17 @@ void bind_probes(py::module_& module) {
         .member("field_of_view", &phased_array::field_of_view, "angle between the ends of the sector, radians");
 
     struct preset_table {};
-    py::class_<preset_table>{module, "presets", "Transducers, by their names: copies, to be changed freely."}
+    py::class_<preset_table>{
+        module, "presets",
+        "Transducers, and pairs of a probe and its settings for an examination: copies, to be changed freely."}
         .def_property_readonly_static("l11_5v", [](const py::object&) { return presets::l11_5v; })
         .def_property_readonly_static("l12_3v", [](const py::object&) { return presets::l12_3v; })
         .def_property_readonly_static("c5_2v", [](const py::object&) { return presets::c5_2v; })
         .def_property_readonly_static("p4_2v", [](const py::object&) { return presets::p4_2v; })
+        .def_property_readonly_static("nerve_block", [](const py::object&) { return pair_of(presets::nerve_block); })
+        .def_property_readonly_static("abdomen", [](const py::object&) { return pair_of(presets::abdomen); })
+        .def_property_readonly_static("heart", [](const py::object&) { return pair_of(presets::heart); })
+        .def_property_readonly_static("clinical_grey", [](const py::object&) { return presets::clinical_grey; })
         .def_static("in_use", py::overload_cast<const linear_array&>(&presets::in_use), py::arg("transducer"),
                     "A transducer with the pulse and the aperture of a scanner in use.")
         .def_static("in_use", py::overload_cast<const convex_array&>(&presets::in_use), py::arg("transducer"))

@@ -94,7 +94,9 @@ void bind_settings(py::module_& module) {
         .member("near_field", &b_mode_settings::near_field, "echoes of the probe itself")
         .member("compound", &b_mode_settings::compound, "looks at several angles")
         .member("max_motion", &b_mode_settings::max_motion,
-                "metres from frame to frame above which persistence and rolling compounding start anew");
+                "metres from frame to frame above which persistence and rolling compounding start anew")
+        .member("interpolates_lines", &b_mode_settings::interpolates_lines,
+                "whether lines that the beam does not need are interpolated instead of traced");
 }
 
 } // namespace insonify_python

@@ -40,6 +40,14 @@ def test_the_picture_shows_bone_and_its_shadow(probe, phantom):
     assert grid.point(grid.pixel((3 * mm, 20 * mm))) == pytest.approx((3 * mm, 20 * mm), abs=1e-6)
 
 
+def test_examinations_are_pairs_of_a_probe_and_its_settings(phantom):
+    for probe, how in (us.presets.nerve_block, us.presets.abdomen, us.presets.heart):
+        assert how.grey == us.presets.clinical_grey
+        how.depth, how.size, how.planes = 50 * mm, (160, 0), 1
+        assert us.b_mode(phantom(), probe, us.pose(), how).pixels.max() > 0.8
+    assert us.presets.heart[1].planes == 5  # copies: what was changed above was not the preset
+
+
 def test_the_stages_give_the_picture(phantom):
     body, probe, how = phantom(), us.linear_array(lines=96), settings(tgc=50, noise=us.noise_level(level_db=us.no_level_db))
     scan = us.acquisition(depth=how.depth, planes=how.planes)

@@ -19,8 +19,9 @@ namespace insonify::inline INSONIFY_ABI {
 template <class Numbers>
 struct cell_field {
     std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
-    /// Size of a cell across the line, metres: no less than the spacing of the lines, and no more than twice the standard
-    /// deviation of the beam; else speckle decorrelates too fast or too slowly between lines.
+    /// Size of a cell across the line, metres: 1.25 times the spacing of the lines or more, and no more than twice the
+    /// standard deviation of the beam; else speckle decorrelates too fast between lines (by 6 % of its width where the two
+    /// are equal), or too slowly.
     float cell = 0.22e-3F;
     Numbers numbers{}; ///< contents of the cells
 

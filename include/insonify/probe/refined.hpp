@@ -7,13 +7,13 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A probe with more lines: the same face, field of view and beam with finer lateral sampling.
+/// A probe with another number of lines, usually more: the same face, field of view and beam with finer lateral sampling.
 template <transducer Probe>
 struct refined : Probe {
     std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
     float rays = 1;          ///< lines for each line of the probe, need not be whole
 
-    /// @param rays_per_line  at least 1; the number of lines is rounded
+    /// @param rays_per_line  above 0; the number of lines is rounded
     refined(const Probe& probe, float rays_per_line)
         : Probe{probe}, lines{static_cast<std::uint32_t>(std::lround(static_cast<float>(probe.lines) * rays_per_line))},
           rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}

@@ -1,0 +1,85 @@
+#ifndef INSONIFY_SIGNAL_RESAMPLE_LINES_HPP
+#define INSONIFY_SIGNAL_RESAMPLE_LINES_HPP
+
+#include <insonify/core/error.hpp>
+#include <insonify/execution/for_each.hpp>
+#include <insonify/probe/line_grid.hpp>
+#include <insonify/signal/beam.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Weight of a line at a distance, in lines, from the place between lines whose value is wanted: sinc, with the window of
+/// Lanczos over six lines.
+inline float lanczos_weight(float distance) {
+    constexpr float half_width = 3;
+    const auto sinc = [](float x) { return std::fabs(x) < 1e-4F ? 1.0F : std::sin(pi * x) / (pi * x); };
+    return std::fabs(distance) < half_width ? sinc(distance) * sinc(distance / half_width) : 0;
+}
+
+} // namespace detail
+
+/// Echoes on the lines of a probe from those on fewer lines of it, after `convolve`: a beam has no detail finer than its
+/// width, so lines half of that apart say what is between them (`rays_per_line`).
+///
+///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)}, wanted{probe, 1};
+///     echoes = resample_lines(policy, echoes, traced, wanted); // ... of trace and convolve with `traced`
+///
+/// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of the
+/// field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
+/// @param traced    the probe of `lines`
+/// @param wanted    that of the result: the same face and field of view
+/// @param recycled  lines whose memory is reused
+/// @throws usage_error  for lines that are not those of the probe
+template <exec::policy Policy, transducer Probe>
+iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Probe& traced, const Probe& wanted,
+                        iq_lines recycled = {}) {
+    if (lines.count != traced.lines || lines.samples == 0 ||
+        lines.values.size() != std::size_t{lines.count} * lines.samples)
+        throw usage_error{"resample_lines: the echoes must have as many lines as the probe that was traced"};
+    check_depth(lines.depth, "resample_lines");
+    wanted.check();
+    iq_lines made = std::move(recycled);
+    made.reshape(wanted.lines, lines.samples, lines.depth);
+    const bool around = is_full_circle(traced);
+    const auto count = static_cast<int>(lines.count), samples = static_cast<int>(lines.samples);
+    const float advance = line_advance(traced), per_line = static_cast<float>(count) / static_cast<float>(wanted.lines);
+    const float samples_per_line = advance * static_cast<float>(samples) / lines.depth,
+                turn = 4 * pi * traced.frequency * advance / display_speed; // of the phase, from line to line
+    const auto interpolate = [&](std::uint32_t line) {
+        vec2* const to = made.values.data() + std::size_t{line} * lines.samples;
+        std::fill_n(to, samples, vec2{0, 0});
+        const float place = (static_cast<float>(line) + 0.5F) * per_line - 0.5F;
+        const auto first = static_cast<int>(std::floor(place)) - 2;
+        const auto exists = [&](int neighbour) { return around || (neighbour >= 0 && neighbour < count); };
+        float sum = 0;
+        for (int i = first; i < first + 6; ++i)
+            if (exists(i)) sum += detail::lanczos_weight(static_cast<float>(i) - place);
+        for (int i = first; i < first + 6; ++i) {
+            if (!exists(i)) continue;
+            const float apart = static_cast<float>(i) - place, weight = detail::lanczos_weight(apart) / sum;
+            const vec2 factor = weight * vec2{std::cos(turn * apart), -std::sin(turn * apart)};
+            const auto less_deep = static_cast<int>(std::lround(samples_per_line * apart));
+            const vec2* const from =
+                lines.values.data() + static_cast<std::size_t>((i + count) % count) * lines.samples;
+            for (int k = std::max(less_deep, 0); k < std::min(samples + less_deep, samples); ++k) {
+                const vec2 echo = from[k - less_deep];
+                to[k] += vec2{echo.x * factor.x - echo.y * factor.y, echo.x * factor.y + echo.y * factor.x};
+            }
+        }
+    };
+    exec::for_each_block(policy, wanted.lines, 8, 6 * static_cast<float>(samples),
+                         [&](std::size_t begin, std::size_t end) {
+                             for (std::size_t line = begin; line < end; ++line)
+                                 interpolate(static_cast<std::uint32_t>(line));
+                         });
+    return made;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
