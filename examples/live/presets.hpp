@@ -21,7 +21,7 @@ struct examination_preset {
 };
 
 inline constexpr grey_map hard_grey{
-    .contrast = 0.2F, .reject = 0.4F, .shoulder = 0.55F, .softness = 0.1F}; ///< tissue fainter, vessels black
+    .contrast = 0.2F, .reject = 0.4F, .shoulder = 0.55F, .softness = 0.06F}; ///< tissue fainter, vessels black
 inline constexpr examination_preset presets_of_session[] = {
     {"Nerve", 40_mm, 7.5_MHz, 18_mm, 0, 85, presets::clinical_grey, 3, 0.2F, 0.2F},
     {"Vessel", 40_mm, 7.5_MHz, 18_mm, -3, 75, hard_grey, 3, 0.3F, 0.3F},

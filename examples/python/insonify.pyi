@@ -500,8 +500,11 @@ class phased_array:
     width: float
 
 class presets:
-    """Transducers, by their names: copies, to be changed freely."""
+    """Transducers, and pairs of a probe and its settings for an examination: copies, to be changed freely."""
+    abdomen: tuple[convex_array, b_mode_settings]
     c5_2v: convex_array
+    clinical_grey: grey_map
+    heart: tuple[phased_array, b_mode_settings]
     @overload
     @staticmethod
     def in_use(transducer: linear_array) -> linear_array: ...
@@ -513,6 +516,7 @@ class presets:
     def in_use(transducer: phased_array) -> phased_array: ...
     l11_5v: linear_array
     l12_3v: linear_array
+    nerve_block: tuple[linear_array, b_mode_settings]
     p4_2v: phased_array
 
 class physical:
@@ -614,7 +618,7 @@ class compound_settings:
 
 class b_mode_settings:
     """Settings of a B-mode image, as on a scanner."""
-    def __init__(self, *, depth: Any = ..., samples: Any = ..., size: Any = ..., dynamic_range_db: Any = ..., reference_db: Any = ..., gain_db: Any = ..., tgc: Any = ..., planes: Any = ..., background: Any = ..., time_gain: Any = ..., reject_db: Any = ..., grey: Any = ..., persistence: Any = ..., noise: Any = ..., frame: Any = ..., near_field: Any = ..., compound: Any = ..., max_motion: Any = ...) -> None: ...
+    def __init__(self, *, depth: Any = ..., samples: Any = ..., size: Any = ..., dynamic_range_db: Any = ..., reference_db: Any = ..., gain_db: Any = ..., tgc: Any = ..., planes: Any = ..., background: Any = ..., time_gain: Any = ..., reject_db: Any = ..., grey: Any = ..., persistence: Any = ..., noise: Any = ..., frame: Any = ..., near_field: Any = ..., compound: Any = ..., max_motion: Any = ..., interpolates_lines: Any = ...) -> None: ...
     background: float
     compound: compound_settings
     depth: float
@@ -622,6 +626,7 @@ class b_mode_settings:
     frame: int
     gain_db: float
     grey: grey_map
+    interpolates_lines: bool
     max_motion: float
     near_field: near_field_settings
     noise: noise_level

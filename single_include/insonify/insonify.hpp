@@ -19560,7 +19560,7 @@ namespace insonify::inline INSONIFY_ABI::presets {
 ///
 /// `tests/examinations.cpp` compares the grey levels of muscle, of fat and of the fascia between them with those of clinical
 /// images.
-inline constexpr grey_map clinical_grey{.reject = 0.35F, .shoulder = 0.55F, .softness = 0.1F};
+inline constexpr grey_map clinical_grey{.reject = 0.35F, .shoulder = 0.55F, .softness = 0.06F};
 
 /// Nerve block: a needle near a nerve a few centimetres below the skin.
 inline const examination<linear_array> nerve_block{

@@ -46,13 +46,23 @@ def probe_columns(turn, tilt, lateral, depth):
     return np.concatenate([x, np.cross(z, x), z, origin])
 
 
+def level_of(gray):
+    """Decibels below white of gray values, by the tone curve of the scanner: presets::clinical_grey over 85 dB."""
+    reject, shoulder, softness = 0.35, 0.55, 0.06
+    bend = lambda x: (x + np.sqrt(x * x + 4 * softness * softness)) / 2
+    levels = np.linspace(0, 1, 2001)
+    curve = bend(levels - reject) - bend(levels - shoulder) / 2
+    curve = (curve - curve[0]) / (curve[-1] - curve[0])
+    return 85 * (np.interp(gray / 255, curve, levels) - 1)
+
+
 def brightest_spot(image):
     """Its place in the world: the middle of the pixels within 10 dB of the brightest, weighted by their amplitudes."""
     size, numbers, gray = image
     axes = np.reshape(numbers, (4, 3))
-    level = np.frombuffer(gray, np.uint8).reshape(size[1], size[0]).astype(float)
-    level[:size[1] // 10] = 0  # the skin of the probe
-    amplitude = 10 ** (level / 255 * 60 / 20)
+    level = level_of(np.frombuffer(gray, np.uint8).reshape(size[1], size[0]).astype(float))
+    level[:size[1] // 10] = -85  # the skin of the probe
+    amplitude = 10 ** (level / 20)
     amplitude[amplitude < 0.3 * amplitude.max()] = 0
     rows, columns = np.indices(amplitude.shape)
     column, row = (amplitude * columns).sum() / amplitude.sum(), (amplitude * rows).sum() / amplitude.sum()
