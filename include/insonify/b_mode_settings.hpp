@@ -54,7 +54,7 @@ struct b_mode_settings {
     /// and compounding with `update::one` start anew; 0: at every movement.
     float max_motion = 0.001F;
     /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the others:
-    /// see `resample_lines`.
+    /// see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
 
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
