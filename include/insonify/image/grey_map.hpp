@@ -3,6 +3,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
+#include <insonify/execution/simd_math.hpp>
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <cstddef>
@@ -24,15 +25,25 @@ struct grey_map {
     ///     h(x) = (x + sqrt(x^2 + 4 softness^2)) / 2
     ///
     /// A term whose setting says "none" is left out, with h(s - reject) = s. h is 0 far below the bend and x far above.
-    INSONIFY_FN float operator()(float grey) const {
-        const float g = clamp(grey, 0, 1);
-        float curved = g + contrast * (g * g * (3 - 2 * g) - g);
+    /// @{
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE lanes<N> of_lanes(const lanes<N>& grey) const {
+        using floats = lanes<N>;
+        const floats none(0.0F), full(1.0F), g = min(max(grey, none), full);
+        floats curved = g + floats(contrast) * (g * g * (floats(3.0F) - floats(2.0F) * g) - g);
         if (reject != 0 || shoulder != 1) {
-            const float black = bent(0), white = bent(1);
-            curved = clamp((bent(curved) - black) / (white - black), 0, 1);
+            const floats black = bent<N>(none), white = bent<N>(full);
+            curved = min(max((bent<N>(curved) - black) / (white - black), none), full);
         }
-        return gamma == 1 ? curved : std::pow(curved, gamma);
+        if (gamma == 1) return curved;
+        return select(none < curved, power_of_two<N>(floats(gamma) * logarithm_of_two<N>(curved)), none);
     }
+    INSONIFY_FN float operator()(float grey) const {
+        float one = 0;
+        store(of_lanes<1>(lanes<1>(grey)), &one);
+        return one;
+    }
+    /// @}
 
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
@@ -48,9 +59,15 @@ struct grey_map {
     friend bool operator==(const grey_map&, const grey_map&) = default;
 
   private:
-    INSONIFY_FN float bend(float x) const { return 0.5F * (x + std::sqrt(x * x + 4 * softness * softness)); }
-    INSONIFY_FN float bent(float g) const {
-        return (reject == 0 ? g : bend(g - reject)) - (shoulder == 1 ? 0 : 0.5F * bend(g - shoulder));
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE lanes<N> bend(const lanes<N>& x) const {
+        return lanes<N>(0.5F) * (x + sqrt(x * x + lanes<N>(4 * softness * softness)));
+    }
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE lanes<N> bent(const lanes<N>& g) const {
+        lanes<N> bent = reject == 0 ? g : bend<N>(g - lanes<N>(reject));
+        if (shoulder != 1) bent = bent - lanes<N>(0.5F) * bend<N>(g - lanes<N>(shoulder));
+        return bent;
     }
 };
 
@@ -60,8 +77,13 @@ namespace detail {
 template <exec::policy Policy>
 void map_values(const Policy& policy, std::vector<float>& values, const grey_map& map) {
     map.check();
-    exec::for_each_block(policy, values.size(), 4096, 10, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) values[i] = map(values[i]);
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    exec::for_each_block(policy, values.size(), 16384, 1, [&](std::size_t begin, std::size_t end) {
+        const grey_map own = map; // a local copy, which stores cannot alias, stays in registers
+        float* const to = values.data();
+        std::size_t i = begin;
+        for (; i + width <= end; i += width) store(own.of_lanes<width>(load<width>(to + i)), to + i);
+        for (; i < end; ++i) to[i] = own(to[i]);
     });
 }
 

@@ -2,6 +2,7 @@
 #define INSONIFY_SCENE_SCENE_CHANGES_HPP
 
 #include <insonify/scene/scene.hpp>
+#include <atomic>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -79,9 +80,12 @@ void scene::deform_those(const threads& policy, const Map& map, const Follows& f
     require_built();
     try {
         detail::check_map(policy, map, box());
-        for (std::size_t i = 0; i < objects_.size(); ++i)
+        std::atomic<bool> any_moved{false};
+        exec::for_each_block(policy, objects_.size(), 1, 100e3F, [&](std::size_t i, std::size_t) {
             if (detail::deform_object(policy, objects_[i], states_[i], follows(objects_[i].id) ? &map : nullptr))
-                views_.reset_slices();
+                any_moved.store(true, std::memory_order_relaxed);
+        });
+        if (any_moved.load(std::memory_order_relaxed)) views_.reset_slices();
         deformation_.assign(map);
     } catch (...) {
         for (std::size_t i = 0; i < objects_.size(); ++i)

@@ -44,7 +44,9 @@ class scene_views {
         if (!for_rays_.current()) {
             const std::lock_guard lock{mutex_};
             if (!for_rays_.current()) {
-                for (std::size_t i = 0; i < of.objects.size(); ++i) of.states[i].update_tree(policy, of.objects[i]);
+                exec::for_each_block(policy, of.objects.size(), 1, 20e3F, [&](std::size_t i, std::size_t) {
+                    of.states[i].update_tree(policy, of.objects[i]);
+                });
                 for_rays_.assign(policy, of.objects, of.states, of.by_rank, of.media, of.background);
             }
         }
