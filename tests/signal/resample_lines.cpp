@@ -52,9 +52,10 @@ iq_lines echoes_of(const Probe& probe, double sigma, double carrier) {
             for (std::uint32_t k = 0; k < samples; ++k) {
                 const double from = (k + 0.5) * per_sample - here;
                 if (std::fabs(from) > 6 * pulse) continue;
-                const auto value = std::polar(
-                    amplitude * std::exp(-0.5 * away * away / (sigma * sigma) - 0.5 * from * from / (pulse * pulse)),
-                    -4 * pi_ * carrier * here / static_cast<double>(display_speed));
+                const double size =
+                    amplitude * std::exp(-0.5 * away * away / (sigma * sigma) - 0.5 * from * from / (pulse * pulse));
+                const auto value =
+                    size * std::polar(1.0, -4 * pi_ * carrier * here / static_cast<double>(display_speed));
                 made(line, k) += vec2{static_cast<float>(value.real()), static_cast<float>(value.imag())};
             }
         }
