@@ -143,7 +143,7 @@ TEST_CASE(
     CHECK(beside(body, 16) == doctest::Approx(beside(bright, 16)).epsilon(2e-3).scale(1e-30));
 }
 
-TEST_CASE("a needle in plane shadows partly with seven planes, and fully with one") {
+TEST_CASE("a needle in plane shadows partly, with one plane as with seven") {
     // 0.7 mm of steel at 40 degrees, thinner than the beam's height: sound passes beside it.
     scene body{tissue::muscle};
     body.add(make_cylinder({-12_mm, 0, 4_mm}, {4_mm, 0, 17.4_mm}, 0.35_mm, 48), tissue::steel, {.priority = 1});
@@ -159,9 +159,10 @@ TEST_CASE("a needle in plane shadows partly with seven planes, and fully with on
     }
     MESSAGE("grey below and beside the needle: one plane ", below[0], ", ", beside[0], "; seven planes ", below[1],
             ", ", beside[1]);
-    CHECK(below[0] < 0.02F);
-    CHECK(below[1] > 0.3F * beside[1]);
-    CHECK(below[1] < 0.95F * beside[1]);
+    for (int i = 0; i < 2; ++i) {
+        CHECK(below[i] > 0.3F * beside[i]);
+        CHECK(below[i] < 0.95F * beside[i]);
+    }
 }
 
 TEST_CASE("anechoic media are black, without noise") {

@@ -1508,11 +1508,21 @@ struct line_aperture {
     float spacing = 1;            ///< length of a step, metres of displayed depth
     float elevation_fnumber = 4;  ///< out of the slice plane
     float height = 0; ///< of the tissue that contributes to an echo, out of the slice plane, metres; 0: unknown
+    view<const float>
+        strips{}; ///< half heights of the strip of the beam that the line stands for, metres, in the middle of the same steps
 
     /// F-number in the slice plane at a displayed depth, metres; 2 if none is given.
     INSONIFY_FN float fnumber(float depth) const {
         if (fnumbers.empty()) return 2;
         return fnumbers[static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(fnumbers.size() - 1)))];
+    }
+    /// Half height s of the strip of the beam that the line stands for, out of the slice plane, metres: the power of the strip
+    /// falls as exp(-y^2 / s^2). 0 if none is given: the line stands for itself alone.
+    INSONIFY_FN float strip(float depth) const {
+        if (strips.empty()) return 0;
+        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(strips.size() - 1));
+        const auto above = static_cast<std::size_t>(place), below = above + 1 < strips.size() ? above + 1 : above;
+        return strips[above] + (place - static_cast<float>(above)) * (strips[below] - strips[above]);
     }
 };
 
@@ -4499,6 +4509,38 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#ifndef INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
+#define INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The fraction of the power of a strip of the beam that passes beside a layer which is narrow out of the slice plane, such as
+/// a needle, a wire or a small ball; 0 where it is wide, as bone and plates are.
+///
+/// The layer's section out of the slice plane is the ellipse that has, at the line, its thickness T and the first and second
+/// derivatives T' and T'' of that by the height y, which follow from slope and curvature of the two surfaces. T(y)^2 is then a
+/// polynomial of degree two, and its zeros are the sides of the section:
+///
+///     y = T (T' +- sqrt(-T T'')) / -(T'^2 + T T'')
+///
+/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes. Facets do not curve: an obstacle whose normals are
+/// not smooth lets nothing pass.
+/// @param obstacle  a layer between two surfaces that are the object's own
+/// @param behind    the next one
+/// @param strip     s, metres
+INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind, float strip) {
+    const float thickness = obstacle.end - obstacle.begin;
+    const float first = obstacle.slope.y - behind.slope.y; // a slope is the negative derivative of the depth
+    const float bend = thickness * (obstacle.curvature.y - behind.curvature.y), open = bend - first * first;
+    if (!(strip > 0) || !(open > 0)) return 0;
+    const float root = std::sqrt(bend), per_strip = thickness / (open * strip);
+    return 0.5F * (std::erfc((root + first) * per_strip) + std::erfc((root - first) * per_strip));
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #ifndef INSONIFY_ACOUSTICS_RINGING_HPP
 #define INSONIFY_ACOUSTICS_RINGING_HPP
 
@@ -4882,16 +4924,21 @@ struct physical {
     /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
     INSONIFY_FN void arrivals(const traced_line& line, float spacing, view<vec2> out) const {
         detail::line_refraction<physical> refraction{*this, line};
-        echo_path path{};
+        echo_path path{}, above{};
         std::size_t k = 0;
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
             const layer& here = line.layers[i];
             const medium& m = line.media[here.medium];
-            enter(line, refraction, here, path);
-            if (i > 0 && here.medium != path.refraction.before)
-                path.passed *=
-                    at_interface({line.media[path.refraction.before], m, path.refraction.cosine, line.frequency})
+            echo_path entered = path;
+            enter(line, refraction, here, entered);
+            if (i > 0 && here.medium != entered.refraction.before) {
+                entered.passed *=
+                    at_interface({line.media[entered.refraction.before], m, entered.refraction.cosine, line.frequency})
                         .transmitted;
+                add_sound_beside(line, line.layers[i - 1], here, above, entered);
+            }
+            above = path;
+            path = entered;
             const float loss = loss_per_metre(line, m, path), displayed = detail::displayed_stretch(timing, m);
             const bool last = i + 1 == line.layers.size();
             const auto amplitude_at = [&](float within) {
@@ -4919,7 +4966,7 @@ struct physical {
     /// Emits the echoes of one line to `echoes`: an `echo_line`, or another type with its members.
     template <class Echoes>
     INSONIFY_FN void emit(const traced_line& line, const Echoes& echoes) const {
-        echo_path path{};
+        echo_path path{}, above{}; // at the beginning of the layer, and at the end of the layer before
         detail::line_refraction<physical> refraction{*this, line};
         detail::layer_entry entry{};
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
@@ -4933,7 +4980,9 @@ struct physical {
                 entered.passed *= met.transmitted;
                 entry = {met.reflected, path.shown, path.lost_db, here.slope,
                          line.media[entered.refraction.before].sound_speed};
+                add_sound_beside(line, line.layers[i - 1], here, above, entered);
             }
+            above = path;
             path = entered;
             path.gains = gains;
             if (path.shown + gains.least_deeper() >= echoes.depth()) return;
@@ -5024,6 +5073,26 @@ struct physical {
         const medium& m = line.media[here.medium];
         path.shown += (here.end - here.begin) * detail::displayed_stretch(timing, m);
         path.lost_db += (here.end - here.begin) * loss_per_metre(line, m, path);
+    }
+    // Sound that passes beside a narrow obstacle in the strip of the beam that the line stands for joins what passes through it:
+    // by power, and at the mean time. What lets half of the amplitude through is no obstacle.
+    // @param above  before the obstacle
+    // @param below  behind it
+    INSONIFY_FN void add_sound_beside(const traced_line& line, const layer& obstacle, const layer& behind,
+                                      const echo_path& above, echo_path& below) const {
+        if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0)) return;
+        const medium& around = line.media[behind.medium];
+        const float thickness = obstacle.end - obstacle.begin,
+                    lost_db = above.lost_db + thickness * loss_per_metre(line, around, below);
+        const float through = below.passed * amplitude_of_decibels(lost_db - below.lost_db);
+        if (!(through < 0.5F * above.passed)) return;
+        const float shown = above.shown + thickness * detail::displayed_stretch(timing, around);
+        const float beside = detail::power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + shown)));
+        if (beside == 0) return;
+        const float power = beside * above.passed * above.passed, all = (1 - beside) * through * through + power;
+        below.shown += power / all * (shown - below.shown);
+        below.lost_db = lost_db;
+        below.passed = std::sqrt(all);
     }
     INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
         return path.refraction.length_factor * attenuation(m, line.frequency);
@@ -15089,6 +15158,19 @@ class elevation_planes {
         return count_ == 1 ? 0 : std::sqrt(pi) * beam_.elevation_sigma(depth) / static_cast<float>(count_);
     }
 
+    /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2) and the
+    /// distances between the planes together have the variance of the beam's.
+    float strip(float depth) const {
+        const float sigma = beam_.elevation_sigma(depth);
+        const weights parts = at(depth);
+        float apart = 0;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            const float height = parts.random[i] * planes_[i].height(depth);
+            apart += height * height;
+        }
+        return std::sqrt(max(sigma * sigma - 2 * apart, 0));
+    }
+
     /// The fraction of an echo that each plane adds at one depth.
     struct weights {
         float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
@@ -15549,7 +15631,7 @@ class frame_plan {
     struct tables {
         std::vector<elevation_plane> plane{};
         std::vector<std::uint32_t> plane_sets{};
-        std::vector<float> plane_weights{}, fnumbers{};
+        std::vector<float> plane_weights{}, fnumbers{}, strips{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
         planes_of_lines of_lines{};
         kernel_table kernels{};
@@ -15570,14 +15652,16 @@ class frame_plan {
             constexpr std::uint32_t parts = kernel_table_view::depths;
             fnumber_spacing = depth / parts;
             fnumbers.clear();
+            strips.clear();
             for (std::uint32_t k = 0; k < parts; ++k) {
                 const float z = (static_cast<float>(k) + 0.5F) * fnumber_spacing;
                 fnumbers.push_back(beam.fnumber(z));
+                strips.push_back(planes.strip(z));
             }
             elevation_fnumber = beam.elevation_fnumber();
             height = planes.scatterer_height();
         }
-        line_aperture aperture_view() const { return {fnumbers, fnumber_spacing, elevation_fnumber, height}; }
+        line_aperture aperture_view() const { return {fnumbers, fnumber_spacing, elevation_fnumber, height, strips}; }
     };
 
     memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};

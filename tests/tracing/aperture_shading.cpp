@@ -98,23 +98,23 @@ TEST_CASE("what plane surfaces let through is what the straight line says, at an
     CHECK(convex < 0.03F); // the shells are polyhedra
 }
 
-TEST_CASE("behind a ball within a full circle of lines the shadow fills, to both sides alike, wherever line 0 is") {
+TEST_CASE("behind a wire within a full circle of lines the shadow fills, to both sides alike, wherever line 0 is") {
     using namespace aperture_shading_test;
     const radial_array probe{.lines = 128, .radius = 5_mm, .frequency = 7.5_MHz};
     for (const float turn : {0.0F, 1.0F, 2.5F}) {
         scene s{body};
-        const vec3 at = 10_mm * vec3{std::sin(turn), 0, std::cos(turn)};
-        s.add(make_sphere(at, 0.7_mm, 4), absorber);
+        const vec3 at = 10_mm * vec3{std::sin(turn), 0, std::cos(turn)}, across{0, 20_mm, 0};
+        s.add(make_cylinder(at - across, at + across, 0.7_mm, 48), absorber);
         s.build(exec::par);
         const iq_lines arrived =
             trace(exec::par_unseq, s, probe, pose{}, arrival_model{}, {.depth = 32_mm, .samples = 64});
-        // Of all lines, those behind the ball: the fewest arrive just behind it, more further away.
+        // Of all lines, those behind the wire: the fewest arrive just behind it, more further away.
         const auto darkest = [&](std::uint32_t k) {
             float least = 1;
             for (std::uint32_t i = 0; i < probe.lines; ++i) least = std::min(least, arrived(i, k).y);
             return least;
         };
-        CHECK(darkest(12) < 0.05F); // 6.5 mm from the face, 0.8 mm behind the ball
+        CHECK(darkest(12) < 0.05F); // 6.5 mm from the face, 0.8 mm behind the wire
         CHECK(darkest(40) > 0.2F);
         CHECK(darkest(40) < 0.95F);
     }

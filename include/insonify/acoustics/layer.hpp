@@ -53,11 +53,21 @@ struct line_aperture {
     float spacing = 1;            ///< length of a step, metres of displayed depth
     float elevation_fnumber = 4;  ///< out of the slice plane
     float height = 0; ///< of the tissue that contributes to an echo, out of the slice plane, metres; 0: unknown
+    view<const float>
+        strips{}; ///< half heights of the strip of the beam that the line stands for, metres, in the middle of the same steps
 
     /// F-number in the slice plane at a displayed depth, metres; 2 if none is given.
     INSONIFY_FN float fnumber(float depth) const {
         if (fnumbers.empty()) return 2;
         return fnumbers[static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(fnumbers.size() - 1)))];
+    }
+    /// Half height s of the strip of the beam that the line stands for, out of the slice plane, metres: the power of the strip
+    /// falls as exp(-y^2 / s^2). 0 if none is given: the line stands for itself alone.
+    INSONIFY_FN float strip(float depth) const {
+        if (strips.empty()) return 0;
+        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(strips.size() - 1));
+        const auto above = static_cast<std::size_t>(place), below = above + 1 < strips.size() ? above + 1 : above;
+        return strips[above] + (place - static_cast<float>(above)) * (strips[below] - strips[above]);
     }
 };
 

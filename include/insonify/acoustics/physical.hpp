@@ -6,6 +6,7 @@
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/emit_speckle.hpp>
 #include <insonify/acoustics/fresnel.hpp>
+#include <insonify/acoustics/narrow_obstacle.hpp>
 #include <insonify/acoustics/ringing.hpp>
 #include <insonify/acoustics/roughness.hpp>
 #include <insonify/acoustics/specular.hpp>
@@ -135,16 +136,21 @@ struct physical {
     /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
     INSONIFY_FN void arrivals(const traced_line& line, float spacing, view<vec2> out) const {
         detail::line_refraction<physical> refraction{*this, line};
-        echo_path path{};
+        echo_path path{}, above{};
         std::size_t k = 0;
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
             const layer& here = line.layers[i];
             const medium& m = line.media[here.medium];
-            enter(line, refraction, here, path);
-            if (i > 0 && here.medium != path.refraction.before)
-                path.passed *=
-                    at_interface({line.media[path.refraction.before], m, path.refraction.cosine, line.frequency})
+            echo_path entered = path;
+            enter(line, refraction, here, entered);
+            if (i > 0 && here.medium != entered.refraction.before) {
+                entered.passed *=
+                    at_interface({line.media[entered.refraction.before], m, entered.refraction.cosine, line.frequency})
                         .transmitted;
+                add_sound_beside(line, line.layers[i - 1], here, above, entered);
+            }
+            above = path;
+            path = entered;
             const float loss = loss_per_metre(line, m, path), displayed = detail::displayed_stretch(timing, m);
             const bool last = i + 1 == line.layers.size();
             const auto amplitude_at = [&](float within) {
@@ -172,7 +178,7 @@ struct physical {
     /// Emits the echoes of one line to `echoes`: an `echo_line`, or another type with its members.
     template <class Echoes>
     INSONIFY_FN void emit(const traced_line& line, const Echoes& echoes) const {
-        echo_path path{};
+        echo_path path{}, above{}; // at the beginning of the layer, and at the end of the layer before
         detail::line_refraction<physical> refraction{*this, line};
         detail::layer_entry entry{};
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
@@ -186,7 +192,9 @@ struct physical {
                 entered.passed *= met.transmitted;
                 entry = {met.reflected, path.shown, path.lost_db, here.slope,
                          line.media[entered.refraction.before].sound_speed};
+                add_sound_beside(line, line.layers[i - 1], here, above, entered);
             }
+            above = path;
             path = entered;
             path.gains = gains;
             if (path.shown + gains.least_deeper() >= echoes.depth()) return;
@@ -277,6 +285,26 @@ struct physical {
         const medium& m = line.media[here.medium];
         path.shown += (here.end - here.begin) * detail::displayed_stretch(timing, m);
         path.lost_db += (here.end - here.begin) * loss_per_metre(line, m, path);
+    }
+    // Sound that passes beside a narrow obstacle in the strip of the beam that the line stands for joins what passes through it:
+    // by power, and at the mean time. What lets half of the amplitude through is no obstacle.
+    // @param above  before the obstacle
+    // @param below  behind it
+    INSONIFY_FN void add_sound_beside(const traced_line& line, const layer& obstacle, const layer& behind,
+                                      const echo_path& above, echo_path& below) const {
+        if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0)) return;
+        const medium& around = line.media[behind.medium];
+        const float thickness = obstacle.end - obstacle.begin,
+                    lost_db = above.lost_db + thickness * loss_per_metre(line, around, below);
+        const float through = below.passed * amplitude_of_decibels(lost_db - below.lost_db);
+        if (!(through < 0.5F * above.passed)) return;
+        const float shown = above.shown + thickness * detail::displayed_stretch(timing, around);
+        const float beside = detail::power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + shown)));
+        if (beside == 0) return;
+        const float power = beside * above.passed * above.passed, all = (1 - beside) * through * through + power;
+        below.shown += power / all * (shown - below.shown);
+        below.lost_db = lost_db;
+        below.passed = std::sqrt(all);
     }
     INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
         return path.refraction.length_factor * attenuation(m, line.frequency);

@@ -104,6 +104,19 @@ class elevation_planes {
         return count_ == 1 ? 0 : std::sqrt(pi) * beam_.elevation_sigma(depth) / static_cast<float>(count_);
     }
 
+    /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2) and the
+    /// distances between the planes together have the variance of the beam's.
+    float strip(float depth) const {
+        const float sigma = beam_.elevation_sigma(depth);
+        const weights parts = at(depth);
+        float apart = 0;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            const float height = parts.random[i] * planes_[i].height(depth);
+            apart += height * height;
+        }
+        return std::sqrt(max(sigma * sigma - 2 * apart, 0));
+    }
+
     /// The fraction of an echo that each plane adds at one depth.
     struct weights {
         float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
