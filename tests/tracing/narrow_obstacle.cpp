@@ -35,11 +35,12 @@ struct wire {
 /// Mean power of the middle lines at depths of 38 to 43 mm.
 double power(const scene& body, std::uint32_t planes) {
     const iq_lines echoes =
-        trace(exec::par_unseq, body, probe, pose{}, physical<>{},
+        trace(exec::par_unseq, body, probe, pose{}, physical<>{.min_ringing = 1},
               {.depth = image_depth, .samples = 3000, .planes = planes}, straight_lines{.directions = 1});
     double sum = 0;
     for (std::uint32_t line = 64; line < 192; ++line)
-        for (std::uint32_t k = 2534; k < 2866; ++k) sum += static_cast<double>(dot(echoes(line, k), echoes(line, k)));
+        for (std::uint32_t k = 2534; k < 2866; ++k)
+            sum += glm::dot(glm::dvec2{echoes(line, k)}, glm::dvec2{echoes(line, k)});
     return sum;
 }
 
@@ -76,6 +77,22 @@ TEST_CASE("below a wire along the slice there is what passes beside it out of th
     MESSAGE("at most ", furthest, " dB off, by 3 planes ", furthest_by_three);
     CHECK(furthest < 0.1);
     CHECK(furthest_by_three < 4);
+}
+
+TEST_CASE("below a wire it is as dark however little reaches it") {
+    constexpr medium rare{.density = 1, .sound_speed = 1540};
+    for (int plates = 0; plates < 6; ++plates) { // each lets 1.6e-5 of the amplitude through
+        const auto below = [&](scene made) {
+            for (int i = 0; i < plates; ++i) {
+                const float from = static_cast<float>(1 + i) * 1_mm;
+                made.add(make_box({-60_mm, -60_mm, from}, {60_mm, 60_mm, from + 0.4_mm}), rare);
+            }
+            return power(std::move(made).build(exec::par), 1);
+        };
+        const double darker = decibels(below(wire{18_mm, 0.36_mm}.body()) / below(scene{scatterers}));
+        MESSAGE("behind ", plates, " plates: ", darker, " dB; expected -8.3");
+        CHECK(std::fabs(darker + 8.298) < 0.1);
+    }
 }
 
 TEST_CASE("below a wire of facets, whose width is unknown, it is dark") {

@@ -292,19 +292,19 @@ struct physical {
     // @param below  behind it
     INSONIFY_FN void add_sound_beside(const traced_line& line, const layer& obstacle, const layer& behind,
                                       const echo_path& above, echo_path& below) const {
-        if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0)) return;
+        if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return;
         const medium& around = line.media[behind.medium];
         const float thickness = obstacle.end - obstacle.begin,
                     lost_db = above.lost_db + thickness * loss_per_metre(line, around, below);
-        const float through = below.passed * amplitude_of_decibels(lost_db - below.lost_db);
-        if (!(through < 0.5F * above.passed)) return;
+        const float through = below.passed / above.passed * amplitude_of_decibels(lost_db - below.lost_db);
+        if (!(through < 0.5F)) return;
         const float shown = above.shown + thickness * detail::displayed_stretch(timing, around);
         const float beside = detail::power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + shown)));
         if (beside == 0) return;
-        const float power = beside * above.passed * above.passed, all = (1 - beside) * through * through + power;
-        below.shown += power / all * (shown - below.shown);
+        const float power = (1 - beside) * through * through + beside;
+        below.shown += beside / power * (shown - below.shown);
         below.lost_db = lost_db;
-        below.passed = std::sqrt(all);
+        below.passed = above.passed * std::sqrt(power);
     }
     INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
         return path.refraction.length_factor * attenuation(m, line.frequency);
