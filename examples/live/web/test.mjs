@@ -76,6 +76,7 @@ async function test_controls(page) {
 
     await page.focus('input[name="gain"]');
     for (let i = 0; i < 10; ++i) await page.keyboard.press("ArrowRight");
+    await page.waitForFunction(() => scanner.state().values.gain === 10, { timeout: 60_000 });
     await frames(page);
     let after = await look(page);
     check("the gain slider brightens the picture", after.mean > before.mean + 10, `mean level ${before.mean.toFixed(1)} -> ${after.mean.toFixed(1)} at +10 dB`);
