@@ -4403,6 +4403,39 @@ INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line&
 #ifndef INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 #define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 
+#ifndef INSONIFY_ACOUSTICS_PROPAGATION_HPP
+#define INSONIFY_ACOUSTICS_PROPAGATION_HPP
+
+
+/// How the state of the wave changes within the layers of a line, by a model's `timing` and `attenuation`.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Attenuation there and back in a medium, dB per metre of the line.
+template <class Model>
+INSONIFY_FN float loss_per_metre(const Model& model, const traced_line& line, const medium& m, const echo_path& path) {
+    return path.refraction.length_factor * model.attenuation(m, line.frequency);
+}
+
+/// Sound enters a layer, without the transmission of its surface.
+template <class Model>
+INSONIFY_FN void enter(const Model& model, const traced_line& line, line_refraction<Model>& refraction,
+                       const layer& here, echo_path& path) {
+    path.refraction = refraction.next();
+    if (path.refraction.saved != 0)
+        path.lost_db =
+            max(path.lost_db - path.refraction.saved * model.attenuation(line.media[here.medium], line.frequency), 0);
+}
+
+/// Sound passes through a layer to its end.
+template <class Model>
+INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
+    const medium& m = line.media[here.medium];
+    path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
+    path.lost_db += (here.end - here.begin) * loss_per_metre(model, line, m, path);
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #ifndef INSONIFY_ACOUSTICS_STRAIGHTENED_HPP
 #define INSONIFY_ACOUSTICS_STRAIGHTENED_HPP
 
@@ -4453,7 +4486,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     const float begin = path.shown + path.gains.least_deeper();
     if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
     const float displayed = displayed_stretch(model.timing, m);
-    const float loss = path.refraction.length_factor * model.attenuation(m, line.frequency);
+    const float loss = loss_per_metre(model, line, m, path);
     const float sigma = sigma_of(line);
     float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
     if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
@@ -4537,6 +4570,29 @@ INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind
     if (!(strip > 0) || !(open > 0)) return 0;
     const float root = std::sqrt(bend), per_strip = thickness / (open * strip);
     return 0.5F * (std::erfc((root + first) * per_strip) + std::erfc((root - first) * per_strip));
+}
+
+/// Adds the sound that passes beside a narrow obstacle in the strip of the beam that the line stands for to what passes through
+/// it: by power, and at the mean time. What lets half of the amplitude through is no obstacle.
+/// @param above  in front of the obstacle
+/// @param below  behind it
+template <class Model>
+INSONIFY_FN void add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
+                                  const layer& behind, const echo_path& above, echo_path& below) {
+    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return;
+    layer tissue = obstacle; // beside it
+    tissue.medium = behind.medium;
+    echo_path around = above;
+    around.refraction = below.refraction;
+    pass(model, line, tissue, around);
+    const float through = below.passed / above.passed * amplitude_of_decibels(around.lost_db - below.lost_db);
+    if (!(through < 0.5F)) return;
+    const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
+    if (beside == 0) return;
+    const float power = (1 - beside) * through * through + beside;
+    below.shown += beside / power * (around.shown - below.shown);
+    below.lost_db = around.lost_db;
+    below.passed = above.passed * std::sqrt(power);
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -4930,16 +4986,17 @@ struct physical {
             const layer& here = line.layers[i];
             const medium& m = line.media[here.medium];
             echo_path entered = path;
-            enter(line, refraction, here, entered);
+            detail::enter(*this, line, refraction, here, entered);
             if (i > 0 && here.medium != entered.refraction.before) {
                 entered.passed *=
                     at_interface({line.media[entered.refraction.before], m, entered.refraction.cosine, line.frequency})
                         .transmitted;
-                add_sound_beside(line, line.layers[i - 1], here, above, entered);
+                detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered);
             }
             above = path;
             path = entered;
-            const float loss = loss_per_metre(line, m, path), displayed = detail::displayed_stretch(timing, m);
+            const float loss = detail::loss_per_metre(*this, line, m, path),
+                        displayed = detail::displayed_stretch(timing, m);
             const bool last = i + 1 == line.layers.size();
             const auto amplitude_at = [&](float within) {
                 const float lost_db = detail::peak_loss(bandwidth, line, path.lost_db + within * loss);
@@ -4953,7 +5010,7 @@ struct physical {
                 out[k] = {amplitude, path.shown + within * displayed};
                 amplitude *= step;
             }
-            leave(line, here, path);
+            detail::pass(*this, line, here, path);
         }
     }
 
@@ -4973,14 +5030,14 @@ struct physical {
             layer here = line.layers[i];
             const layer_gains gains = path.gains.next(line.gains, here);
             echo_path entered = path;
-            enter(line, refraction, here, entered);
+            detail::enter(*this, line, refraction, here, entered);
             if (i > 0 && here.medium != entered.refraction.before) {
                 here.cosine = entered.refraction.cosine;
                 const response met = add_interface(line, line.layers[i - 1], here, path, echoes, entry);
                 entered.passed *= met.transmitted;
                 entry = {met.reflected, path.shown, path.lost_db, here.slope,
                          line.media[entered.refraction.before].sound_speed};
-                add_sound_beside(line, line.layers[i - 1], here, above, entered);
+                detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered);
             }
             above = path;
             path = entered;
@@ -4995,7 +5052,7 @@ struct physical {
     INSONIFY_FN void add_layer(const traced_line& line, const layer& here, echo_path& path,
                                const Echoes& echoes) const {
         detail::emit_speckle(*this, line, here, path, echoes);
-        leave(line, here, path);
+        detail::pass(*this, line, here, path);
     }
 
     /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
@@ -5058,44 +5115,6 @@ struct physical {
     template <class A, class B, class C, class D, class E>
     physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
         return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
-    }
-
-    // Sound enters a layer, without the transmission of its surface.
-    INSONIFY_FN void enter(const traced_line& line, detail::line_refraction<physical>& refraction, const layer& here,
-                           echo_path& path) const {
-        path.refraction = refraction.next();
-        if (path.refraction.saved != 0)
-            path.lost_db =
-                max(path.lost_db - path.refraction.saved * attenuation(line.media[here.medium], line.frequency), 0);
-    }
-    // Sound leaves a layer.
-    INSONIFY_FN void leave(const traced_line& line, const layer& here, echo_path& path) const {
-        const medium& m = line.media[here.medium];
-        path.shown += (here.end - here.begin) * detail::displayed_stretch(timing, m);
-        path.lost_db += (here.end - here.begin) * loss_per_metre(line, m, path);
-    }
-    // Sound that passes beside a narrow obstacle in the strip of the beam that the line stands for joins what passes through it:
-    // by power, and at the mean time. What lets half of the amplitude through is no obstacle.
-    // @param above  before the obstacle
-    // @param below  behind it
-    INSONIFY_FN void add_sound_beside(const traced_line& line, const layer& obstacle, const layer& behind,
-                                      const echo_path& above, echo_path& below) const {
-        if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return;
-        const medium& around = line.media[behind.medium];
-        const float thickness = obstacle.end - obstacle.begin,
-                    lost_db = above.lost_db + thickness * loss_per_metre(line, around, below);
-        const float through = below.passed / above.passed * amplitude_of_decibels(lost_db - below.lost_db);
-        if (!(through < 0.5F)) return;
-        const float shown = above.shown + thickness * detail::displayed_stretch(timing, around);
-        const float beside = detail::power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + shown)));
-        if (beside == 0) return;
-        const float power = (1 - beside) * through * through + beside;
-        below.shown += beside / power * (shown - below.shown);
-        below.lost_db = lost_db;
-        below.passed = above.passed * std::sqrt(power);
-    }
-    INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
-        return path.refraction.length_factor * attenuation(m, line.frequency);
     }
 
     template <class Echoes>

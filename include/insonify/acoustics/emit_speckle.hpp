@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
+#include <insonify/acoustics/propagation.hpp>
 #include <insonify/acoustics/straightened.hpp>
 #include <insonify/core/decibels.hpp>
 
@@ -17,7 +18,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     const float begin = path.shown + path.gains.least_deeper();
     if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
     const float displayed = displayed_stretch(model.timing, m);
-    const float loss = path.refraction.length_factor * model.attenuation(m, line.frequency);
+    const float loss = loss_per_metre(model, line, m, path);
     const float sigma = sigma_of(line);
     float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
     if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));

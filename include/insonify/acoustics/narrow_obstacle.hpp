@@ -1,7 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
 #define INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
 
-#include <insonify/acoustics/layer.hpp>
+#include <insonify/acoustics/propagation.hpp>
+#include <insonify/core/decibels.hpp>
 #include <cmath>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -27,6 +28,29 @@ INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind
     if (!(strip > 0) || !(open > 0)) return 0;
     const float root = std::sqrt(bend), per_strip = thickness / (open * strip);
     return 0.5F * (std::erfc((root + first) * per_strip) + std::erfc((root - first) * per_strip));
+}
+
+/// Adds the sound that passes beside a narrow obstacle in the strip of the beam that the line stands for to what passes through
+/// it: by power, and at the mean time. What lets half of the amplitude through is no obstacle.
+/// @param above  in front of the obstacle
+/// @param below  behind it
+template <class Model>
+INSONIFY_FN void add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
+                                  const layer& behind, const echo_path& above, echo_path& below) {
+    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return;
+    layer tissue = obstacle; // beside it
+    tissue.medium = behind.medium;
+    echo_path around = above;
+    around.refraction = below.refraction;
+    pass(model, line, tissue, around);
+    const float through = below.passed / above.passed * amplitude_of_decibels(around.lost_db - below.lost_db);
+    if (!(through < 0.5F)) return;
+    const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
+    if (beside == 0) return;
+    const float power = (1 - beside) * through * through + beside;
+    below.shown += beside / power * (around.shown - below.shown);
+    below.lost_db = around.lost_db;
+    below.passed = above.passed * std::sqrt(power);
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail

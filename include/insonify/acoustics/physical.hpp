@@ -142,16 +142,17 @@ struct physical {
             const layer& here = line.layers[i];
             const medium& m = line.media[here.medium];
             echo_path entered = path;
-            enter(line, refraction, here, entered);
+            detail::enter(*this, line, refraction, here, entered);
             if (i > 0 && here.medium != entered.refraction.before) {
                 entered.passed *=
                     at_interface({line.media[entered.refraction.before], m, entered.refraction.cosine, line.frequency})
                         .transmitted;
-                add_sound_beside(line, line.layers[i - 1], here, above, entered);
+                detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered);
             }
             above = path;
             path = entered;
-            const float loss = loss_per_metre(line, m, path), displayed = detail::displayed_stretch(timing, m);
+            const float loss = detail::loss_per_metre(*this, line, m, path),
+                        displayed = detail::displayed_stretch(timing, m);
             const bool last = i + 1 == line.layers.size();
             const auto amplitude_at = [&](float within) {
                 const float lost_db = detail::peak_loss(bandwidth, line, path.lost_db + within * loss);
@@ -165,7 +166,7 @@ struct physical {
                 out[k] = {amplitude, path.shown + within * displayed};
                 amplitude *= step;
             }
-            leave(line, here, path);
+            detail::pass(*this, line, here, path);
         }
     }
 
@@ -185,14 +186,14 @@ struct physical {
             layer here = line.layers[i];
             const layer_gains gains = path.gains.next(line.gains, here);
             echo_path entered = path;
-            enter(line, refraction, here, entered);
+            detail::enter(*this, line, refraction, here, entered);
             if (i > 0 && here.medium != entered.refraction.before) {
                 here.cosine = entered.refraction.cosine;
                 const response met = add_interface(line, line.layers[i - 1], here, path, echoes, entry);
                 entered.passed *= met.transmitted;
                 entry = {met.reflected, path.shown, path.lost_db, here.slope,
                          line.media[entered.refraction.before].sound_speed};
-                add_sound_beside(line, line.layers[i - 1], here, above, entered);
+                detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered);
             }
             above = path;
             path = entered;
@@ -207,7 +208,7 @@ struct physical {
     INSONIFY_FN void add_layer(const traced_line& line, const layer& here, echo_path& path,
                                const Echoes& echoes) const {
         detail::emit_speckle(*this, line, here, path, echoes);
-        leave(line, here, path);
+        detail::pass(*this, line, here, path);
     }
 
     /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
@@ -270,44 +271,6 @@ struct physical {
     template <class A, class B, class C, class D, class E>
     physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
         return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
-    }
-
-    // Sound enters a layer, without the transmission of its surface.
-    INSONIFY_FN void enter(const traced_line& line, detail::line_refraction<physical>& refraction, const layer& here,
-                           echo_path& path) const {
-        path.refraction = refraction.next();
-        if (path.refraction.saved != 0)
-            path.lost_db =
-                max(path.lost_db - path.refraction.saved * attenuation(line.media[here.medium], line.frequency), 0);
-    }
-    // Sound leaves a layer.
-    INSONIFY_FN void leave(const traced_line& line, const layer& here, echo_path& path) const {
-        const medium& m = line.media[here.medium];
-        path.shown += (here.end - here.begin) * detail::displayed_stretch(timing, m);
-        path.lost_db += (here.end - here.begin) * loss_per_metre(line, m, path);
-    }
-    // Sound that passes beside a narrow obstacle in the strip of the beam that the line stands for joins what passes through it:
-    // by power, and at the mean time. What lets half of the amplitude through is no obstacle.
-    // @param above  before the obstacle
-    // @param below  behind it
-    INSONIFY_FN void add_sound_beside(const traced_line& line, const layer& obstacle, const layer& behind,
-                                      const echo_path& above, echo_path& below) const {
-        if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return;
-        const medium& around = line.media[behind.medium];
-        const float thickness = obstacle.end - obstacle.begin,
-                    lost_db = above.lost_db + thickness * loss_per_metre(line, around, below);
-        const float through = below.passed / above.passed * amplitude_of_decibels(lost_db - below.lost_db);
-        if (!(through < 0.5F)) return;
-        const float shown = above.shown + thickness * detail::displayed_stretch(timing, around);
-        const float beside = detail::power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + shown)));
-        if (beside == 0) return;
-        const float power = (1 - beside) * through * through + beside;
-        below.shown += beside / power * (shown - below.shown);
-        below.lost_db = lost_db;
-        below.passed = above.passed * std::sqrt(power);
-    }
-    INSONIFY_FN float loss_per_metre(const traced_line& line, const medium& m, const echo_path& path) const {
-        return path.refraction.length_factor * attenuation(m, line.frequency);
     }
 
     template <class Echoes>
