@@ -53,8 +53,7 @@ struct line_aperture {
     float spacing = 1;            ///< length of a step, metres of displayed depth
     float elevation_fnumber = 4;  ///< out of the slice plane
     float height = 0; ///< of the tissue that contributes to an echo, out of the slice plane, metres; 0: unknown
-    view<const float>
-        strips{}; ///< half heights of the strip of the beam that the line stands for, metres, in the middle of the same steps
+    view<const float> strips{}; ///< what `strip` interpolates, metres: in the middle of the same steps
 
     /// F-number in the slice plane at a displayed depth, metres; 2 if none is given.
     INSONIFY_FN float fnumber(float depth) const {

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
 #define INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
 
+#include <insonify/acoustics/echo_path.hpp>
+#include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/propagation.hpp>
 #include <insonify/core/decibels.hpp>
 #include <cmath>
