@@ -2453,6 +2453,157 @@ struct law2011 {
 #ifndef INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 #define INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 
+#ifndef INSONIFY_ACOUSTICS_REST_CURVE_HPP
+#define INSONIFY_ACOUSTICS_REST_CURVE_HPP
+
+#ifndef INSONIFY_ACOUSTICS_SCATTERING_HPP
+#define INSONIFY_ACOUSTICS_SCATTERING_HPP
+
+#include <concepts>
+
+/// Scatterer fields: position and amplitude of the scatterers along a line. Scatterers are fixed in the coordinates of
+/// the object, so that speckle moves with the tissue.
+namespace insonify::inline INSONIFY_ABI {
+
+/// A line in coordinates of an object.
+struct material_line {
+    vec3 origin{0, 0, 0};        ///< metres
+    vec3 along{0, 0, 1};         ///< metres travelled per metre of the line: `line_frame::path`
+    vec3 elevation{0, 1, 0};     ///< normal of the slice plane
+    std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
+    float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
+    float height = 0;            ///< of the tissue that contributes to an echo, along `elevation`, metres; 0: unknown
+    std::uint32_t plane = 0;     ///< of the frame's elevation planes
+    float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
+    float fnumber = 2;           ///< of the receiving aperture
+    const placed_structure* structure = nullptr;     ///< of the medium; null: none
+    vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
+    vec2 own_surfaces{0, 0};                         ///< see `layer::own_surfaces`
+    vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
+    std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
+    const displacement_view* displacement = nullptr; ///< of the tissue from now to rest; null: it is at rest
+
+    /// The point at a distance along the line, metres.
+    INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
+};
+
+/// A line in coordinates of an object.
+/// @param place  pose of the object: object to world
+INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
+                                           float scatterer_density = 0) {
+    return {place.local_point(line.origin), place.local_direction(line.path()), place.local_direction(line.elevation),
+            object, scatterer_density};
+}
+
+/// Spacing of scatterers along a line, metres: 1.25 standard deviations of the pulse envelope. Wherever the pulse lies between
+/// them, it sums their power within 2 exp(-pi^2 / 1.25^2) = 0.4 % of that of continuous tissue (Poisson's summation formula).
+/// @param pulse_sigma  standard deviation of the pulse envelope, metres
+INSONIFY_FN constexpr float scatterer_spacing(float pulse_sigma) { return 1.25F * pulse_sigma; }
+/// The most in media that flow, metres: an eighth of the wavelength c0 / f0. Blood that is sheared consists of layers thinner
+/// than the pulse.
+INSONIFY_FN constexpr float scatterer_spacing_in_flow(float frequency) { return display_speed / (8 * frequency); }
+
+/// Scatterers at equal steps: scatterer i lies first + i * step metres along the line.
+struct scatterer_run {
+    float first = 0;                  ///< position of the first one, metres along the line
+    float step = 0;                   ///< metres
+    std::uint32_t count = 0;          ///< number of scatterers
+    const float* real = nullptr;      ///< real parts of the amplitudes
+    const float* imaginary = nullptr; ///< imaginary parts
+    vec2 slope{0, 0};                 ///< change of depth per metre across the line: in the slice plane, out of it
+};
+
+namespace detail {
+
+/// An argument for the concept below.
+struct any_emit {
+    INSONIFY_FN void operator()(const scatterer_run&) const {}
+};
+
+} // namespace detail
+
+/// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
+/// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
+///
+/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0, by
+/// their distance in metres and the angle between them in radians. In elevation planes it is the same by their distance, unless
+/// the field is independent from plane to plane and has a member `independent_planes`.
+template <class Field>
+concept scattering_field = requires(const Field& field, const material_line& line, float x) {
+    field.scatter(line, x, x, x, detail::any_emit{});
+    { field.covariance(x, x) } -> std::convertible_to<float>;
+};
+
+/// No speckle.
+struct no_scatterers {
+    /// Emits nothing.
+    template <class Emit>
+    INSONIFY_FN void scatter(const material_line&, float, float, float, Emit&&) const {}
+    /// 0.
+    INSONIFY_FN float covariance(float, float) const { return 0; }
+
+    friend bool operator==(const no_scatterers&, const no_scatterers&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last may be up
+/// to half a step shorter or longer.
+class rest_curve {
+  public:
+    /// @param line   with a displacement
+    /// @param begin  metres along the line
+    /// @param end    metres along the line; the curve ends before it where it would have too many points
+    INSONIFY_FN rest_curve(const material_line& line, float begin, float end)
+        : begin_{begin}, step_{line.displacement->straight_length / length(line.along)} {
+        const float steps = (end - begin) / step_;
+        last_ = static_cast<std::uint32_t>(clamp(steps + 0.5F, 1, max_steps));
+        end_ = steps < static_cast<float>(max_steps) + 0.5F ? end : begin + static_cast<float>(max_steps) * step_;
+        for (std::uint32_t i = 0; i <= last_; ++i) point_[i] = line.displacement->rest(line.at(distance(i)));
+    }
+
+    INSONIFY_FN std::uint32_t last() const { return last_; }
+    /// Of a point, metres along the line.
+    INSONIFY_FN float distance(std::uint32_t i) const {
+        return i == last_ ? end_ : begin_ + static_cast<float>(i) * step_;
+    }
+    /// In tissue at rest.
+    INSONIFY_FN vec3 point(std::uint32_t i) const { return point_[i]; }
+    /// Metres of tissue at rest per metre of the line, from one point straight to another.
+    INSONIFY_FN vec3 along(std::uint32_t from, std::uint32_t to) const {
+        return (point_[to] - point_[from]) * (1 / (distance(to) - distance(from)));
+    }
+
+    /// The end of a straight piece from a point on: no point of the curve between is further from it than `tolerance`, metres.
+    /// @param most  the last point that it may reach
+    INSONIFY_FN std::uint32_t straight_until(std::uint32_t from, std::uint32_t most, float tolerance) const {
+        std::uint32_t to = from + 1;
+        while (to < most && is_straight(from, to + 1, tolerance)) ++to;
+        return to;
+    }
+
+  private:
+    static constexpr std::uint32_t max_steps = 32;
+
+    INSONIFY_FN bool is_straight(std::uint32_t from, std::uint32_t to, float tolerance) const {
+        const vec3 step = along(from, to);
+        for (std::uint32_t i = from + 1; i < to; ++i) {
+            const vec3 aside = point_[i] - point_[from] - (distance(i) - distance(from)) * step;
+            if (dot(aside, aside) > tolerance * tolerance) return false;
+        }
+        return true;
+    }
+
+    float begin_, step_, end_ = 0; // metres along the line
+    std::uint32_t last_ = 0;
+    vec3 point_[max_steps + 1];
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #ifndef INSONIFY_ACOUSTICS_STRUCTURED_LINE_HPP
 #define INSONIFY_ACOUSTICS_STRUCTURED_LINE_HPP
 
@@ -2591,97 +2742,6 @@ struct poisson_numbers {
         }
         return sum / std::sqrt(mean);
     }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_ACOUSTICS_SCATTERING_HPP
-#define INSONIFY_ACOUSTICS_SCATTERING_HPP
-
-#include <concepts>
-
-/// Scatterer fields: position and amplitude of the scatterers along a line. Scatterers are fixed in the coordinates of
-/// the object, so that speckle moves with the tissue.
-namespace insonify::inline INSONIFY_ABI {
-
-/// A line in coordinates of an object.
-struct material_line {
-    vec3 origin{0, 0, 0};        ///< metres
-    vec3 along{0, 0, 1};         ///< metres travelled per metre of the line: `line_frame::path`
-    vec3 elevation{0, 1, 0};     ///< normal of the slice plane
-    std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
-    float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
-    float height = 0;            ///< of the tissue that contributes to an echo, along `elevation`, metres; 0: unknown
-    std::uint32_t plane = 0;     ///< of the frame's elevation planes
-    float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
-    float fnumber = 2;           ///< of the receiving aperture
-    const placed_structure* structure = nullptr;     ///< of the medium; null: none
-    vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
-    vec2 own_surfaces{0, 0};                         ///< see `layer::own_surfaces`
-    vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
-    std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
-    const displacement_view* displacement = nullptr; ///< of the tissue from now to rest; null: it is at rest
-
-    /// The point at a distance along the line, metres.
-    INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
-};
-
-/// A line in coordinates of an object.
-/// @param place  pose of the object: object to world
-INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
-                                           float scatterer_density = 0) {
-    return {place.local_point(line.origin), place.local_direction(line.path()), place.local_direction(line.elevation),
-            object, scatterer_density};
-}
-
-/// Spacing of scatterers along a line, metres: 1.25 standard deviations of the pulse envelope. Wherever the pulse lies between
-/// them, it sums their power within 2 exp(-pi^2 / 1.25^2) = 0.4 % of that of continuous tissue (Poisson's summation formula).
-/// @param pulse_sigma  standard deviation of the pulse envelope, metres
-INSONIFY_FN constexpr float scatterer_spacing(float pulse_sigma) { return 1.25F * pulse_sigma; }
-/// The most in media that flow, metres: an eighth of the wavelength c0 / f0. Blood that is sheared consists of layers thinner
-/// than the pulse.
-INSONIFY_FN constexpr float scatterer_spacing_in_flow(float frequency) { return display_speed / (8 * frequency); }
-
-/// Scatterers at equal steps: scatterer i lies first + i * step metres along the line.
-struct scatterer_run {
-    float first = 0;                  ///< position of the first one, metres along the line
-    float step = 0;                   ///< metres
-    std::uint32_t count = 0;          ///< number of scatterers
-    const float* real = nullptr;      ///< real parts of the amplitudes
-    const float* imaginary = nullptr; ///< imaginary parts
-    vec2 slope{0, 0};                 ///< change of depth per metre across the line: in the slice plane, out of it
-};
-
-namespace detail {
-
-/// An argument for the concept below.
-struct any_emit {
-    INSONIFY_FN void operator()(const scatterer_run&) const {}
-};
-
-} // namespace detail
-
-/// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
-/// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
-///
-/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0, by
-/// their distance in metres and the angle between them in radians. In elevation planes it is the same by their distance, unless
-/// the field is independent from plane to plane and has a member `independent_planes`.
-template <class Field>
-concept scattering_field = requires(const Field& field, const material_line& line, float x) {
-    field.scatter(line, x, x, x, detail::any_emit{});
-    { field.covariance(x, x) } -> std::convertible_to<float>;
-};
-
-/// No speckle.
-struct no_scatterers {
-    /// Emits nothing.
-    template <class Emit>
-    INSONIFY_FN void scatter(const material_line&, float, float, float, Emit&&) const {}
-    /// 0.
-    INSONIFY_FN float covariance(float, float) const { return 0; }
-
-    friend bool operator==(const no_scatterers&, const no_scatterers&) = default;
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -3281,6 +3341,14 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
+/// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of sheets.
+INSONIFY_FN inline float gain_spacing(const structure& of) {
+    float least = 0.16e-3F;
+    for (const structure::sheet_layer* layer : {&of.sheets, &of.septa})
+        if (layer->fill > 0) least = min(least, layer->thickness);
+    return 0.85F * max(least, 0.03e-3F);
+}
+
 /// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not normalised:
 /// `placed_structure::rms` is their rms value.
 class structure_gains {
@@ -3293,16 +3361,11 @@ class structure_gains {
                                 float fnumber, std::uint32_t key)
         : tissue_{tissue}, origin_{origin}, along_{along}, propagation_{propagation}, fnumber_{fnumber}, key_{key} {}
 
-    /// Distance of points between which gains are as good as linear, metres: less than the thickness of sheets.
-    INSONIFY_FN float point_spacing() const {
-        float least = 0.16e-3F;
-        for (const structure::sheet_layer* layer : {&tissue_.of.sheets, &tissue_.of.septa})
-            if (layer->fill > 0) least = min(least, layer->thickness);
-        return 0.85F * max(least, 0.03e-3F);
-    }
     /// Distance of the origin of the segment in the material, metres along the line.
     INSONIFY_FN float origin() const { return dot(origin_, along_) / dot(along_, along_); }
 
+    /// See `gain_spacing`.
+    INSONIFY_FN float point_spacing() const { return gain_spacing(tissue_.of); }
     /// Computes the gains at points. Those at distances are metres from the origin of the segment.
     INSONIFY_FN void compute(const gain_points& points) const {
         const structure& of = tissue_.of;
@@ -3640,17 +3703,10 @@ struct cell_field {
         if (!(end - begin < 0x1p25F * spacing)) return;
         if (line.displacement == nullptr)
             return scatter_straight(line, begin, end, rest_at(line, begin, spacing), spacing, emit);
-        // The line is curved in tissue at rest: straight from point to point.
-        vec3 first = line.displacement->rest(line.at(begin));
         for (float from = begin; from < end;) {
-            const float to = piece_end(line, from, end, first, spacing);
-            detail::rest_line rest = rest_at(line, 0.5F * (from + to), spacing);
-            const vec3 last = line.displacement->rest(line.at(to));
-            rest.origin = detail::resolvable(first, cell, spacing);
-            rest.along = (last - first) * (1 / (to - from));
-            if (rest.along != vec3{0, 0, 0}) scatter_straight(line, from, to, rest, spacing, emit);
-            first = last;
-            from = to;
+            const detail::rest_curve curve{line, from, end};
+            scatter_curved(line, curve, spacing, emit);
+            from = curve.distance(curve.last());
         }
     }
 
@@ -3734,25 +3790,6 @@ struct cell_field {
                 gradient * line.elevation, gradient * lateral, gradient * line.steering};
     }
 
-    // End of the piece of a line that begins at `from`, which is `first` at rest. In tissue at rest the piece bends by less than
-    // a sixteenth of the spacing of scatterers.
-    INSONIFY_FN static float piece_end(const material_line& line, float from, float end, vec3 first, float spacing) {
-        const float straight = line.displacement->straight_length / length(line.along);
-        for (int parts = 4; parts > 1; parts /= 2) {
-            const float to = from + static_cast<float>(parts) * straight;
-            if (!(to < end)) continue;
-            const vec3 part = (line.displacement->rest(line.at(to)) - first) / static_cast<float>(parts);
-            bool bends = false;
-            for (int i = 1; i < parts && !bends; ++i) {
-                const auto number = static_cast<float>(i);
-                const vec3 aside = line.displacement->rest(line.at(from + number * straight)) - first - number * part;
-                bends = 256 * dot(aside, aside) > spacing * spacing;
-            }
-            if (!bends) return to;
-        }
-        return from + 1.5F * straight < end ? from + straight : end;
-    }
-
     // Covariance of linear interpolation that keeps the power, by distance in cells.
     INSONIFY_FN static float linear_covariance(float cells) {
         // At distances of eighths of a cell, by numerical integration; linear in between.
@@ -3764,6 +3801,40 @@ struct cell_field {
         const auto below = static_cast<int>(position);
         const float weight = position - static_cast<float>(below);
         return (1 - weight) * eighths[below] + weight * eighths[below + 1];
+    }
+
+    // Straight from point to point of a curve: over short pieces for the scatterers, whose phases count, and over longer ones for
+    // the structure, which is displaced by less than 0.07 mm between their ends.
+    template <class Emit>
+    INSONIFY_FN void scatter_curved(const material_line& line, const detail::rest_curve& curve, float spacing,
+                                    Emit&& emit) const {
+        const auto segment = [&](std::uint32_t from, std::uint32_t to) {
+            detail::rest_line rest = rest_at(line, 0.5F * (curve.distance(from) + curve.distance(to)), spacing);
+            rest.origin = detail::resolvable(curve.point(from), cell, spacing);
+            rest.along = curve.along(from, to);
+            return rest;
+        };
+        const auto scatter_pieces = [&](std::uint32_t first, std::uint32_t last, detail::structured_line* structure) {
+            for (std::uint32_t from = first; from < last;) {
+                const std::uint32_t to = curve.straight_until(from, last, spacing / 16);
+                const detail::rest_line rest = segment(from, to);
+                if (rest.along != vec3{0, 0, 0})
+                    scatter_slabs(line, curve.distance(from), curve.distance(to), rest, spacing, structure, emit);
+                from = to;
+            }
+        };
+        if (line.structure == nullptr) return scatter_pieces(0, curve.last(), nullptr);
+        for (std::uint32_t from = 0; from < curve.last();) {
+            const std::uint32_t to =
+                curve.straight_until(from, curve.last(), 0.5F * detail::gain_spacing(line.structure->of));
+            const detail::rest_line rest = segment(from, to);
+            if (rest.along != vec3{0, 0, 0}) {
+                detail::structured_line structure{line, rest, curve.distance(from), curve.distance(to),
+                                                  mix_bits(seed + line.object)};
+                scatter_pieces(from, to, &structure);
+            }
+            from = to;
+        }
     }
 
     template <class Emit>
@@ -9127,43 +9198,71 @@ void check_map_at(const Map& map, vec3 rest, vec3 now) {
         if (!(determinant(derivative(map, rest, now)) > 0)) throw_folded(now);
 }
 
-/// Finds the point at rest that a map takes to a point, by Newton's method.
-/// @param rest  a guess, then the point
-/// @return      false where the map folds over, or is not finite
+/// Newton's method for points that follow each other: while it converges quickly with the derivative at a former point, none is
+/// computed, which takes three more points of the map.
 template <deformation_map Map>
-bool find_rest_by_newton(const Map& map, vec3 now, vec3& rest) {
-    const float tolerance = 2e-7F + 5e-7F * length(now);
-    vec3 reached = map(rest);
-    float error = length(reached - now);
-    for (int iteration = 0; iteration < 20 && error > tolerance; ++iteration) {
-        const mat3 change = derivative(map, rest, reached);
-        if (!(determinant(change) > 0)) return false;
-        const vec3 whole = inverse(change) * (reached - now);
-        const float before = error;
-        for (float part = 1; part > 0.01F && !(error < before); part *= 0.5F) {
-            const vec3 next = rest - part * whole, there = map(next);
+class newton_inverse {
+  public:
+    explicit newton_inverse(const Map& map) : map_{map} {}
+
+    /// Finds the point at rest that the map takes to a point.
+    /// @param rest  a guess, then the point
+    /// @return      false where the map folds over, or is not finite
+    bool operator()(vec3 now, vec3& rest) {
+        const float tolerance = 2e-7F + 5e-7F * length(now);
+        vec3 reached = map_(rest);
+        float error = length(reached - now);
+        const auto improve = [&](float part, float most) { // whether the error is then less than `most`
+            const vec3 next = rest - part * (to_rest_ * (reached - now)), there = map_(next);
             const float remaining = length(there - now);
-            if (!(remaining < error)) continue;
+            if (!(remaining < most)) return false;
             rest = next;
             reached = there;
             error = remaining;
+            return true;
+        };
+        for (int iteration = 0; iteration < 20 && error > tolerance; ++iteration) {
+            if (known_ && improve(1, max(0.25F * error, tolerance))) continue;
+            const mat3 slope = derivative(map_, rest, reached);
+            known_ = determinant(slope) > 0;
+            if (!known_) return false;
+            to_rest_ = inverse(slope);
+            bool improved = false;
+            for (float part = 1; part > 0.01F && !improved; part *= 0.5F) improved = improve(part, error);
+            if (!improved) break;
         }
-        if (!(error < before)) break;
+        return is_finite(rest) && error <= 10 * tolerance;
     }
-    return is_finite(rest) && error <= 10 * tolerance;
-}
 
-/// Finds the point at rest that a map takes to a point: by its own inverse, or by Newton's method.
-/// @param rest  a guess, then the point
-/// @return      false where the map folds over, or is not finite
+  private:
+    const Map& map_;
+    mat3 to_rest_{1}; // inverse of the derivative
+    bool known_ = false;
+};
+
+/// Finds the points at rest that a map takes to points: by its own inverse, or by Newton's method.
+template <deformation_map Map>
+class rest_finder {
+  public:
+    explicit rest_finder(const Map& map) : map_{map}, newton_{map} {}
+    /// See `newton_inverse`.
+    bool operator()(vec3 now, vec3& rest) {
+        if constexpr (invertible_map<Map>) {
+            rest = map_.rest_of(now);
+            return is_finite(rest);
+        } else {
+            return newton_(now, rest);
+        }
+    }
+
+  private:
+    const Map& map_;
+    newton_inverse<Map> newton_;
+};
+/// The same for a single point.
 template <deformation_map Map>
 bool find_rest(const Map& map, vec3 now, vec3& rest) {
-    if constexpr (invertible_map<Map>) {
-        rest = map.rest_of(now);
-        return is_finite(rest);
-    } else {
-        return find_rest_by_newton(map, now, rest);
-    }
+    return rest_finder<Map>{map}(now, rest);
 }
 
 /// Nodes at which displacements are wanted: a box in axes of its own.
@@ -9187,11 +9286,12 @@ void invert_map(const Policy& policy, const Map& map, const displacement_lattice
     const std::size_t rows = std::size_t{where.size.y} * where.size.z;
     exec::for_each_block(policy, rows, 4, 1e4F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t row = begin; row < end; ++row) {
+            rest_finder<Map> find_rest{map};
             vec3 last{0, 0, 0}, change{0, 0, 0};
             for (std::uint32_t i = 0; i < where.size.x; ++i) {
                 const vec3 now = where.point(row * where.size.x + i);
                 vec3 rest = now + last + change;
-                const bool found = find_rest(map, now, rest) || find_rest(map, now, rest = now);
+                const bool found = find_rest(now, rest) || find_rest(now, rest = now);
                 const vec3 displacement = found ? rest - now : last;
                 change = i > 0 && found ? displacement - last : vec3{0, 0, 0};
                 last = displacement;
@@ -11661,8 +11761,7 @@ struct object_state {
     std::uint32_t medium = 0;          ///< index into the scene's media
     std::uint32_t updates_at_rest = 0; ///< since the vertices last moved
     bool moved = false;                ///< the positions were handed out for writing since the last update
-    bool tree_is_current = false;      ///< the tree fits the positions
-    bool normals_are_current = false;  ///< so do the normals
+    bool tree_is_current = false;      ///< the tree and the normals fit the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
     fibre_grid fibres{};               ///< where they are curved
     std::vector<vec3> rest{};          ///< positions before the first deformation; empty: there was none
@@ -11678,7 +11777,7 @@ struct object_state {
         tree.build(policy, mesh_view{of.surface});
         normals = smooth_surface{mesh_view{of.surface}, of.crease_angle};
         normals.compute(policy, mesh_view{of.surface});
-        tree_is_current = normals_are_current = true;
+        tree_is_current = true;
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
@@ -11709,17 +11808,13 @@ struct object_state {
         return own;
     }
 
-    /// Follows vertices that have moved without touching the tree. Computes the normals unless they are so many that lines
-    /// will meet only some of them.
+    /// Follows vertices that have moved, without touching the tree and the normals.
     template <class Policy>
     void follow(const Policy& policy, const object& of) {
-        constexpr std::size_t many = 1U << 14U;
         if (groups.empty()) groups = face_groups{mesh_view{of.surface}};
         local_box = bounds_of(policy, of.surface.positions);
         box = placed_box(local_box, of.at);
         tree_is_current = moved = false;
-        normals_are_current = of.surface.positions.size() < many;
-        if (normals_are_current) normals.compute(policy, mesh_view{of.surface});
         updates_at_rest = 0;
     }
 
@@ -11728,8 +11823,8 @@ struct object_state {
     void update_tree(const Policy& policy, const object& of) {
         if (tree_is_current) return;
         tree.update(policy, mesh_view{of.surface});
-        if (!normals_are_current) normals.compute(policy, mesh_view{of.surface});
-        tree_is_current = normals_are_current = true;
+        normals.compute(policy, mesh_view{of.surface});
+        tree_is_current = true;
     }
 
   private:
@@ -12031,7 +12126,7 @@ class flat_scene {
                 {.surface = surface,
                  .tree = state.tree_is_current ? state.tree.view_of(surface) : bvh_view<mesh_view>{},
                  .groups = state.groups.view_of(),
-                 .normals = state.normals_are_current ? state.normals.view_of() : state.normals.view_without_normals(),
+                 .normals = state.tree_is_current ? state.normals.view_of() : state.normals.view_without_normals(),
                  .at = one.at,
                  .box = state.box,
                  .id = static_cast<std::uint32_t>(one.id),
@@ -12588,124 +12683,6 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_SCENE_QUERIES_HPP
-#define INSONIFY_SCENE_QUERIES_HPP
-
-#include <concepts>
-#include <cstdint>
-#include <optional>
-
-/// Queries for contact, collision and placement. Distances are metres, points and directions in the world.
-///
-/// All may be called from many threads at once. The first query after objects have moved refits their trees.
-namespace insonify::inline INSONIFY_ABI {
-
-/// A point on the surface of an object.
-struct surface_point {
-    object_id object{};     ///< whose surface it is
-    std::uint32_t face = 0; ///< index into `object::surface.faces`
-    float distance = 0;     ///< from the origin of the ray, in units of its direction, or from the point of the query
-    vec3 point{0, 0, 0};    ///< in the world
-    vec3 normal{0, 0, 1};   ///< of the face, outwards, length 1
-};
-
-/// Accepts every object.
-struct any_object {
-    /// Always true.
-    constexpr bool operator()(object_id) const { return true; }
-};
-
-namespace detail {
-
-inline surface_point surface_point_at(const object_view& one, std::uint32_t face, float distance, vec3 point) {
-    const vec3 normal = unit_normal(one.surface[face], {0, 0, 1});
-    return {object_id{one.id}, face, distance, point, one.at.direction(normal)};
-}
-
-/// Whether an object contains a point: a half line from there crosses its surface an odd number of times.
-inline bool contains(const object_view& one, vec3 point) {
-    bool inside = false;
-    one.tree.for_each_hit(one.local({.origin = point}), [&](const hit&) { inside = !inside; });
-    return inside;
-}
-
-/// The object whose medium applies at a point; null in the background.
-inline const object_view* top_at(const scene_view& flat, vec3 point) {
-    std::uint32_t top = media_stack::none;
-    flat.boxes.for_each_overlap(aabb{point, point}, [&](std::uint32_t rank) {
-        if (rank < top && contains(flat.objects[rank], point)) top = rank;
-    });
-    return top == media_stack::none ? nullptr : &flat.objects[top];
-}
-
-inline void check_point(vec3 point, const char* caller) {
-    if (!is_finite(point))
-        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
-}
-
-} // namespace detail
-
-/// The object that gives the medium at a point; none in the background.
-/// @throws usage_error  for a point that is not finite, or a scene that was not built
-inline std::optional<object_id> object_at(const scene& body, vec3 point) {
-    detail::check_point(point, "object_at");
-    const object_view* one = detail::top_at(body.view_for_rays(exec::par), point);
-    return one == nullptr ? std::nullopt : std::optional{object_id{one->id}};
-}
-
-/// The medium at a point: that of `object_at`, or the background's.
-/// @throws usage_error  for a point that is not finite, or a scene that was not built
-inline medium medium_at(const scene& body, vec3 point) {
-    detail::check_point(point, "medium_at");
-    const scene_view flat = body.view_for_rays(exec::par);
-    const object_view* one = detail::top_at(flat, point);
-    return flat.media[one == nullptr ? 0 : one->medium];
-}
-
-/// The first surface along a ray, within its limits, from either side; none where there is none.
-///
-///     const auto skin = first_surface(body, {.origin = tip, .direction = {0, 0, 1}}, [&](object_id id) { return id != needle; });
-///
-/// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
-/// @param accepts  bool(object_id): objects for which it returns false are passed through
-/// @throws usage_error  for a scene that was not built
-template <std::predicate<object_id> Filter = any_object>
-std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
-    const scene_view flat = body.view_for_rays(exec::par);
-    hit first;
-    std::uint32_t rank = 0;
-    flat.boxes.for_each_hit(r, [&](const hit& box) {
-        const object_view& one = flat.objects[box.primitive];
-        if (box.distance > first.distance || !accepts(object_id{one.id})) return;
-        ray local = one.local(r);
-        local.max_distance = min(local.max_distance, first.distance);
-        const hit found = one.tree.closest(local);
-        if (!found || (first && !(found.distance < first.distance || box.primitive < rank))) return;
-        first = found;
-        rank = box.primitive;
-    });
-    if (!first) return std::nullopt;
-    return detail::surface_point_at(flat.objects[rank], first.primitive, first.distance, r.at(first.distance));
-}
-
-/// The point of an object's surface that is nearest to a point; none for an object without faces.
-/// @throws usage_error  for an unknown id, a point that is not finite, or a scene that was not built
-inline std::optional<surface_point> nearest_surface(const scene& body, object_id id, vec3 point) {
-    detail::check_point(point, "nearest_surface");
-    static_cast<void>(body[id]); // throws for an unknown id
-    const scene_view flat = body.view_for_rays(exec::par);
-    for (const object_view& one : flat.objects) {
-        if (one.id != static_cast<std::uint32_t>(id)) continue;
-        const detail::nearest_point found = detail::find_nearest(one.tree, one.at.local_point(point));
-        if (found.primitive == detail::nearest_point{}.primitive) return std::nullopt;
-        return detail::surface_point_at(one, found.primitive, std::sqrt(found.distance_squared),
-                                        one.at.point(found.point));
-    }
-    return std::nullopt;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
 #ifndef INSONIFY_SIGNAL_PULSE_HPP
 #define INSONIFY_SIGNAL_PULSE_HPP
 
@@ -12832,1678 +12809,6 @@ INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
         return {.cycles = 1.61F / probe.bandwidth};
     else
         return {};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Echoes of the probe itself, at the top of a picture: reverberation between the face of the lens and its back, and
-/// the ringing of the transducer.
-struct near_field_settings {
-    /// Which lines have these echoes.
-    enum class lines {
-        none,
-        in_gas, ///< lines that start in gas: the reverberation alone, and nothing below it
-        all     ///< the same, and on all lines ringing and the echo of the skin, which repeats once or twice
-    };
-    lines shown = lines::in_gas;    ///< which lines have them
-    float lens_thickness = 0.6e-3F; ///< metres; the lines are 1540/1020 times as far apart. Convention: 0.5 to 1 mm
-    float back_reflection = 0.5F;   ///< amplitude that the back of the lens reflects, 0 to below 1. Convention
-    float ring_down_db = -30;       ///< level of the ringing at the face, `no_level_db`: none. Convention
-    float ring_down = 1.5e-3F;      ///< displayed depth at which the ringing has lost 60 dB, metres. Convention
-
-    /// @throws usage_error  naming a setting that is out of range
-    void check() const {
-        check_length(lens_thickness, "lens_thickness", max_aperture, "near_field");
-        check_length(ring_down, "ring_down", max_scan_depth, "near_field");
-        if (!(back_reflection >= 0 && back_reflection < 1))
-            throw usage_error{"near_field: `back_reflection` must be at least 0 and below 1"};
-        if (!is_finite(ring_down_db)) throw usage_error{"near_field: `ring_down_db` must be finite"};
-    }
-
-    friend bool operator==(const near_field_settings&, const near_field_settings&) = default;
-};
-
-/// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
-/// Call it between `trace` and `convolve`.
-///
-///     echo k = r (r b)^k 10^(-k loss/20)   at the displayed depth k d c0 / c,   k = 0, 1, 2, ...
-///
-/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium 10 um
-/// below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540 m/s,
-/// and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out.
-/// The ringing is `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
-/// @param echoes  of the lines of the probe, at baseband
-/// @throws usage_error  for lines that are not those of the probe, a scene that is not built, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
-                        const near_field_settings& settings = {}) {
-    using lines = near_field_settings::lines;
-    settings.check();
-    if (echoes.count != probe.lines || echoes.samples == 0 ||
-        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
-        throw usage_error{
-            "add_near_field: the echoes must have as many lines as the probe, and a value for every sample"};
-    bool some_gas = false;
-    for (const medium& m : body.media()) some_gas = some_gas || detail::is_gas(m);
-    if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
-
-    constexpr float just_below = 10e-6F, faintest = 1e-6F;
-    constexpr medium lens = tissue::lens;
-    const scene_view flat = body.view_for_rays(policy);
-    const float spacing = echoes.depth / static_cast<float>(echoes.samples);
-    const float step = settings.lens_thickness * display_speed / lens.sound_speed;
-    const float round_trip =
-        settings.back_reflection * amplitude_of_decibels(-settings.lens_thickness * echo_loss(lens, probe.frequency));
-    // Of a constant signal, `convolve` makes the sum of the pulse's samples times as much.
-    const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-    const float ringing = amplitude_of_decibels(settings.ring_down_db) * spacing / (std::sqrt(2 * pi) * sigma);
-    exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-            const ray beam = probe.beam(static_cast<float>(i));
-            const object_view* object = detail::top_at(flat, at.point(beam.at(just_below)));
-            const medium& below = flat.media[object == nullptr ? 0 : object->medium];
-            const bool gas = detail::is_gas(below);
-            if (gas)
-                for (vec2& sample : line) sample = {0, 0};
-            else if (settings.shown == lines::in_gas)
-                continue;
-            const float face = (below.impedance() - lens.impedance()) / (below.impedance() + lens.impedance());
-            const echo_line echo{line, spacing, probe.frequency};
-            float amplitude = face;
-            for (int k = 0; std::fabs(amplitude) > faintest && static_cast<float>(k) * step < echoes.depth; ++k) {
-                echo.add(static_cast<float>(k) * step, {amplitude, 0});
-                amplitude *= face * round_trip;
-            }
-            if (settings.shown != lines::all) continue;
-            for (std::uint32_t k = 0; k < echoes.samples; ++k) {
-                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-                if (depth > 2 * settings.ring_down) break;
-                line[k] += vec2{ringing * amplitude_of_decibels(-60 * depth / settings.ring_down), 0};
-            }
-        }
-    });
-    return echoes;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#include <array>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Settings of a B-mode image, as on a scanner.
-struct b_mode_settings {
-    /// Time-gain compensation beside `tgc`; see `tgc_settings`.
-    struct time_gain_settings {
-        /// When a `tgc` of 0 is chosen: at the first frame, and where the probe or the depth changes; or
-        /// at every frame, so that the gain follows the probe. A single `b_mode` chooses for its picture.
-        enum class choice { first_frame, every_frame };
-        choice chosen = choice::first_frame; ///< when it is chosen
-        float max_db = 60;                   ///< limit of the automatic gain
-        std::array<float, 8> sliders{};      ///< dB at eight depths from 0 to the end of the lines; linear between
-        std::vector<tgc_point> curve{};      ///< replaces the automatic gain; points in order of depth, linear between
-
-        friend bool operator==(const time_gain_settings&, const time_gain_settings&) = default;
-    };
-    /// Electronic noise; see `electronic_noise_settings`.
-    struct noise_level {
-        float level_db = -135;  ///< rms of its envelope, 0 dB is the echo of a perfect mirror; `no_level_db`: none
-        std::uint64_t seed = 1; ///< selects a realization
-
-        friend bool operator==(const noise_level&, const noise_level&) = default;
-    };
-
-    float depth = 0.08F;         ///< metres
-    std::uint32_t samples = 0;   ///< depth samples of each line; 0: two per standard deviation of the pulse envelope
-    uvec2 size{0, 0};            ///< columns, rows; see `scan_convert_settings`
-    float dynamic_range_db = 60; ///< range of levels from black to white
-    float reference_db = -25;    ///< level of white; 0 dB is the echo of a perfect mirror
-    float gain_db = 0;           ///< added to every level
-    float tgc = 0; ///< attenuation to compensate for, dB/m at 1 MHz; 0: that of the tissue, see `automatic_tgc`
-    std::uint32_t planes = 5;       ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
-    float background = 0;           ///< brightness of the pixels outside the field of view
-    time_gain_settings time_gain{}; ///< how gain depends on depth, beside `tgc`
-    float reject_db = no_level_db;  ///< levels below this, after the gain, are black; by default none
-    grey_map grey{};                ///< tone curve; by default brightness is linear in decibels
-    float persistence = 0;          ///< weight of the previous frames, 0 to below 1; needs a `scanner`
-    noise_level noise{};            ///< electronic noise
-    std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
-    near_field_settings near_field{}; ///< echoes of the probe itself
-    compound_settings compound{};     ///< looks at several angles, averaged; none by default
-    /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
-    /// and compounding with `update::one` start anew; 0: at every movement.
-    float max_motion = 0.001F;
-    /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the others:
-    /// see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
-    bool interpolates_lines = false;
-
-    friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
-};
-
-/// Number of traced lines per line of the probe, so that their distance at the focus is at most half the beam width; at
-/// most 4. Any number of lines of the probe traces the same number of lines, but for those limits.
-/// @param least  of them; below 1, where the lines between those traced are interpolated (`resample_lines`)
-template <transducer Probe>
-float rays_per_line(const Probe& probe, float depth, float least = 1) {
-    const beam_model beam = beam_of(probe, depth);
-    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), least, 4);
-    const auto lines = static_cast<float>(probe.lines);
-    return std::ceil(rays * lines - 0.01F) / lines;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_CORE_STOPWATCH_HPP
-#define INSONIFY_CORE_STOPWATCH_HPP
-
-#include <chrono>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Measures time from its construction on.
-class stopwatch {
-  public:
-    /// Since the construction.
-    double seconds() const { return std::chrono::duration<double>(clock::now() - begin_).count(); }
-    /// Since the construction or the last lap.
-    double lap() {
-        const clock::time_point now = clock::now();
-        const double passed = std::chrono::duration<double>(now - lap_).count();
-        lap_ = now;
-        return passed;
-    }
-
-  private:
-    using clock = std::chrono::steady_clock;
-    clock::time_point begin_ = clock::now(), lap_ = begin_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
-#ifndef INSONIFY_DISPLAY_HPP
-#define INSONIFY_DISPLAY_HPP
-
-#ifndef INSONIFY_IMAGE_SCAN_CONVERT_HPP
-#define INSONIFY_IMAGE_SCAN_CONVERT_HPP
-
-#ifndef INSONIFY_IMAGE_CHECK_SIZE_HPP
-#define INSONIFY_IMAGE_CHECK_SIZE_HPP
-
-#include <cstdint>
-#include <string>
-#include <string_view>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Largest number of columns, and of rows, of an image.
-inline constexpr std::uint32_t max_picture_side = 16384;
-
-namespace detail {
-
-inline bool is_picture_size(uvec2 size) {
-    return size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side;
-}
-
-/// @param caller  start of the sentence
-/// @param advice  end of the sentence for an image that is too large
-/// @throws usage_error  for an image without pixels, or with a side above `max_picture_side`
-inline void check_size(uvec2 size, const char* caller, std::string_view advice = "ask for fewer") {
-    if (is_picture_size(size)) return;
-    const std::string columns = std::to_string(size.x), rows = std::to_string(size.y);
-    if (size.x == 0 || size.y == 0)
-        throw usage_error{joined({caller, ": size ", columns, "x", rows, " has no pixels; it must be at least 1x1"})};
-    throw usage_error{joined({caller, ": size ", columns, "x", rows, " exceeds 16384 pixels a side; ", advice})};
-}
-
-} // namespace detail
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#include <cfloat>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Size and background of the image.
-///
-/// If one side is chosen, pixels are square and the field of view fits. If both are given, a rectangular field of view fills
-/// the image, whatever the shape of its pixels; any other, such as a sector, is fitted and centred with square pixels.
-struct scan_convert_settings {
-    uvec2 size{0, 0};     ///< columns, rows; a 0 is chosen to fit the field of view; both 0: 512 columns
-    float background = 0; ///< brightness of the pixels outside the field of view
-};
-
-/// Interpolation table of `scan_convert`: made once for a probe, a depth and an image size, valid for every frame.
-///
-/// Pixel coordinates start at the upper left corner of the image and increase to the right and down; the centre of the
-/// first pixel is {0.5, 0.5}. Points are {x, z} in the slice plane, metres in the probe frame.
-struct scan_map {
-    static constexpr std::uint32_t outside = ~0U; ///< in `first`: the pixel is outside the field of view
-
-    uvec2 size{0, 0};          ///< columns, rows
-    vec2 centre{0, 0};         ///< the point at the centre of the image
-    vec2 pitch{0, 0};          ///< width and height of a pixel, metres
-    float background = 0;      ///< brightness of the pixels outside the field of view
-    std::uint32_t count = 0;   ///< number of lines
-    std::uint32_t samples = 0; ///< depth samples of each line
-    float depth = 0;           ///< metres
-
-    std::vector<std::uint32_t> first{}; ///< of each pixel: index of the upper left of its four samples, or `outside`
-    std::vector<float> across{};        ///< of each pixel: weight of the next line
-    std::vector<float> along{};         ///< of each pixel: weight of the next sample
-
-    /// Index of the sample at the same depth on the next line; in a full circle the last line is next to the first.
-    INSONIFY_FN std::uint32_t beside(std::uint32_t sample) const {
-        const std::uint32_t last_line = (count - 1) * samples;
-        return sample < last_line ? sample + samples : sample - last_line;
-    }
-
-    /// From pixel coordinates to {x, z} in the slice plane, metres.
-    INSONIFY_FN vec2 point(vec2 pixel) const {
-        return centre + pitch * (pixel - 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)});
-    }
-    /// Centre of a pixel.
-    INSONIFY_FN vec2 point(std::uint32_t column, std::uint32_t row) const {
-        return point({static_cast<float>(column) + 0.5F, static_cast<float>(row) + 0.5F});
-    }
-    /// From {x, z} in the slice plane, metres, to pixel coordinates.
-    INSONIFY_FN vec2 pixel(vec2 point) const {
-        return (point - centre) / pitch + 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)};
-    }
-};
-
-namespace detail {
-
-/// @param depth   metres
-/// @param extent  of the field of view, metres
-/// @throws usage_error  as `check_size`, with the likely cause
-inline void check_map_size(uvec2 size, float depth, vec2 extent) {
-    if (is_picture_size(size)) return;
-    const std::string metres = number_text(depth);
-    if (depth >= 1)
-        check_size(size, "scan_convert", joined({"depth is ", metres, " m: did you mean ", metres, "_mm?"}));
-    check_size(size, "scan_convert",
-               joined({"the field of view is ", number_text(extent.x), " m wide and ", number_text(extent.y),
-                       " m high; ask for fewer"}));
-}
-
-} // namespace detail
-
-/// Makes the interpolation table of `scan_convert`.
-///
-/// The field of view extends half a line beyond the first and the last line, and from depth 0 to `depth`.
-/// @param scan  depth and samples of the lines to come; 0 samples: as many as `b_mode` chooses for the pulse of the
-///              probe
-/// @param recycled  a map whose memory is reused
-/// @throws usage_error  for a probe, depth, number of samples or picture size out of range
-template <exec::policy Policy, transducer Probe>
-scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisition& scan,
-                       const scan_convert_settings& settings = {}, scan_map recycled = {}) {
-    probe.check();
-    check_depth(scan.depth, "scan_convert");
-    const std::uint32_t samples =
-        scan.samples != 0 ? scan.samples : samples_for(scan.depth, nominal_pulse(probe).sigma_z(probe.frequency));
-    constexpr std::uint32_t max_count = 1U << 23U; // larger floats cannot represent half a sample
-    if (probe.lines > max_count || samples > max_count || std::uint64_t{probe.lines} * samples >= scan_map::outside)
-        throw usage_error{"scan_convert: at most 2^23 lines and 2^23 samples a line, and below 2^32 in all"};
-    if (!is_finite(settings.background)) throw usage_error{"scan_convert: `background` must be finite"};
-
-    const auto lines = static_cast<float>(probe.lines);
-    vec2 lower{FLT_MAX, FLT_MAX};
-    vec2 upper{-FLT_MAX, -FLT_MAX};
-    constexpr int steps = 512; // even, to include the middle of a sector, its deepest point
-    for (int i = 0; i <= steps; ++i) {
-        const ray beam = probe.beam(lines * static_cast<float>(i) / steps - 0.5F);
-        for (const vec3 end : {beam.origin, beam.at(scan.depth)}) {
-            lower = {min(lower.x, end.x), min(lower.y, end.z)};
-            upper = {max(upper.x, end.x), max(upper.y, end.z)};
-        }
-    }
-    const vec2 extent = upper - lower;
-    const vec2 middle = 0.5F * (lower + upper);
-    const auto inside = [&](vec2 at) { // in lines and metres
-        return at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= scan.depth;
-    };
-    bool is_rectangle = extent.x > 0;
-    for (const vec2 corner : {vec2{-0.499F, -0.499F}, {0.499F, -0.499F}, {-0.499F, 0.499F}, {0.499F, 0.499F}})
-        is_rectangle = is_rectangle && inside(probe.locate(middle + corner * extent));
-
-    // A side that is chosen is rounded up, with a tolerance for rounding errors of the extent.
-    const auto pixels_of = [](float length, float pitch) {
-        const float pixels = std::ceil(length / pitch - 1e-3F);
-        return pixels < 1 ? 1U : pixels < 4e9F ? static_cast<std::uint32_t>(pixels) : ~0U;
-    };
-    scan_map map = std::move(recycled);
-    map.size = settings.size;
-    map.centre = middle;
-    map.background = settings.background;
-    map.count = probe.lines;
-    map.samples = samples;
-    map.depth = scan.depth;
-    if (map.size.x == 0 && map.size.y == 0) map.size.x = 512;
-    map.pitch = {map.size.x == 0 ? 0 : extent.x / static_cast<float>(map.size.x),
-                 map.size.y == 0 ? 0 : extent.y / static_cast<float>(map.size.y)};
-    const float wider = max(map.pitch.x, map.pitch.y);
-    if (!is_rectangle || map.size.x == 0 || map.size.y == 0) map.pitch = {wider, wider};
-    if (!is_finite(wider) || !(wider > 0))
-        throw usage_error{
-            "scan_convert: the field of view has no width; give the number of rows and leave that of columns at 0"};
-    if (map.size.x == 0) map.size.x = pixels_of(extent.x, wider);
-    if (map.size.y == 0) map.size.y = pixels_of(extent.y, wider);
-    detail::check_map_size(map.size, scan.depth, extent);
-
-    const std::size_t pixels = static_cast<std::size_t>(map.size.x) * map.size.y;
-    map.first.resize(pixels);
-    map.across.resize(pixels);
-    map.along.resize(pixels);
-    const bool full_circle = is_full_circle(probe);
-    const float last_line = max(lines - 2, 0);
-    const float last_sample = max(static_cast<float>(map.samples) - 2, 0);
-    exec::for_each_block(policy, map.size.y, 1, 20 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
-        const auto y = static_cast<std::uint32_t>(row);
-        for (std::uint32_t x = 0; x < map.size.x; ++x) {
-            const vec2 at = probe.locate(map.point(x, y));
-            const std::size_t i = row * map.size.x + x;
-            if (!inside(at)) {
-                map.first[i] = scan_map::outside;
-                map.across[i] = map.along[i] = 0;
-                continue;
-            }
-            const float sample = at.y / map.depth * static_cast<float>(map.samples) - 0.5F;
-            const float line_below = full_circle ? std::floor(at.x) : clamp(std::floor(at.x), 0, last_line);
-            const float sample_below = clamp(std::floor(sample), 0, last_sample);
-            const float line = line_below < 0 ? lines - 1 : line_below;
-            map.first[i] = static_cast<std::uint32_t>(line) * map.samples + static_cast<std::uint32_t>(sample_below);
-            map.across[i] = clamp(at.x - line_below, 0, 1);
-            map.along[i] = clamp(sample - sample_below, 0, 1);
-        }
-    });
-    return map;
-}
-
-namespace detail {
-
-/// Depth and samples of lines.
-/// @throws usage_error  where there are no samples
-template <class Value>
-acquisition acquisition_of(const line_grid<Value>& lines) {
-    if (lines.samples == 0) throw usage_error{"scan_convert: the lines have no samples; trace them first"};
-    return {.depth = lines.depth, .samples = lines.samples};
-}
-
-/// @throws usage_error  for lines that do not match the map
-template <class Value>
-void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
-    if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
-        lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
-        throw usage_error{
-            "scan_convert: the number of lines, of samples or the depth differs from that of the map; make a "
-            "new one with make_scan_map"};
-}
-
-} // namespace detail
-
-/// A map that is kept from frame to frame, and made again where the probe, the lines or the settings have changed, or
-/// where probes cannot be compared.
-template <transducer Probe>
-class kept_scan_map {
-  public:
-    /// @throws usage_error  as `make_scan_map`
-    template <exec::policy Policy>
-    const scan_map& operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
-                               const scan_convert_settings& settings) {
-        return map_([&](scan_map& map) { map = make_scan_map(policy, probe, scan, settings, std::move(map)); }, probe,
-                    scan.depth, scan.samples, settings.size.x, settings.size.y, settings.background);
-    }
-    /// The map that was returned last.
-    const scan_map& value() const { return map_.value(); }
-
-  private:
-    detail::memo<scan_map, Probe, float, std::uint32_t, std::uint32_t, std::uint32_t, float> map_{};
-};
-
-/// Scan conversion of one frame: bilinear interpolation between lines and samples.
-///
-/// @param recycled  an image whose memory is reused
-/// @throws usage_error  for lines that do not match the map
-template <exec::policy Policy>
-image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map& map, image recycled = {}) {
-    detail::check_lines_of_map(lines, map);
-    const std::size_t next_sample = map.samples > 1 ? 1 : 0;
-    recycled.size = map.size;
-    recycled.pixels.resize(map.first.size());
-    exec::for_each_block(policy, map.size.y, 1, 3 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        const float* values = lines.values.data();
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) {
-                recycled.pixels[i] = map.background;
-                continue;
-            }
-            const auto between = [along = map.along[i], next_sample](const float* sample) {
-                return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
-            };
-            const float here = between(values + map.first[i]);
-            recycled.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
-        }
-    });
-    return recycled;
-}
-
-/// The same for a single frame, with a temporary map.
-/// @throws usage_error  for lines that are empty or not those of the probe, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-image scan_convert(const Policy& policy, const scan_lines& lines, const Probe& probe,
-                   const scan_convert_settings& settings = {}) {
-    return scan_convert(policy, lines, make_scan_map(policy, probe, detail::acquisition_of(lines), settings));
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_PROBE_REFINED_HPP
-#define INSONIFY_PROBE_REFINED_HPP
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A probe with another number of lines, usually more: the same face, field of view and beam with finer lateral sampling.
-template <transducer Probe>
-struct refined : Probe {
-    std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
-    float rays = 1;          ///< lines for each line of the probe, need not be whole
-
-    /// @param rays_per_line  above 0; the number of lines is rounded
-    refined(const Probe& probe, float rays_per_line)
-        : Probe{probe}, lines{static_cast<std::uint32_t>(std::lround(static_cast<float>(probe.lines) * rays_per_line))},
-          rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}
-
-    /// The line as a ray in the probe frame.
-    INSONIFY_FN ray beam(float line) const { return Probe::beam(coarse(line)); }
-    /// Of a probe that is `steered`: see there.
-    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
-        probe.scatterer_axis(0.0F);
-    }
-    { return Probe::scatterer_axis(coarse(line)); }
-    /// From {x, z} to {line, depth along it}.
-    INSONIFY_FN vec2 locate(vec2 point) const {
-        const vec2 place = Probe::locate(point);
-        return {(place.x + 0.5F) * rays - 0.5F, place.y};
-    }
-
-    friend bool operator==(const refined&, const refined&) requires detail::comparable<Probe>
-    = default;
-
-  private:
-    INSONIFY_FN float coarse(float line) const { return (line + 0.5F) / static_cast<float>(rays) - 0.5F; }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_SIGNAL_CINE_LOOP_HPP
-#define INSONIFY_SIGNAL_CINE_LOOP_HPP
-
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The last frames of a clip, in memory that is reused.
-/// @tparam Frame  default-constructible
-template <class Frame>
-class cine_loop {
-  public:
-    /// Adds a frame.
-    /// @param length  number of frames to keep, at least 1; the oldest are dropped
-    /// @param fill    fill(frame) overwrites the frame, which holds an old one; if it throws, the frame is not added
-    template <class Fill>
-    void add(std::uint32_t length, const Fill& fill) {
-        fit(std::max(length, 1U));
-        if (count_ == frames_.size()) --count_; // the oldest is overwritten
-        const std::size_t place = (newest_ + 1) % frames_.size();
-        fill(frames_[place]);
-        newest_ = place;
-        ++count_;
-    }
-
-    /// Number of frames.
-    std::uint32_t size() const { return static_cast<std::uint32_t>(count_); }
-    /// Whether there is none.
-    bool empty() const { return count_ == 0; }
-
-    /// A frame; not checked. @param back  0: the newest, `size()` - 1: the oldest
-    const Frame& operator[](std::uint32_t back) const {
-        return frames_[(newest_ + frames_.size() - back) % frames_.size()];
-    }
-
-    /// Forgets all frames, and keeps the memory.
-    void clear() { count_ = 0; }
-
-  private:
-    void fit(std::size_t length) {
-        if (frames_.size() == length) return;
-        // From the oldest to the newest, and the unused ones after these.
-        if (!frames_.empty())
-            std::rotate(frames_.begin(), frames_.begin() + static_cast<std::ptrdiff_t>((newest_ + 1) % frames_.size()),
-                        frames_.end());
-        if (frames_.size() > length)
-            frames_.erase(frames_.begin(), frames_.end() - static_cast<std::ptrdiff_t>(length));
-        else
-            frames_.insert(frames_.begin(), length - frames_.size(), Frame{});
-        newest_ = length - 1;
-        count_ = std::min(count_, length);
-    }
-
-    std::vector<Frame> frames_{};
-    std::size_t newest_ = 0;
-    std::size_t count_ = 0;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_SIGNAL_PERSISTENCE_HPP
-#define INSONIFY_SIGNAL_PERSISTENCE_HPP
-
-#include <cstddef>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Temporal smoothing of a clip: brightness = p old + (1 - p) new, applied after `log_compress`.
-class persistence {
-  public:
-    /// @param weight  p, the weight of the previous output, from 0 (no smoothing) to below 1
-    /// @throws usage_error  for a weight out of range
-    explicit persistence(float weight = 0) : weight_{weight} {
-        if (!(weight >= 0 && weight < 1))
-            throw usage_error{"persistence: the weight of the past must be at least 0 and below 1"};
-    }
-
-    /// Sets the weight, as the constructor does, for the frames to come.
-    void weight(float of_past) { weight_ = persistence{of_past}.weight_; }
-
-    /// Adds a frame. Restarts where the pose of the probe, the number of lines or samples, or the depth has changed
-    /// since the previous frame. Call `reset` first where the probe or other settings have changed.
-    /// @return the frame to show; valid until the next call
-    template <exec::policy Policy>
-    const scan_lines& add(const Policy& policy, const scan_lines& frame, const pose& at) {
-        if (!(at == at_)) reset();
-        at_ = at;
-        return add(policy, frame);
-    }
-    /// The same, wherever the probe is.
-    template <exec::policy Policy>
-    const scan_lines& add(const Policy& policy, const scan_lines& frame) {
-        const bool fades = !starts_ && frame.count == shown_.count && frame.samples == shown_.samples &&
-                           frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
-        starts_ = false;
-        if (!fades || weight_ == 0) return shown_ = frame;
-        exec::for_each_block(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                shown_.values[i] = weight_ * shown_.values[i] + (1 - weight_) * frame.values[i];
-        });
-        return shown_;
-    }
-
-    /// Restarts with the next frame: for changes that neither the pose nor the grid shows.
-    void reset() { starts_ = true; }
-
-  private:
-    float weight_ = 0;
-    bool starts_ = true;
-    pose at_;
-    scan_lines shown_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#include <optional>
-#include <utility>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A frame that a `scanner` has stored: amplitudes, before they are displayed.
-template <transducer Probe>
-struct stored_frame {
-    std::optional<refined<Probe>> probe{}; ///< that received it, with the lines that were traced
-    pose at{};                             ///< of the probe
-    double time = 0;                       ///< `scanner::time`, seconds
-    scan_lines amplitudes{};               ///< after time gain and compounding
-    tgc_settings gain{};                   ///< the time gain of the amplitudes
-    bool starts = true;                    ///< persistence starts anew with this frame
-};
-
-namespace detail {
-
-/// The stages from stored amplitudes to a picture.
-template <transducer Probe>
-class frame_display {
-  public:
-    /// Draws the newest frame, after those that were drawn before.
-    template <exec::policy Policy>
-    void draw_next(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
-        compress(policy, frame, settings);
-        if (settings.persistence != 0) fade(policy, frame, settings);
-        convert(policy, frame, settings);
-    }
-
-    /// Draws a frame of a loop by itself: persistence is that of the frames of the loop.
-    /// @param back  exists
-    template <exec::policy Policy>
-    void draw(const Policy& policy, const cine_loop<stored_frame<Probe>>& loop, std::uint32_t back,
-              const b_mode_settings& settings) {
-        std::uint32_t first = back;
-        if (settings.persistence != 0)
-            while (first + 1 < loop.size() && !loop[first].starts) ++first;
-        smoothing_.reset();
-        for (std::uint32_t i = first + 1; i-- > back;) {
-            compress(policy, loop[i], settings);
-            if (settings.persistence != 0) fade(policy, loop[i], settings);
-        }
-        convert(policy, loop[back], settings);
-    }
-
-    const scan_map& map() const { return map_.value(); }
-
-    scan_lines lines{}; ///< brightness
-    image picture{};
-
-  private:
-    template <class Policy>
-    void compress(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
-        const tgc_settings wanted{.attenuation = settings.tgc > 0 ? settings.tgc : frame.gain.attenuation,
-                                  .max_db = settings.time_gain.max_db,
-                                  .sliders = settings.time_gain.sliders,
-                                  .curve = settings.time_gain.curve};
-        lines = frame.amplitudes;
-        lines = regain(policy, std::move(lines), frame.probe->frequency, frame.gain, wanted);
-        lines = log_compress(policy, std::move(lines),
-                             {.dynamic_range_db = settings.dynamic_range_db,
-                              .reference_db = settings.reference_db,
-                              .gain_db = settings.gain_db,
-                              .reject_db = settings.reject_db});
-    }
-
-    template <class Policy>
-    void fade(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
-        smoothing_.weight(settings.persistence);
-        if (frame.starts) smoothing_.reset();
-        lines = smoothing_.add(policy, lines);
-    }
-
-    template <class Policy>
-    void convert(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
-        if (!(settings.grey == grey_map{})) lines = map_grey(policy, std::move(lines), settings.grey);
-        const scan_map& map = map_(policy, *frame.probe, {.depth = lines.depth, .samples = lines.samples},
-                                   {.size = settings.size, .background = settings.background});
-        picture = scan_convert(policy, lines, map, std::move(picture));
-    }
-
-    kept_scan_map<refined<Probe>> map_{};
-    persistence smoothing_{};
-};
-
-/// Notices where a clip starts anew: another probe, other settings, or a probe that moves fast.
-template <transducer Probe>
-class clip_watch {
-  public:
-    /// Whether the next frame starts a clip.
-    bool starts(const Probe& probe, const pose& at, const b_mode_settings& settings) {
-        bool changed = starts_;
-        starts_ = false;
-        before_.frame = settings.frame;
-        if (!(before_ == settings)) {
-            before_ = settings;
-            changed = true;
-        }
-        probe_([&](char&) { changed = true; }, probe);
-        fast_ = motion(probe, settings.depth, at_, at) > settings.max_motion;
-        at_ = at;
-        return changed || fast_;
-    }
-    /// Whether the probe has moved fast to the frame that was asked about last.
-    bool fast() const { return fast_; }
-    /// The next frame starts a clip.
-    void reset() { starts_ = true; }
-
-  private:
-    // The largest movement of a corner of the field of view, metres.
-    static float motion(const Probe& probe, float depth, const pose& before, const pose& after) {
-        float largest = 0;
-        if (before == after) return largest;
-        for (const float line : {-0.5F, static_cast<float>(probe.lines) - 0.5F}) {
-            const ray beam = probe.beam(line);
-            for (const vec3 corner : {beam.origin, beam.at(depth)})
-                largest = max(largest, length(after.point(corner) - before.point(corner)));
-        }
-        return largest;
-    }
-
-    b_mode_settings before_{};
-    memo<char, Probe> probe_{};
-    pose at_{};
-    bool starts_ = true, fast_ = false;
-};
-
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_IMAGE_LABEL_IMAGE_HPP
-#define INSONIFY_IMAGE_LABEL_IMAGE_HPP
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// An image of labels: rows from the top.
-struct label_image {
-    uvec2 size{0, 0};             ///< columns, rows
-    std::vector<label_id> pixels; ///< row by row
-
-    label_image() = default;
-    /// All pixels have one label.
-    explicit label_image(uvec2 columns_rows, label_id label = background_label)
-        : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, label) {}
-
-    /// One pixel; indices are not checked.
-    /// @{
-    label_id& operator()(std::uint32_t column, std::uint32_t row) {
-        return pixels[static_cast<std::size_t>(row) * size.x + column];
-    }
-    const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
-        return pixels[static_cast<std::size_t>(row) * size.x + column];
-    }
-    /// @}
-
-    friend bool operator==(const label_image&, const label_image&) = default;
-};
-
-namespace detail {
-
-/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
-/// @throws usage_error  for lines that do not match the map
-template <exec::policy Policy, class Value>
-void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
-                  std::vector<Value>& pixels) {
-    check_lines_of_map(lines, map);
-    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) continue;
-            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
-            const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
-            pixels[i] = lines.values[line + sample];
-        }
-    });
-}
-
-} // namespace detail
-
-/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field of
-/// view.
-///
-///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
-///     label_image mask = scan_convert(exec::par, truth, map);
-///
-/// Pixels correspond to those of the image that `scan_convert` makes of lines with the same map. Structures thinner
-/// than a pixel may be missed: trace with about as many samples as the image has rows.
-/// @param recycled  an image whose memory is reused
-/// @throws usage_error  for labels that do not match the map
-template <exec::policy Policy>
-label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map,
-                         label_image recycled = {}) {
-    recycled.size = map.size;
-    recycled.pixels.assign(map.first.size(), background_label);
-    detail::copy_nearest(policy, labels, map, recycled.pixels);
-    return recycled;
-}
-
-/// The same for a single frame, with a temporary map.
-/// @throws usage_error  for labels that are empty or not those of the probe, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-label_image scan_convert(const Policy& policy, const label_lines& labels, const Probe& probe,
-                         const scan_convert_settings& settings = {}) {
-    return scan_convert(policy, labels, make_scan_map(policy, probe, detail::acquisition_of(labels), settings));
-}
-
-/// Scan-converts values that must not be interpolated, such as angles of incidence: each pixel has that of the nearest
-/// sample.
-/// @throws usage_error  for lines that do not match the map
-template <exec::policy Policy>
-image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {
-    image picture{map.size, map.background};
-    detail::copy_nearest(policy, lines, map, picture.pixels);
-    return picture;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_SIGNAL_CONVOLVE_HPP
-#define INSONIFY_SIGNAL_CONVOLVE_HPP
-
-#ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
-#define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
-
-#include <cstddef>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples, the
-/// decimation.
-///
-/// Result k is at the centre of samples k D to k D + D - 1; for an even D this is between two samples. A line is stored
-/// as D polyphase rows (samples 0, D, 2 D, ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads
-/// consecutive samples for consecutive results.
-class axial_kernel {
-  public:
-    axial_kernel() = default;
-    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
-        set(samples, envelope, decimation);
-    }
-
-    /// Recomputes the kernel in the same memory. @param envelope  in units of samples
-    void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
-        decimation_ = decimation;
-        results_ = samples / decimation;
-        const auto half_length = static_cast<std::size_t>(min(envelope.half_length(), static_cast<float>(samples)));
-        zeros_ = half_length / decimation + 1;
-        stride_ = results_ + 2 * zeros_ + tap_room;
-        taps_.clear();
-        const std::size_t begin = zeros_ * decimation; // of the line in one padded row, before it is split into phases
-        for (std::size_t at = begin - half_length; at < begin + half_length + decimation; ++at) {
-            const float centre = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
-            const float from_centre = static_cast<float>(at) - centre;
-            if (std::fabs(from_centre) > envelope.half_length()) continue;
-            taps_.push_back({.weight = envelope(from_centre),
-                             .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
-        }
-    }
-
-    /// Size of a polyphase line, in samples.
-    std::size_t layout_size() const { return decimation_ * stride_; }
-
-    /// Approximate time for a line.
-    float nanoseconds() const { return static_cast<float>(results_ * (2 + taps_.size() / 8)); }
-
-    /// Stores a line as polyphase rows. @param layout  zeros, or an earlier line
-    void lay_out(const vec2* line, vec2* layout) const {
-        for (std::size_t phase = 0; phase < decimation_; ++phase)
-            for (std::size_t i = 0; i < results_; ++i)
-                layout[phase * stride_ + zeros_ + i] = line[i * decimation_ + phase];
-    }
-
-    /// @tparam Width  floats in a SIMD register
-    template <int Width>
-    void apply(const vec2* layout, vec2* results) const {
-        sum_taps<Width>({taps_.data(), taps_.size()}, layout, results, results_);
-    }
-
-  private:
-    std::size_t decimation_ = 1;
-    std::size_t results_ = 0;
-    std::size_t zeros_ = 0;  // padding before and after each row
-    std::size_t stride_ = 0; // from row to row
-    std::vector<tap> taps_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
-#ifndef INSONIFY_SIGNAL_LATERAL_SLAB_HPP
-#define INSONIFY_SIGNAL_LATERAL_SLAB_HPP
-
-#ifndef INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
-#define INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <utility>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Lateral weights at one depth; normalized over the lines that exist.
-struct lateral_weights {
-    view<const float> half{}; ///< by distance in lines, 0 to `half_width`; both sides sum to 1
-    std::uint32_t lines = 1;  ///< number of lines of the probe
-    bool full_circle = false; ///< the last line is next to the first
-    float spacing = 0;        ///< distance between lines at this depth, metres
-
-    INSONIFY_FN int half_width() const { return static_cast<int>(half.size()) - 1; }
-
-    /// Offsets of the first and the last neighbour that exist.
-    INSONIFY_FN int first(std::uint32_t line) const {
-        const int before = static_cast<int>(line);
-        return full_circle || before > half_width() ? -half_width() : -before;
-    }
-    INSONIFY_FN int last(std::uint32_t line) const {
-        const int after = static_cast<int>(lines - 1 - line);
-        return full_circle || after > half_width() ? half_width() : after;
-    }
-
-    /// Sum of the weights over the lines that exist, by which they are divided: 1 except near the ends.
-    INSONIFY_FN float existing(std::uint32_t line) const {
-        const int begin = first(line), end = last(line);
-        if (begin == -half_width() && end == half_width()) return 1;
-        float sum = 0;
-        for (int offset = begin; offset <= end; ++offset) sum += weight(offset);
-        return sum;
-    }
-
-    /// Power of incoherent echoes on a line after weighting: sum_jk w_j g_j w_k g_k C(x_j - x_k).
-    /// @tparam Width       floats in a SIMD register
-    /// @param covariance   C(lag) of the echoes on two lines, the lag in lines; 1 at lag 0, and 0 from some lag on
-    /// @param gain         g(line), amplitude of the echoes of a line before weighting
-    /// @param amplitudes   scratch memory
-    template <int Width, class Covariance, class Gain>
-    float power(std::uint32_t line, const Covariance& covariance, const Gain& gain,
-                std::vector<float>& amplitudes) const {
-        const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
-        amplitudes.resize(static_cast<std::size_t>(end - begin) + 1);
-        float* to = amplitudes.data();
-        for (int offset = begin; offset <= end; ++offset) {
-            int neighbour = here + offset;
-            if (full_circle) neighbour = (neighbour + count) % count;
-            *to++ = weight(offset) * gain(static_cast<std::uint32_t>(neighbour));
-        }
-        const auto neighbours = static_cast<std::ptrdiff_t>(amplitudes.size());
-        const float* const a = amplitudes.data();
-        float sum = 0;
-        for (std::ptrdiff_t lag = 0; lag < neighbours; ++lag) {
-            const float correlated = covariance(static_cast<int>(lag));
-            if (lag > 0 && !(std::fabs(correlated) > 0)) break;
-            const float* const b = a + lag;
-            const std::ptrdiff_t products = neighbours - lag, whole = products - products % Width;
-            lanes<Width> in_lanes(0.0F);
-            for (std::ptrdiff_t i = 0; i < whole; i += Width)
-                in_lanes = multiply_add(load<Width>(a + i), load<Width>(b + i), in_lanes);
-            float parts[Width], of_lag = 0;
-            store(in_lanes, parts);
-            for (const float part : parts) of_lag += part;
-            for (std::ptrdiff_t i = whole; i < products; ++i) of_lag += a[i] * b[i];
-            sum += (lag == 0 ? 1 : 2) * correlated * of_lag;
-        }
-        const float all = existing(line);
-        return sum / (all * all);
-    }
-
-  private:
-    INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
-};
-
-/// Lateral weights of `convolve` at every depth. Made by `make_lateral_kernel`.
-///
-/// Computed at the centre of every depth step and interpolated linearly, since steps would add noise.
-struct lateral_kernel {
-    static constexpr std::uint32_t depth_step = 4; ///< samples
-
-    /// Range of the weights of a depth step in `weights`.
-    struct entry {
-        std::size_t begin = 0;
-        std::size_t count = 0;
-        float spacing = 0; ///< distance between lines, metres
-    };
-    std::uint32_t lines = 1;
-    bool full_circle = false;   ///< the last line is next to the first
-    double cycles_per_line = 0; ///< `line_advance` of the probe, cycles of the carrier of an echo
-    std::vector<entry> entries;
-    std::vector<float> weights;
-    std::vector<std::ptrdiff_t> less; ///< by distance in lines: samples by which a wave front is less deep there
-
-    /// Weights at the centre of the depth step that contains a sample.
-    lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
-
-    /// Weights at a sample: (1 - fraction) of the weights `above` plus `fraction` of those `below`.
-    struct blend {
-        view<const float> above{};
-        view<const float> below{};
-        float fraction = 0;
-    };
-    blend blend_at(std::uint32_t sample) const {
-        const auto last = static_cast<float>(entries.size() - 1);
-        const float place = clamp((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
-        const auto first = static_cast<std::size_t>(place);
-        const entry &above = entries[first], &below = entries[first + (place < last ? 1 : 0)];
-        return {.above = {weights.data() + above.begin, above.count},
-                .below = {weights.data() + below.begin, below.count},
-                .fraction = place - static_cast<float>(first)};
-    }
-
-    /// The largest of all depths, in lines.
-    std::size_t half_width() const {
-        std::size_t longest = 1;
-        for (const entry& e : entries) longest = std::max(longest, e.count);
-        return longest - 1;
-    }
-
-    bool steered() const { return cycles_per_line != 0; }
-    /// Phase of an echo on a line relative to that on line 0, at the same wave front.
-    vec2 phase(std::ptrdiff_t line) const {
-        const double cycles = cycles_per_line * static_cast<double>(line);
-        const auto angle = 2 * pi * static_cast<float>(cycles - std::floor(cycles));
-        return {std::cos(angle), std::sin(angle)};
-    }
-
-  private:
-    lateral_weights of(const entry& e) const {
-        return {.half = {weights.data() + e.begin, e.count},
-                .lines = lines,
-                .full_circle = full_circle,
-                .spacing = e.spacing};
-    }
-};
-
-/// @param scan      depth and samples of the lines; `samples` must not be 0
-/// @param recycled  a kernel whose memory is reused
-/// @throws usage_error  for a setting of the probe or acquisition out of range
-template <transducer Probe>
-lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, lateral_kernel recycled = {}) {
-    const beam_model beam = beam_of(probe, scan.depth);
-    if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` is 0; it must be that of the lines"};
-    constexpr std::uint32_t step = lateral_kernel::depth_step;
-    lateral_kernel kernel = std::move(recycled);
-    kernel.lines = probe.lines;
-    kernel.full_circle = is_full_circle(probe);
-    const float advance = line_advance(probe);
-    kernel.cycles_per_line = 2.0 * static_cast<double>(probe.frequency) * static_cast<double>(advance / display_speed);
-    auto& entries = kernel.entries;
-    auto& weights = kernel.weights;
-    entries.clear();
-    weights.clear();
-    const std::uint32_t last = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
-    for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
-        const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
-        const float sigma = beam.lateral_sigma(depth), lobe = beam.side_lobe_width(depth);
-        const float spacing = line_spacing(probe, depth);
-        const float max_sigmas =
-            max(kernel_sigmas, beam.side_lobes > 0 ? beam_model::side_lobe_extent * lobe / sigma : 0);
-        const std::size_t begin = weights.size();
-        double sum = 0;
-        for (std::uint32_t offset = 0; offset <= last; ++offset) {
-            const float apart = static_cast<float>(offset) * spacing, sigmas = apart / sigma;
-            if (sigmas > max_sigmas) break;
-            weights.push_back(std::exp(-0.5F * sigmas * sigmas) + beam.side_lobe(apart / lobe));
-            sum += (offset == 0 ? 1 : 2) * static_cast<double>(weights.back());
-        }
-        const std::size_t end = weights.size();
-        for (std::size_t i = begin; i < end; ++i)
-            weights[i] = static_cast<float>(static_cast<double>(weights[i]) / sum);
-        entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
-    }
-    const float samples_per_line = advance * static_cast<float>(scan.samples) / scan.depth;
-    kernel.less.resize(kernel.half_width() + 1);
-    for (std::size_t i = 0; i < kernel.less.size(); ++i)
-        kernel.less[i] = static_cast<std::ptrdiff_t>(std::lround(samples_per_line * static_cast<float>(i)));
-    return kernel;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
-#include <algorithm>
-#include <utility>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// A copy of a few consecutive samples of every line, for filtering across the lines. H is the half width of the
-/// kernel:
-///
-///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
-///           zeros, or for a full circle the lines from the other end
-///
-/// The samples of a line are contiguous and each has its own weights, so that SIMD works along the line. Across steered
-/// lines the filter follows the wave front: it reads neighbours a few samples above or below, which are copied too, and
-/// with the phase that they have at the same wave front.
-class lateral_slab {
-  public:
-    static constexpr std::size_t samples = 32;
-
-    /// @param memory  scratch memory; grows as needed
-    lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
-        : kernel_{kernel}, lines_{kernel.lines}, half_width_{kernel.half_width()},
-          margin_{static_cast<std::size_t>(std::abs(kernel.less.back()))}, stride_{samples + 2 * margin_} {
-        memory.resize(2 * (half_width_ + 1) * samples + (lines_ + 2 * half_width_) * stride_);
-        weights_ = memory.data();
-        tails_ = weights_ + (half_width_ + 1) * samples;
-        values_ = tails_ + (half_width_ + 1) * samples;
-        std::fill(values_, values_ + (lines_ + 2 * half_width_) * stride_, vec2{0, 0});
-    }
-
-    /// Computes the weights of samples `first` to `first` + `count` - 1.
-    void weigh(std::size_t first, std::size_t count) {
-        std::fill(weights_, values_, vec2{0, 0});
-        for (std::size_t k = 0; k < count; ++k) {
-            const lateral_kernel::blend at = kernel_.blend_at(static_cast<std::uint32_t>(first + k));
-            for (std::size_t i = 0; i < at.above.size(); ++i)
-                weights_[i * samples + k] += (1 - at.fraction) * at.above[i];
-            for (std::size_t i = 0; i < at.below.size(); ++i) weights_[i * samples + k] += at.fraction * at.below[i];
-        }
-        for (std::size_t i = half_width_; i-- > 0;) // sum of the weights of the neighbours beyond the i-th
-            for (std::size_t k = 0; k < samples; ++k)
-                tails_[i * samples + k] = tails_[(i + 1) * samples + k] + weights_[(i + 1) * samples + k];
-    }
-
-    /// Copies samples of all lines.
-    /// @param stride  from line to line
-    /// @param before  samples of the lines before `from`
-    /// @param after   samples of the lines after these
-    void copy(const vec2* from, std::size_t stride, std::size_t count, std::size_t before = 0, std::size_t after = 0) {
-        const std::size_t above = std::min(before, margin_), below = std::min(after, margin_);
-        const auto beyond = static_cast<std::ptrdiff_t>(kernel_.full_circle ? half_width_ : 0);
-        const auto lines = static_cast<std::ptrdiff_t>(lines_);
-        for (std::ptrdiff_t line = -beyond; line < lines + beyond; ++line) {
-            const vec2* source = from + static_cast<std::size_t>((line + lines) % lines) * stride - above;
-            vec2* const to = row(line);
-            std::fill(to - margin_, to - above, vec2{0, 0});
-            std::copy_n(source, above + count + below, to - above);
-            std::fill(to + count + below, to + samples + margin_, vec2{0, 0});
-            if (kernel_.steered()) turn(to - above, above + count + below, kernel_.phase(-line));
-        }
-    }
-
-    /// Filters across the lines; the weights are normalized over the lines that exist.
-    /// @tparam Width  floats in a SIMD register
-    /// @param to      in place only where lines are not steered
-    template <int Width>
-    void apply(vec2* to, std::size_t stride, std::size_t count) const {
-        vec2 sums[samples];
-        for (std::size_t line = 0; line < lines_; ++line) {
-            const std::size_t after = lines_ - 1 - line;
-            const bool whole = kernel_.full_circle || (line >= half_width_ && after >= half_width_);
-            vec2* out = whole && count == samples ? to + line * stride : sums;
-            const vec2* const here = row(static_cast<std::ptrdiff_t>(line));
-            for (std::size_t part = 0; part < samples; part += std::size_t{4} * Width)
-                sum_neighbours<Width>(here + part, weights_ + part, out + part, std::make_index_sequence<8>{});
-            if (!whole)
-                for (std::size_t k = 0; k < count; ++k)
-                    sums[k] /= 1 - (line < half_width_ ? tails_[line * samples + k].x : 0) -
-                               (after < half_width_ ? tails_[after * samples + k].x : 0);
-            if (out == sums) std::copy_n(sums, count, to + line * stride);
-            if (kernel_.steered()) turn(to + line * stride, count, kernel_.phase(static_cast<std::ptrdiff_t>(line)));
-        }
-    }
-
-  private:
-    vec2* row(std::ptrdiff_t line) const {
-        return values_ + (static_cast<std::ptrdiff_t>(half_width_) + line) * static_cast<std::ptrdiff_t>(stride_) +
-               margin_;
-    }
-
-    static void turn(vec2* values, std::size_t count, vec2 phase) {
-        for (std::size_t k = 0; k < count; ++k)
-            values[k] = {values[k].x * phase.x - values[k].y * phase.y, values[k].x * phase.y + values[k].y * phase.x};
-    }
-
-    // As many samples as eight SIMD registers hold; the sums stay in registers.
-    template <int Width, std::size_t... I>
-    INSONIFY_INLINE void sum_neighbours(const vec2* here, const vec2* weights, vec2* to,
-                                        std::index_sequence<I...>) const {
-        const auto floats = [](const vec2* at) { return reinterpret_cast<const float*>(at); };
-        lanes<Width> sums[] = {load<Width>(floats(here) + I * Width) * load<Width>(floats(weights) + I * Width)...};
-        const std::ptrdiff_t* const less_deep = kernel_.less.data();
-        for (std::size_t apart = 1; apart <= half_width_; ++apart) {
-            const std::ptrdiff_t less = less_deep[apart];
-            const float *left = floats(here - apart * stride_ + less), *right = floats(here + apart * stride_ - less),
-                        *weight = floats(weights + apart * samples);
-            ((sums[I] = multiply_add(load<Width>(left + I * Width) + load<Width>(right + I * Width),
-                                     load<Width>(weight + I * Width), sums[I])),
-             ...);
-        }
-        (store(sums[I], reinterpret_cast<float*>(to) + I * Width), ...);
-    }
-
-    const lateral_kernel& kernel_;
-    std::size_t lines_ = 0;
-    std::size_t half_width_ = 0;
-    std::size_t margin_ = 0;  // samples above and below that steered lines need
-    std::size_t stride_ = 0;  // from line to line of the copy
-    vec2* weights_ = nullptr; // by distance in lines, that of each sample twice: for x and y
-    vec2* tails_ = nullptr;   // by distance in lines: sum of the weights beyond
-    vec2* values_ = nullptr;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Options of `convolve`.
-struct convolve_settings {
-    std::uint32_t decimation = 1; ///< samples per result; a divisor of the number of samples
-};
-
-/// Tables and memory of `convolve`. Pass it again with the next frame: memory is allocated only while it grows.
-struct convolve_workspace {
-    detail::lateral_kernel lateral;        ///< weights across the lines
-    detail::axial_kernel axial;            ///< weights along a line
-    std::vector<std::vector<vec2>> blocks; ///< scratch memory of each block of lines or samples
-    iq_lines decimated;                    ///< the lines of the previous frame
-    iq_lines steered;                      ///< lines that cannot be filtered in place
-};
-
-namespace detail {
-
-/// `for_each_block` with scratch memory for each block: body(begin, end, memory).
-template <exec::policy Policy, class Body>
-void for_each_block_with_memory(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
-                                std::vector<std::vector<vec2>>& memory, const Body& body) {
-    memory.resize(std::max(memory.size(), (count + block - 1) / block));
-    exec::for_each_block(policy, count, block, nanoseconds,
-                         [&](std::size_t begin, std::size_t end) { body(begin, end, memory[begin / block]); });
-}
-
-/// The axial half of `convolve`; in place without decimation.
-/// @param sent  in units of samples
-template <exec::policy Policy>
-iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation,
-                        convolve_workspace& own) {
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    own.axial.set(echoes.samples, sent, decimation);
-    if (decimation > 1) own.decimated.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
-    iq_lines& results = decimation > 1 ? own.decimated : echoes;
-    for_each_block_with_memory(policy, echoes.count, 8, own.axial.nanoseconds(), own.blocks,
-                               [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
-                                   layout.assign(own.axial.layout_size(), vec2{0, 0});
-                                   for (std::size_t line = begin; line < end; ++line) {
-                                       own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-                                       own.axial.template apply<width>(layout.data(),
-                                                                       results.values.data() + line * results.samples);
-                                   }
-                               });
-    if (decimation > 1) std::swap(own.decimated, echoes);
-    return echoes;
-}
-
-/// The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
-template <exec::policy Policy>
-iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspace& own) {
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    constexpr std::size_t thickness = lateral_slab::samples;
-    const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
-    const bool in_place = !own.lateral.steered();
-    if (!in_place) own.steered.reshape(lines.count, lines.samples, lines.depth);
-    iq_lines& results = in_place ? lines : own.steered;
-    const float slab_time = 0.2F * static_cast<float>((2 * own.lateral.half_width() + 1) * lines.count * thickness);
-    for_each_block_with_memory(
-        policy, slabs, 8, slab_time, own.blocks, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
-            lateral_slab slab{own.lateral, memory};
-            for (std::size_t i = begin; i < end; ++i) {
-                const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
-                slab.weigh(first, count);
-                slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
-                slab.template apply<width>(results.values.data() + first, lines.samples, count);
-            }
-        });
-    if (!in_place) std::swap(own.steered, lines);
-    return lines;
-}
-
-} // namespace detail
-
-/// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
-///
-/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma` along the wave front,
-/// at right angles to the lines (`line_advance`), whose weights sum to 1 over the lines that exist, at the ends as well. So a plate keeps its amplitude at every depth, sampling and
-/// line spacing. Lines are zero beyond their ends, so speckle fades within two standard deviations of the pulse from
-/// them. In place: pass std::move(echoes).
-/// @param echoes  baseband: an echo a at displayed depth z is a exp(-j 4 pi f0 z / c0), with c0 = display_speed
-/// @param own     tables and memory, kept from frame to frame
-/// @throws usage_error  for lines that are not those of the probe, samples coarser than the standard deviation of the
-///                      pulse, a pulse frequency other than that of the probe, and settings out of range
-template <exec::policy Policy, transducer Probe>
-iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
-                  const convolve_settings& settings, convolve_workspace& own) {
-    probe.check();
-    sent.check(probe.frequency);
-    if (echoes.count != probe.lines || echoes.samples == 0 ||
-        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
-        throw usage_error{"convolve: the echoes must have as many lines as the probe, and a value for every sample"};
-    check_depth(echoes.depth, "convolve");
-    if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
-        throw usage_error{
-            detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
-                            "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
-    const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
-    const pulse_envelope in_metres = sent.envelope(probe.frequency);
-    const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
-    const auto decimation = static_cast<float>(settings.decimation);
-    if (!(envelope.sigma * 1.0001F >= decimation)) {
-        const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
-        throw usage_error{
-            detail::joined({"convolve: the samples are too coarse for the pulse; a line needs at least ",
-                            std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)",
-                            settings.decimation > 1 ? ", or a smaller `decimation`" : ""})};
-    }
-
-    iq_lines lines = detail::convolve_along(policy, std::move(echoes), envelope, settings.decimation, own);
-    own.lateral =
-        detail::make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(own.lateral));
-    return detail::convolve_across(policy, std::move(lines), own);
-}
-/// The same, with its own tables and memory.
-template <exec::policy Policy, transducer Probe>
-iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
-                  const convolve_settings& settings = {}) {
-    convolve_workspace own;
-    return convolve(policy, std::move(echoes), sent, probe, settings, own);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
-#define INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Level and seed of the electronic noise.
-struct electronic_noise_settings {
-    float level_db = -135;   ///< rms of its envelope, relative to the echo of a perfect mirror; `no_level_db`: none
-    std::uint64_t seed = 1;  ///< selects a realization
-    std::uint32_t frame = 0; ///< number of the frame: noise differs from frame to frame
-};
-
-namespace detail {
-
-/// Complex normal numbers of mean power 1, from which hashes draw.
-struct normal_numbers {
-    static constexpr std::uint32_t count = 4096;
-    vec2 values[count];
-
-    normal_numbers() {
-        float power = 0;
-        for (std::uint32_t i = 0; i < count; ++i) {
-            values[i] = hash_normal(count, i);
-            power += dot(values[i], values[i]) / count;
-        }
-        for (vec2& value : values) value /= std::sqrt(power);
-    }
-    /// @param bits  random
-    vec2 operator()(std::uint32_t bits) const { return values[bits % count]; }
-};
-
-} // namespace detail
-
-/// Adds the noise of the receiver: complex white Gaussian noise, uniform in depth. Call it before `tgc`, which
-/// amplifies it with depth.
-/// @throws usage_error  for a level that is not finite
-template <exec::policy Policy>
-iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electronic_noise_settings& settings = {}) {
-    if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be finite"};
-    const float scale = amplitude_of_decibels(settings.level_db);
-    if (scale == 0) return lines;
-    static const detail::normal_numbers numbers;
-    const auto stream = static_cast<std::uint32_t>(hash_bits(settings.seed, settings.frame));
-    exec::for_each_block(policy, lines.values.size(), 4096, 3, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            lines.values[i] += scale * numbers(mix_bits(static_cast<std::uint32_t>(i) ^ stream));
-    });
-    return lines;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_SIGNAL_ENVELOPE_HPP
-#define INSONIFY_SIGNAL_ENVELOPE_HPP
-
-#ifndef INSONIFY_SIGNAL_HILBERT_HPP
-#define INSONIFY_SIGNAL_HILBERT_HPP
-
-#include <bit>
-#include <cstddef>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Hilbert transform: shifts the phase of every frequency of a real signal by -90 degrees, so that cos becomes sin.
-///
-/// Uses FFTs of a power of two with at least a quarter of zero padding, of two signals at a time, one as the real and
-/// one as the imaginary part. The forward transform (decimation in frequency) leaves its results in bit-reversed order,
-/// from which the inverse transform (decimation in time) starts, so nothing is reordered: positive frequencies are at
-/// even indices, negative frequencies at odd ones. Source: Gentleman & Sande 1966, Cooley & Tukey 1965.
-class hilbert_transform {
-  public:
-    explicit hilbert_transform(std::size_t samples)
-        : size_{std::bit_ceil(samples + samples / 4 + 2)}, cosine_(size_), sine_(size_) {
-        for (std::size_t half = 1; half < size_; half *= 2)
-            for (std::size_t i = 0; i < half; ++i) {
-                const double angle = 3.14159265358979323846 * static_cast<double>(i) / static_cast<double>(half);
-                cosine_[half + i] = static_cast<float>(std::cos(angle));
-                sine_[half + i] = static_cast<float>(std::sin(angle));
-            }
-    }
-
-    /// Size of the buffers of `apply`: the signal, padded with zeros.
-    std::size_t size() const { return size_; }
-
-    /// In place; overwrites the padding.
-    /// @tparam Width  floats in a SIMD register
-    template <int Width>
-    void apply(float* one, float* other) const {
-        for (std::size_t half = size_ / 2; half > 0; half /= 2)
-            for (std::size_t begin = 0; begin < size_; begin += 2 * half)
-                forward<Width>(one + begin, other + begin, half);
-
-        const float scale = 1 / static_cast<float>(size_);
-        one[0] = one[1] = other[0] = other[1] = 0; // the Hilbert transform of DC and of the Nyquist frequency is 0
-        for (std::size_t i = 2; i < size_; i += 2) {
-            const float real = one[i], imaginary = other[i];
-            one[i] = scale * imaginary;
-            other[i] = -scale * real;
-            const float negative_real = one[i + 1], negative_imaginary = other[i + 1];
-            one[i + 1] = -scale * negative_imaginary;
-            other[i + 1] = scale * negative_real;
-        }
-
-        for (std::size_t half = 1; half < size_; half *= 2)
-            for (std::size_t begin = 0; begin < size_; begin += 2 * half) back<Width>(one + begin, other + begin, half);
-    }
-
-  private:
-    /// (a, b) becomes (a + b, (a - b) exp(-j angle)), for `half` values a and as many values b after them.
-    template <int Width>
-    void forward(float* real, float* imaginary, std::size_t half) const {
-        using floats = lanes<Width>;
-        if constexpr (Width > 1)
-            if (half < Width) return forward<1>(real, imaginary, half);
-        for (std::size_t i = 0; i < half; i += Width) {
-            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
-            const floats ar = load<Width>(real + i), br = load<Width>(real + half + i);
-            const floats ai = load<Width>(imaginary + i), bi = load<Width>(imaginary + half + i);
-            store(ar + br, real + i);
-            store(ai + bi, imaginary + i);
-            store((ar - br) * c + (ai - bi) * s, real + half + i);
-            store((ai - bi) * c - (ar - br) * s, imaginary + half + i);
-        }
-    }
-
-    /// (a, b) becomes (a + b exp(+j angle), a - b exp(+j angle)).
-    template <int Width>
-    void back(float* real, float* imaginary, std::size_t half) const {
-        using floats = lanes<Width>;
-        if constexpr (Width > 1)
-            if (half < Width) return back<1>(real, imaginary, half);
-        for (std::size_t i = 0; i < half; i += Width) {
-            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
-            const floats xr = load<Width>(real + half + i), xi = load<Width>(imaginary + half + i);
-            const floats ar = load<Width>(real + i), ai = load<Width>(imaginary + i);
-            const floats br = xr * c - xi * s, bi = xi * c + xr * s;
-            store(ar + br, real + i);
-            store(ai + bi, imaginary + i);
-            store(ar - br, real + half + i);
-            store(ai - bi, imaginary + half + i);
-        }
-    }
-
-    std::size_t size_ = 0;
-    std::vector<float> cosine_; // of i / half of half a turn, at half + i
-    std::vector<float> sine_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
-#include <algorithm>
-#include <cstddef>
-#include <string>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
-/// Square roots, in place.
-template <int Width>
-void square_roots(float* values, std::size_t count) {
-    const std::size_t whole = count - count % Width;
-    for (std::size_t i = 0; i < whole; i += Width) store(sqrt(load<Width>(values + i)), values + i);
-    for (std::size_t i = whole; i < count; ++i) values[i] = std::sqrt(values[i]);
-}
-
-} // namespace detail
-
-/// Envelope of baseband signals: |IQ| = sqrt(I^2 + Q^2).
-/// @param recycled  lines whose memory is reused
-template <exec::policy Policy>
-scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycled = {}) {
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    recycled.reshape(iq.count, iq.samples, iq.depth);
-    exec::for_each_block(policy, iq.values.size(), 16384, 0.6F, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            recycled.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
-        detail::square_roots<width>(recycled.values.data() + begin, end - begin);
-    });
-    return recycled;
-}
-
-/// Envelope of RF signals: sqrt(RF^2 + H(RF)^2), where H is the Hilbert transform.
-///
-/// Equals |IQ| of the same echoes within 1e-3 of the maximum for fractional bandwidths below 0.8, except near truncated
-/// signals: lines are zero beyond their ends.
-/// @param rf  at least four samples per cycle
-/// @throws usage_error  where the number of values is not lines times samples
-template <exec::policy Policy>
-scan_lines envelope(const Policy& policy, const scan_lines& rf) {
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    if (rf.values.size() != static_cast<std::size_t>(rf.count) * rf.samples)
-        throw usage_error{"envelope: " + std::to_string(rf.count) + " lines of " + std::to_string(rf.samples) +
-                          " samples need as many values, not " + std::to_string(rf.values.size())};
-    const detail::hilbert_transform transform{rf.samples};
-    scan_lines lines{rf.count, rf.samples, rf.depth};
-    exec::for_each_block(policy, rf.count, 2, 20 * static_cast<float>(rf.samples),
-                         [&](std::size_t first, std::size_t end) {
-                             const std::size_t n = rf.samples, last = end - 1; // an odd last line is paired with itself
-                             std::vector<float> shifted(2 * transform.size());
-                             float* one = shifted.data();
-                             float* other = one + transform.size();
-                             std::copy_n(rf.values.data() + first * n, n, one);
-                             std::copy_n(rf.values.data() + last * n, n, other);
-                             transform.template apply<width>(one, other);
-                             for (const std::size_t line : {first, last}) {
-                                 const float* from = rf.values.data() + line * n;
-                                 const float* quarter = line == first ? one : other;
-                                 float* to = lines.values.data() + line * n;
-                                 for (std::size_t i = 0; i < n; ++i)
-                                     to[i] = from[i] * from[i] + quarter[i] * quarter[i];
-                                 detail::square_roots<width>(to, n);
-                             }
-                         });
-    return lines;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_SIGNAL_RESAMPLE_LINES_HPP
-#define INSONIFY_SIGNAL_RESAMPLE_LINES_HPP
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
-/// Weight of a line at a distance, in lines, from the place between lines whose value is wanted: sinc, with the window of
-/// Lanczos over six lines.
-inline float lanczos_weight(float distance) {
-    constexpr float half_width = 3;
-    const auto sinc = [](float x) { return std::fabs(x) < 1e-4F ? 1.0F : std::sin(pi * x) / (pi * x); };
-    return std::fabs(distance) < half_width ? sinc(distance) * sinc(distance / half_width) : 0;
-}
-
-} // namespace detail
-
-/// Echoes on the lines of a probe from those on fewer lines of it, after `convolve`: a beam has no detail finer than its
-/// width, so lines half of that apart say what is between them (`rays_per_line`).
-///
-///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)}, wanted{probe, 1};
-///     echoes = resample_lines(policy, echoes, traced, wanted); // ... of trace and convolve with `traced`
-///
-/// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of the
-/// field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
-/// @param traced    the probe of `lines`
-/// @param wanted    that of the result: the same face and field of view
-/// @param recycled  lines whose memory is reused
-/// @throws usage_error  for lines that are not those of the probe
-template <exec::policy Policy, transducer Probe>
-iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Probe& traced, const Probe& wanted,
-                        iq_lines recycled = {}) {
-    if (lines.count != traced.lines || lines.samples == 0 ||
-        lines.values.size() != std::size_t{lines.count} * lines.samples)
-        throw usage_error{"resample_lines: the echoes must have as many lines as the probe that was traced"};
-    check_depth(lines.depth, "resample_lines");
-    wanted.check();
-    iq_lines made = std::move(recycled);
-    made.reshape(wanted.lines, lines.samples, lines.depth);
-    const bool around = is_full_circle(traced);
-    const auto count = static_cast<int>(lines.count), samples = static_cast<int>(lines.samples);
-    const float advance = line_advance(traced), per_line = static_cast<float>(count) / static_cast<float>(wanted.lines);
-    const float samples_per_line = advance * static_cast<float>(samples) / lines.depth,
-                turn = 4 * pi * traced.frequency * advance / display_speed; // of the phase, from line to line
-    const auto interpolate = [&](std::uint32_t line) {
-        vec2* const to = made.values.data() + std::size_t{line} * lines.samples;
-        std::fill_n(to, samples, vec2{0, 0});
-        const float place = (static_cast<float>(line) + 0.5F) * per_line - 0.5F;
-        const auto first = static_cast<int>(std::floor(place)) - 2;
-        const auto exists = [&](int neighbour) { return around || (neighbour >= 0 && neighbour < count); };
-        float sum = 0;
-        for (int i = first; i < first + 6; ++i)
-            if (exists(i)) sum += detail::lanczos_weight(static_cast<float>(i) - place);
-        for (int i = first; i < first + 6; ++i) {
-            if (!exists(i)) continue;
-            const float apart = static_cast<float>(i) - place, weight = detail::lanczos_weight(apart) / sum;
-            const vec2 factor = weight * vec2{std::cos(turn * apart), -std::sin(turn * apart)};
-            const auto less_deep = static_cast<int>(std::lround(samples_per_line * apart));
-            const vec2* const from =
-                lines.values.data() + static_cast<std::size_t>((i + count) % count) * lines.samples;
-            for (int k = std::max(less_deep, 0); k < std::min(samples + less_deep, samples); ++k) {
-                const vec2 echo = from[k - less_deep];
-                to[k] += vec2{echo.x * factor.x - echo.y * factor.y, echo.x * factor.y + echo.y * factor.x};
-            }
-        }
-    };
-    exec::for_each_block(policy, wanted.lines, 8, 6 * static_cast<float>(samples),
-                         [&](std::size_t begin, std::size_t end) {
-                             for (std::size_t line = begin; line < end; ++line)
-                                 interpolate(static_cast<std::uint32_t>(line));
-                         });
-    return made;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -15321,6 +13626,195 @@ class planes_of_lines {
 #ifndef INSONIFY_TRACING_KERNEL_TABLE_HPP
 #define INSONIFY_TRACING_KERNEL_TABLE_HPP
 
+#ifndef INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
+#define INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Lateral weights at one depth; normalized over the lines that exist.
+struct lateral_weights {
+    view<const float> half{}; ///< by distance in lines, 0 to `half_width`; both sides sum to 1
+    std::uint32_t lines = 1;  ///< number of lines of the probe
+    bool full_circle = false; ///< the last line is next to the first
+    float spacing = 0;        ///< distance between lines at this depth, metres
+
+    INSONIFY_FN int half_width() const { return static_cast<int>(half.size()) - 1; }
+
+    /// Offsets of the first and the last neighbour that exist.
+    INSONIFY_FN int first(std::uint32_t line) const {
+        const int before = static_cast<int>(line);
+        return full_circle || before > half_width() ? -half_width() : -before;
+    }
+    INSONIFY_FN int last(std::uint32_t line) const {
+        const int after = static_cast<int>(lines - 1 - line);
+        return full_circle || after > half_width() ? half_width() : after;
+    }
+
+    /// Sum of the weights over the lines that exist, by which they are divided: 1 except near the ends.
+    INSONIFY_FN float existing(std::uint32_t line) const {
+        const int begin = first(line), end = last(line);
+        if (begin == -half_width() && end == half_width()) return 1;
+        float sum = 0;
+        for (int offset = begin; offset <= end; ++offset) sum += weight(offset);
+        return sum;
+    }
+
+    /// Power of incoherent echoes on a line after weighting: sum_jk w_j g_j w_k g_k C(x_j - x_k).
+    /// @tparam Width       floats in a SIMD register
+    /// @param covariance   C(lag) of the echoes on two lines, the lag in lines; 1 at lag 0, and 0 from some lag on
+    /// @param gain         g(line), amplitude of the echoes of a line before weighting
+    /// @param amplitudes   scratch memory
+    template <int Width, class Covariance, class Gain>
+    float power(std::uint32_t line, const Covariance& covariance, const Gain& gain,
+                std::vector<float>& amplitudes) const {
+        const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
+        amplitudes.resize(static_cast<std::size_t>(end - begin) + 1);
+        float* to = amplitudes.data();
+        for (int offset = begin; offset <= end; ++offset) {
+            int neighbour = here + offset;
+            if (full_circle) neighbour = (neighbour + count) % count;
+            *to++ = weight(offset) * gain(static_cast<std::uint32_t>(neighbour));
+        }
+        const auto neighbours = static_cast<std::ptrdiff_t>(amplitudes.size());
+        const float* const a = amplitudes.data();
+        float sum = 0;
+        for (std::ptrdiff_t lag = 0; lag < neighbours; ++lag) {
+            const float correlated = covariance(static_cast<int>(lag));
+            if (lag > 0 && !(std::fabs(correlated) > 0)) break;
+            const float* const b = a + lag;
+            const std::ptrdiff_t products = neighbours - lag, whole = products - products % Width;
+            lanes<Width> in_lanes(0.0F);
+            for (std::ptrdiff_t i = 0; i < whole; i += Width)
+                in_lanes = multiply_add(load<Width>(a + i), load<Width>(b + i), in_lanes);
+            float parts[Width], of_lag = 0;
+            store(in_lanes, parts);
+            for (const float part : parts) of_lag += part;
+            for (std::ptrdiff_t i = whole; i < products; ++i) of_lag += a[i] * b[i];
+            sum += (lag == 0 ? 1 : 2) * correlated * of_lag;
+        }
+        const float all = existing(line);
+        return sum / (all * all);
+    }
+
+  private:
+    INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
+};
+
+/// Lateral weights of `convolve` at every depth. Made by `make_lateral_kernel`.
+///
+/// Computed at the centre of every depth step and interpolated linearly, since steps would add noise.
+struct lateral_kernel {
+    static constexpr std::uint32_t depth_step = 4; ///< samples
+
+    /// Range of the weights of a depth step in `weights`.
+    struct entry {
+        std::size_t begin = 0;
+        std::size_t count = 0;
+        float spacing = 0; ///< distance between lines, metres
+    };
+    std::uint32_t lines = 1;
+    bool full_circle = false;   ///< the last line is next to the first
+    double cycles_per_line = 0; ///< `line_advance` of the probe, cycles of the carrier of an echo
+    std::vector<entry> entries;
+    std::vector<float> weights;
+    std::vector<std::ptrdiff_t> less; ///< by distance in lines: samples by which a wave front is less deep there
+
+    /// Weights at the centre of the depth step that contains a sample.
+    lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
+
+    /// Weights at a sample: (1 - fraction) of the weights `above` plus `fraction` of those `below`.
+    struct blend {
+        view<const float> above{};
+        view<const float> below{};
+        float fraction = 0;
+    };
+    blend blend_at(std::uint32_t sample) const {
+        const auto last = static_cast<float>(entries.size() - 1);
+        const float place = clamp((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
+        const auto first = static_cast<std::size_t>(place);
+        const entry &above = entries[first], &below = entries[first + (place < last ? 1 : 0)];
+        return {.above = {weights.data() + above.begin, above.count},
+                .below = {weights.data() + below.begin, below.count},
+                .fraction = place - static_cast<float>(first)};
+    }
+
+    /// The largest of all depths, in lines.
+    std::size_t half_width() const {
+        std::size_t longest = 1;
+        for (const entry& e : entries) longest = std::max(longest, e.count);
+        return longest - 1;
+    }
+
+    bool steered() const { return cycles_per_line != 0; }
+    /// Phase of an echo on a line relative to that on line 0, at the same wave front.
+    vec2 phase(std::ptrdiff_t line) const {
+        const double cycles = cycles_per_line * static_cast<double>(line);
+        const auto angle = 2 * pi * static_cast<float>(cycles - std::floor(cycles));
+        return {std::cos(angle), std::sin(angle)};
+    }
+
+  private:
+    lateral_weights of(const entry& e) const {
+        return {.half = {weights.data() + e.begin, e.count},
+                .lines = lines,
+                .full_circle = full_circle,
+                .spacing = e.spacing};
+    }
+};
+
+/// @param scan      depth and samples of the lines; `samples` must not be 0
+/// @param recycled  a kernel whose memory is reused
+/// @throws usage_error  for a setting of the probe or acquisition out of range
+template <transducer Probe>
+lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, lateral_kernel recycled = {}) {
+    const beam_model beam = beam_of(probe, scan.depth);
+    if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` is 0; it must be that of the lines"};
+    constexpr std::uint32_t step = lateral_kernel::depth_step;
+    lateral_kernel kernel = std::move(recycled);
+    kernel.lines = probe.lines;
+    kernel.full_circle = is_full_circle(probe);
+    const float advance = line_advance(probe);
+    kernel.cycles_per_line = 2.0 * static_cast<double>(probe.frequency) * static_cast<double>(advance / display_speed);
+    auto& entries = kernel.entries;
+    auto& weights = kernel.weights;
+    entries.clear();
+    weights.clear();
+    const std::uint32_t last = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
+    for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
+        const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
+        const float sigma = beam.lateral_sigma(depth), lobe = beam.side_lobe_width(depth);
+        const float spacing = line_spacing(probe, depth);
+        const float max_sigmas =
+            max(kernel_sigmas, beam.side_lobes > 0 ? beam_model::side_lobe_extent * lobe / sigma : 0);
+        const std::size_t begin = weights.size();
+        double sum = 0;
+        for (std::uint32_t offset = 0; offset <= last; ++offset) {
+            const float apart = static_cast<float>(offset) * spacing, sigmas = apart / sigma;
+            if (sigmas > max_sigmas) break;
+            weights.push_back(std::exp(-0.5F * sigmas * sigmas) + beam.side_lobe(apart / lobe));
+            sum += (offset == 0 ? 1 : 2) * static_cast<double>(weights.back());
+        }
+        const std::size_t end = weights.size();
+        for (std::size_t i = begin; i < end; ++i)
+            weights[i] = static_cast<float>(static_cast<double>(weights[i]) / sum);
+        entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
+    }
+    const float samples_per_line = advance * static_cast<float>(scan.samples) / scan.depth;
+    kernel.less.resize(kernel.half_width() + 1);
+    for (std::size_t i = 0; i < kernel.less.size(); ++i)
+        kernel.less[i] = static_cast<std::ptrdiff_t>(std::lround(samples_per_line * static_cast<float>(i)));
+    return kernel;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -17649,6 +16143,74 @@ class aperture_shading {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#ifndef INSONIFY_TRACING_CUT_NORMALS_HPP
+#define INSONIFY_TRACING_CUT_NORMALS_HPP
+
+#include <algorithm>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Normals at the corners of the faces that slices cut, of surfaces whose vertices have moved. Many lines meet each of these
+/// faces, and none meets the others. Keeps its memory from frame to frame.
+class cut_normals {
+  public:
+    /// Computes them and makes the scene refer to them.
+    template <exec::policy Policy>
+    void compute(const Policy& policy, scene_view& scene, const slice_cut& cut) {
+        if (std::none_of(scene.objects.begin(), scene.objects.end(), lacks_normals)) return;
+        ++frame_;
+        wanted_.clear();
+        objects_.assign(scene.objects.begin(), scene.objects.end());
+        if (surfaces_.size() < objects_.size()) surfaces_.resize(objects_.size());
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            if (!lacks_normals(objects_[i])) continue;
+            surface& own = surfaces_[i];
+            own.normals.resize(objects_[i].normals.ends.size());
+            own.wanted_in.resize(own.normals.size());
+            objects_[i].normals.normals = own.normals;
+        }
+        cut.for_each_segment([&](const cut_segment& segment) {
+            const object_view& one = scene.objects[segment.object];
+            if (segment.again || !lacks_normals(one)) return;
+            const uvec3 numbers = one.normals.corners[segment.primitive];
+            for (const std::uint32_t number : {numbers.x, numbers.y, numbers.z}) {
+                std::uint32_t& wanted_in = surfaces_[segment.object].wanted_in[number];
+                if (wanted_in != frame_) wanted_.push_back({segment.object, number});
+                wanted_in = frame_;
+            }
+        });
+        exec::for_each_block(policy, wanted_.size(), 256, 150, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto [object, number] = wanted_[i];
+                surfaces_[object].normals[number] =
+                    scene.objects[object].normals.computed(scene.objects[object].surface, number);
+            }
+        });
+        scene.objects = objects_;
+    }
+
+  private:
+    struct surface {
+        std::vector<vec3> normals;            // those of this frame are valid
+        std::vector<std::uint32_t> wanted_in; // the last frame in which each was
+    };
+    struct wanted {
+        std::uint32_t object = 0, number = 0;
+    };
+
+    static bool lacks_normals(const object_view& one) {
+        return one.normals.normals.empty() && !one.normals.corners.empty();
+    }
+
+    std::uint32_t frame_ = 0;
+    std::vector<object_view> objects_{};
+    std::vector<surface> surfaces_{}; // of each object
+    std::vector<wanted> wanted_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -17766,11 +16328,13 @@ class straight_frame {
             scene_ = body.view_for_slices(policy);
             sliced_ = slices_.choose(scene_, frame.at, planes, how.search == search::slices, directions);
         }
-        if (sliced_)
+        if (sliced_) {
             slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, shaded_,
                         shaded_ ? shading_.beyond(frame) : detail::outer_lines{});
-        else
+            normals_.compute(policy, scene_, slices_.segments());
+        } else {
             scene_ = body.view_for_rays(policy);
+        }
         const std::size_t blocks = (frame.probe.lines + detail::lines_per_block - 1) / detail::lines_per_block;
         if (sliced_ && blocks_.size() < blocks) blocks_.resize(blocks);
         if constexpr (detail::states_arrivals<Model>)
@@ -17815,6 +16379,7 @@ class straight_frame {
     detail::aperture_shading shading_{};
     scene_view scene_{};
     detail::slice_finder slices_{};
+    detail::cut_normals normals_{};
     std::vector<detail::slice_finder::block_crossings> blocks_{};
 };
 
@@ -18146,6 +16711,1504 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Echoes of the probe itself, at the top of a picture: reverberation between the face of the lens and its back, and
+/// the ringing of the transducer.
+struct near_field_settings {
+    /// Which lines have these echoes.
+    enum class lines {
+        none,
+        in_gas, ///< lines that start in gas: the reverberation alone, and nothing below it
+        all     ///< the same, and on all lines ringing and the echo of the skin, which repeats once or twice
+    };
+    lines shown = lines::in_gas;    ///< which lines have them
+    float lens_thickness = 0.6e-3F; ///< metres; the lines are 1540/1020 times as far apart. Convention: 0.5 to 1 mm
+    float back_reflection = 0.5F;   ///< amplitude that the back of the lens reflects, 0 to below 1. Convention
+    float ring_down_db = -30;       ///< level of the ringing at the face, `no_level_db`: none. Convention
+    float ring_down = 1.5e-3F;      ///< displayed depth at which the ringing has lost 60 dB, metres. Convention
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        check_length(lens_thickness, "lens_thickness", max_aperture, "near_field");
+        check_length(ring_down, "ring_down", max_scan_depth, "near_field");
+        if (!(back_reflection >= 0 && back_reflection < 1))
+            throw usage_error{"near_field: `back_reflection` must be at least 0 and below 1"};
+        if (!is_finite(ring_down_db)) throw usage_error{"near_field: `ring_down_db` must be finite"};
+    }
+
+    friend bool operator==(const near_field_settings&, const near_field_settings&) = default;
+};
+
+/// What `add_near_field` keeps, so that it allocates nothing after the first frame.
+template <transducer Probe>
+struct near_field_workspace {
+    trace_workspace<Probe, detail::label_model> tracing{}; ///< of what is below the face
+    label_lines below{};                                   ///< the object that each line starts in
+};
+
+/// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
+/// Call it between `trace` and `convolve`.
+///
+///     echo k = r (r b)^k 10^(-k loss/20)   at the displayed depth k d c0 / c,   k = 0, 1, 2, ...
+///
+/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium 10 um
+/// below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540 m/s,
+/// and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out.
+/// The ringing is `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
+/// @param echoes  of the lines of the probe, at baseband
+/// @param own     kept from frame to frame
+/// @throws usage_error  for lines that are not those of the probe, a scene that is not built, or a setting out of range
+template <exec::policy Policy, transducer Probe>
+iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
+                        const near_field_settings& settings, near_field_workspace<Probe>& own) {
+    using lines = near_field_settings::lines;
+    settings.check();
+    if (echoes.count != probe.lines || echoes.samples == 0 ||
+        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
+        throw usage_error{
+            "add_near_field: the echoes must have as many lines as the probe, and a value for every sample"};
+    bool some_gas = false;
+    for (const medium& m : body.media()) some_gas = some_gas || detail::is_gas(m);
+    if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
+
+    constexpr float just_below = 10e-6F, faintest = 1e-6F;
+    constexpr medium lens = tissue::lens;
+    own.below = trace(policy, body, probe, at, detail::label_model{}, {.depth = 2 * just_below, .samples = 1},
+                      own.tracing, std::move(own.below));
+    const float spacing = echoes.depth / static_cast<float>(echoes.samples);
+    const float step = settings.lens_thickness * display_speed / lens.sound_speed;
+    const float round_trip =
+        settings.back_reflection * amplitude_of_decibels(-settings.lens_thickness * echo_loss(lens, probe.frequency));
+    // Of a constant signal, `convolve` makes the sum of the pulse's samples times as much.
+    const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+    const float ringing = amplitude_of_decibels(settings.ring_down_db) * spacing / (std::sqrt(2 * pi) * sigma);
+    exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
+            const label_id object = own.below.values[i];
+            const medium& below = object == background_label ? body.background() : body[object_id{object}].inside;
+            const bool gas = detail::is_gas(below);
+            if (gas)
+                for (vec2& sample : line) sample = {0, 0};
+            else if (settings.shown == lines::in_gas)
+                continue;
+            const float face = (below.impedance() - lens.impedance()) / (below.impedance() + lens.impedance());
+            const echo_line echo{line, spacing, probe.frequency};
+            float amplitude = face;
+            for (int k = 0; std::fabs(amplitude) > faintest && static_cast<float>(k) * step < echoes.depth; ++k) {
+                echo.add(static_cast<float>(k) * step, {amplitude, 0});
+                amplitude *= face * round_trip;
+            }
+            if (settings.shown != lines::all) continue;
+            for (std::uint32_t k = 0; k < echoes.samples; ++k) {
+                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+                if (depth > 2 * settings.ring_down) break;
+                line[k] += vec2{ringing * amplitude_of_decibels(-60 * depth / settings.ring_down), 0};
+            }
+        }
+    });
+    return echoes;
+}
+/// The same for a single frame.
+template <exec::policy Policy, transducer Probe>
+iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
+                        const near_field_settings& settings = {}) {
+    near_field_workspace<Probe> own;
+    return add_near_field(policy, std::move(echoes), body, probe, at, settings, own);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <array>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Settings of a B-mode image, as on a scanner.
+struct b_mode_settings {
+    /// Time-gain compensation beside `tgc`; see `tgc_settings`.
+    struct time_gain_settings {
+        /// When a `tgc` of 0 is chosen: at the first frame, and where the probe or the depth changes; or
+        /// at every frame, so that the gain follows the probe. A single `b_mode` chooses for its picture.
+        enum class choice { first_frame, every_frame };
+        choice chosen = choice::first_frame; ///< when it is chosen
+        float max_db = 60;                   ///< limit of the automatic gain
+        std::array<float, 8> sliders{};      ///< dB at eight depths from 0 to the end of the lines; linear between
+        std::vector<tgc_point> curve{};      ///< replaces the automatic gain; points in order of depth, linear between
+
+        friend bool operator==(const time_gain_settings&, const time_gain_settings&) = default;
+    };
+    /// Electronic noise; see `electronic_noise_settings`.
+    struct noise_level {
+        float level_db = -135;  ///< rms of its envelope, 0 dB is the echo of a perfect mirror; `no_level_db`: none
+        std::uint64_t seed = 1; ///< selects a realization
+
+        friend bool operator==(const noise_level&, const noise_level&) = default;
+    };
+
+    float depth = 0.08F;         ///< metres
+    std::uint32_t samples = 0;   ///< depth samples of each line; 0: two per standard deviation of the pulse envelope
+    uvec2 size{0, 0};            ///< columns, rows; see `scan_convert_settings`
+    float dynamic_range_db = 60; ///< range of levels from black to white
+    float reference_db = -25;    ///< level of white; 0 dB is the echo of a perfect mirror
+    float gain_db = 0;           ///< added to every level
+    float tgc = 0; ///< attenuation to compensate for, dB/m at 1 MHz; 0: that of the tissue, see `automatic_tgc`
+    std::uint32_t planes = 5;       ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    float background = 0;           ///< brightness of the pixels outside the field of view
+    time_gain_settings time_gain{}; ///< how gain depends on depth, beside `tgc`
+    float reject_db = no_level_db;  ///< levels below this, after the gain, are black; by default none
+    grey_map grey{};                ///< tone curve; by default brightness is linear in decibels
+    float persistence = 0;          ///< weight of the previous frames, 0 to below 1; needs a `scanner`
+    noise_level noise{};            ///< electronic noise
+    std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
+    near_field_settings near_field{}; ///< echoes of the probe itself
+    compound_settings compound{};     ///< looks at several angles, averaged; none by default
+    /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
+    /// and compounding with `update::one` start anew; 0: at every movement.
+    float max_motion = 0.001F;
+    /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the others:
+    /// see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
+    bool interpolates_lines = false;
+
+    friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
+};
+
+/// Number of traced lines per line of the probe, so that their distance at the focus is at most half the beam width; at
+/// most 4. Any number of lines of the probe traces the same number of lines, but for those limits.
+/// @param least  of them; below 1, where the lines between those traced are interpolated (`resample_lines`)
+template <transducer Probe>
+float rays_per_line(const Probe& probe, float depth, float least = 1) {
+    const beam_model beam = beam_of(probe, depth);
+    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), least, 4);
+    const auto lines = static_cast<float>(probe.lines);
+    return std::ceil(rays * lines - 0.01F) / lines;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_CORE_STOPWATCH_HPP
+#define INSONIFY_CORE_STOPWATCH_HPP
+
+#include <chrono>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Measures time from its construction on.
+class stopwatch {
+  public:
+    /// Since the construction.
+    double seconds() const { return std::chrono::duration<double>(clock::now() - begin_).count(); }
+    /// Since the construction or the last lap.
+    double lap() {
+        const clock::time_point now = clock::now();
+        const double passed = std::chrono::duration<double>(now - lap_).count();
+        lap_ = now;
+        return passed;
+    }
+
+  private:
+    using clock = std::chrono::steady_clock;
+    clock::time_point begin_ = clock::now(), lap_ = begin_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_DISPLAY_HPP
+#define INSONIFY_DISPLAY_HPP
+
+#ifndef INSONIFY_IMAGE_SCAN_CONVERT_HPP
+#define INSONIFY_IMAGE_SCAN_CONVERT_HPP
+
+#ifndef INSONIFY_IMAGE_CHECK_SIZE_HPP
+#define INSONIFY_IMAGE_CHECK_SIZE_HPP
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Largest number of columns, and of rows, of an image.
+inline constexpr std::uint32_t max_picture_side = 16384;
+
+namespace detail {
+
+inline bool is_picture_size(uvec2 size) {
+    return size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side;
+}
+
+/// @param caller  start of the sentence
+/// @param advice  end of the sentence for an image that is too large
+/// @throws usage_error  for an image without pixels, or with a side above `max_picture_side`
+inline void check_size(uvec2 size, const char* caller, std::string_view advice = "ask for fewer") {
+    if (is_picture_size(size)) return;
+    const std::string columns = std::to_string(size.x), rows = std::to_string(size.y);
+    if (size.x == 0 || size.y == 0)
+        throw usage_error{joined({caller, ": size ", columns, "x", rows, " has no pixels; it must be at least 1x1"})};
+    throw usage_error{joined({caller, ": size ", columns, "x", rows, " exceeds 16384 pixels a side; ", advice})};
+}
+
+} // namespace detail
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <cfloat>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Size and background of the image.
+///
+/// If one side is chosen, pixels are square and the field of view fits. If both are given, a rectangular field of view fills
+/// the image, whatever the shape of its pixels; any other, such as a sector, is fitted and centred with square pixels.
+struct scan_convert_settings {
+    uvec2 size{0, 0};     ///< columns, rows; a 0 is chosen to fit the field of view; both 0: 512 columns
+    float background = 0; ///< brightness of the pixels outside the field of view
+};
+
+/// Interpolation table of `scan_convert`: made once for a probe, a depth and an image size, valid for every frame.
+///
+/// Pixel coordinates start at the upper left corner of the image and increase to the right and down; the centre of the
+/// first pixel is {0.5, 0.5}. Points are {x, z} in the slice plane, metres in the probe frame.
+struct scan_map {
+    static constexpr std::uint32_t outside = ~0U; ///< in `first`: the pixel is outside the field of view
+
+    uvec2 size{0, 0};          ///< columns, rows
+    vec2 centre{0, 0};         ///< the point at the centre of the image
+    vec2 pitch{0, 0};          ///< width and height of a pixel, metres
+    float background = 0;      ///< brightness of the pixels outside the field of view
+    std::uint32_t count = 0;   ///< number of lines
+    std::uint32_t samples = 0; ///< depth samples of each line
+    float depth = 0;           ///< metres
+
+    std::vector<std::uint32_t> first{}; ///< of each pixel: index of the upper left of its four samples, or `outside`
+    std::vector<float> across{};        ///< of each pixel: weight of the next line
+    std::vector<float> along{};         ///< of each pixel: weight of the next sample
+
+    /// Index of the sample at the same depth on the next line; in a full circle the last line is next to the first.
+    INSONIFY_FN std::uint32_t beside(std::uint32_t sample) const {
+        const std::uint32_t last_line = (count - 1) * samples;
+        return sample < last_line ? sample + samples : sample - last_line;
+    }
+
+    /// From pixel coordinates to {x, z} in the slice plane, metres.
+    INSONIFY_FN vec2 point(vec2 pixel) const {
+        return centre + pitch * (pixel - 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)});
+    }
+    /// Centre of a pixel.
+    INSONIFY_FN vec2 point(std::uint32_t column, std::uint32_t row) const {
+        return point({static_cast<float>(column) + 0.5F, static_cast<float>(row) + 0.5F});
+    }
+    /// From {x, z} in the slice plane, metres, to pixel coordinates.
+    INSONIFY_FN vec2 pixel(vec2 point) const {
+        return (point - centre) / pitch + 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)};
+    }
+};
+
+namespace detail {
+
+/// @param depth   metres
+/// @param extent  of the field of view, metres
+/// @throws usage_error  as `check_size`, with the likely cause
+inline void check_map_size(uvec2 size, float depth, vec2 extent) {
+    if (is_picture_size(size)) return;
+    const std::string metres = number_text(depth);
+    if (depth >= 1)
+        check_size(size, "scan_convert", joined({"depth is ", metres, " m: did you mean ", metres, "_mm?"}));
+    check_size(size, "scan_convert",
+               joined({"the field of view is ", number_text(extent.x), " m wide and ", number_text(extent.y),
+                       " m high; ask for fewer"}));
+}
+
+} // namespace detail
+
+/// Makes the interpolation table of `scan_convert`.
+///
+/// The field of view extends half a line beyond the first and the last line, and from depth 0 to `depth`.
+/// @param scan  depth and samples of the lines to come; 0 samples: as many as `b_mode` chooses for the pulse of the
+///              probe
+/// @param recycled  a map whose memory is reused
+/// @throws usage_error  for a probe, depth, number of samples or picture size out of range
+template <exec::policy Policy, transducer Probe>
+scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisition& scan,
+                       const scan_convert_settings& settings = {}, scan_map recycled = {}) {
+    probe.check();
+    check_depth(scan.depth, "scan_convert");
+    const std::uint32_t samples =
+        scan.samples != 0 ? scan.samples : samples_for(scan.depth, nominal_pulse(probe).sigma_z(probe.frequency));
+    constexpr std::uint32_t max_count = 1U << 23U; // larger floats cannot represent half a sample
+    if (probe.lines > max_count || samples > max_count || std::uint64_t{probe.lines} * samples >= scan_map::outside)
+        throw usage_error{"scan_convert: at most 2^23 lines and 2^23 samples a line, and below 2^32 in all"};
+    if (!is_finite(settings.background)) throw usage_error{"scan_convert: `background` must be finite"};
+
+    const auto lines = static_cast<float>(probe.lines);
+    vec2 lower{FLT_MAX, FLT_MAX};
+    vec2 upper{-FLT_MAX, -FLT_MAX};
+    constexpr int steps = 512; // even, to include the middle of a sector, its deepest point
+    for (int i = 0; i <= steps; ++i) {
+        const ray beam = probe.beam(lines * static_cast<float>(i) / steps - 0.5F);
+        for (const vec3 end : {beam.origin, beam.at(scan.depth)}) {
+            lower = {min(lower.x, end.x), min(lower.y, end.z)};
+            upper = {max(upper.x, end.x), max(upper.y, end.z)};
+        }
+    }
+    const vec2 extent = upper - lower;
+    const vec2 middle = 0.5F * (lower + upper);
+    const auto inside = [&](vec2 at) { // in lines and metres
+        return at.x >= -0.5F && at.x <= lines - 0.5F && at.y >= 0 && at.y <= scan.depth;
+    };
+    bool is_rectangle = extent.x > 0;
+    for (const vec2 corner : {vec2{-0.499F, -0.499F}, {0.499F, -0.499F}, {-0.499F, 0.499F}, {0.499F, 0.499F}})
+        is_rectangle = is_rectangle && inside(probe.locate(middle + corner * extent));
+
+    // A side that is chosen is rounded up, with a tolerance for rounding errors of the extent.
+    const auto pixels_of = [](float length, float pitch) {
+        const float pixels = std::ceil(length / pitch - 1e-3F);
+        return pixels < 1 ? 1U : pixels < 4e9F ? static_cast<std::uint32_t>(pixels) : ~0U;
+    };
+    scan_map map = std::move(recycled);
+    map.size = settings.size;
+    map.centre = middle;
+    map.background = settings.background;
+    map.count = probe.lines;
+    map.samples = samples;
+    map.depth = scan.depth;
+    if (map.size.x == 0 && map.size.y == 0) map.size.x = 512;
+    map.pitch = {map.size.x == 0 ? 0 : extent.x / static_cast<float>(map.size.x),
+                 map.size.y == 0 ? 0 : extent.y / static_cast<float>(map.size.y)};
+    const float wider = max(map.pitch.x, map.pitch.y);
+    if (!is_rectangle || map.size.x == 0 || map.size.y == 0) map.pitch = {wider, wider};
+    if (!is_finite(wider) || !(wider > 0))
+        throw usage_error{
+            "scan_convert: the field of view has no width; give the number of rows and leave that of columns at 0"};
+    if (map.size.x == 0) map.size.x = pixels_of(extent.x, wider);
+    if (map.size.y == 0) map.size.y = pixels_of(extent.y, wider);
+    detail::check_map_size(map.size, scan.depth, extent);
+
+    const std::size_t pixels = static_cast<std::size_t>(map.size.x) * map.size.y;
+    map.first.resize(pixels);
+    map.across.resize(pixels);
+    map.along.resize(pixels);
+    const bool full_circle = is_full_circle(probe);
+    const float last_line = max(lines - 2, 0);
+    const float last_sample = max(static_cast<float>(map.samples) - 2, 0);
+    exec::for_each_block(policy, map.size.y, 1, 20 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
+        const auto y = static_cast<std::uint32_t>(row);
+        for (std::uint32_t x = 0; x < map.size.x; ++x) {
+            const vec2 at = probe.locate(map.point(x, y));
+            const std::size_t i = row * map.size.x + x;
+            if (!inside(at)) {
+                map.first[i] = scan_map::outside;
+                map.across[i] = map.along[i] = 0;
+                continue;
+            }
+            const float sample = at.y / map.depth * static_cast<float>(map.samples) - 0.5F;
+            const float line_below = full_circle ? std::floor(at.x) : clamp(std::floor(at.x), 0, last_line);
+            const float sample_below = clamp(std::floor(sample), 0, last_sample);
+            const float line = line_below < 0 ? lines - 1 : line_below;
+            map.first[i] = static_cast<std::uint32_t>(line) * map.samples + static_cast<std::uint32_t>(sample_below);
+            map.across[i] = clamp(at.x - line_below, 0, 1);
+            map.along[i] = clamp(sample - sample_below, 0, 1);
+        }
+    });
+    return map;
+}
+
+namespace detail {
+
+/// Depth and samples of lines.
+/// @throws usage_error  where there are no samples
+template <class Value>
+acquisition acquisition_of(const line_grid<Value>& lines) {
+    if (lines.samples == 0) throw usage_error{"scan_convert: the lines have no samples; trace them first"};
+    return {.depth = lines.depth, .samples = lines.samples};
+}
+
+/// @throws usage_error  for lines that do not match the map
+template <class Value>
+void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
+    if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
+        lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
+        throw usage_error{
+            "scan_convert: the number of lines, of samples or the depth differs from that of the map; make a "
+            "new one with make_scan_map"};
+}
+
+} // namespace detail
+
+/// A map that is kept from frame to frame, and made again where the probe, the lines or the settings have changed, or
+/// where probes cannot be compared.
+template <transducer Probe>
+class kept_scan_map {
+  public:
+    /// @throws usage_error  as `make_scan_map`
+    template <exec::policy Policy>
+    const scan_map& operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
+                               const scan_convert_settings& settings) {
+        return map_([&](scan_map& map) { map = make_scan_map(policy, probe, scan, settings, std::move(map)); }, probe,
+                    scan.depth, scan.samples, settings.size.x, settings.size.y, settings.background);
+    }
+    /// The map that was returned last.
+    const scan_map& value() const { return map_.value(); }
+
+  private:
+    detail::memo<scan_map, Probe, float, std::uint32_t, std::uint32_t, std::uint32_t, float> map_{};
+};
+
+/// Scan conversion of one frame: bilinear interpolation between lines and samples.
+///
+/// @param recycled  an image whose memory is reused
+/// @throws usage_error  for lines that do not match the map
+template <exec::policy Policy>
+image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map& map, image recycled = {}) {
+    detail::check_lines_of_map(lines, map);
+    const std::size_t next_sample = map.samples > 1 ? 1 : 0;
+    recycled.size = map.size;
+    recycled.pixels.resize(map.first.size());
+    exec::for_each_block(policy, map.size.y, 1, 3 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
+        const float* values = lines.values.data();
+        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
+            if (map.first[i] == scan_map::outside) {
+                recycled.pixels[i] = map.background;
+                continue;
+            }
+            const auto between = [along = map.along[i], next_sample](const float* sample) {
+                return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
+            };
+            const float here = between(values + map.first[i]);
+            recycled.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
+        }
+    });
+    return recycled;
+}
+
+/// The same for a single frame, with a temporary map.
+/// @throws usage_error  for lines that are empty or not those of the probe, or a setting out of range
+template <exec::policy Policy, transducer Probe>
+image scan_convert(const Policy& policy, const scan_lines& lines, const Probe& probe,
+                   const scan_convert_settings& settings = {}) {
+    return scan_convert(policy, lines, make_scan_map(policy, probe, detail::acquisition_of(lines), settings));
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_PROBE_REFINED_HPP
+#define INSONIFY_PROBE_REFINED_HPP
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A probe with another number of lines, usually more: the same face, field of view and beam with finer lateral sampling.
+template <transducer Probe>
+struct refined : Probe {
+    std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
+    float rays = 1;          ///< lines for each line of the probe, need not be whole
+
+    /// @param rays_per_line  above 0; the number of lines is rounded
+    refined(const Probe& probe, float rays_per_line)
+        : Probe{probe}, lines{static_cast<std::uint32_t>(std::lround(static_cast<float>(probe.lines) * rays_per_line))},
+          rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}
+
+    /// The line as a ray in the probe frame.
+    INSONIFY_FN ray beam(float line) const { return Probe::beam(coarse(line)); }
+    /// Of a probe that is `steered`: see there.
+    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
+        probe.scatterer_axis(0.0F);
+    }
+    { return Probe::scatterer_axis(coarse(line)); }
+    /// From {x, z} to {line, depth along it}.
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        const vec2 place = Probe::locate(point);
+        return {(place.x + 0.5F) * rays - 0.5F, place.y};
+    }
+
+    friend bool operator==(const refined&, const refined&) requires detail::comparable<Probe>
+    = default;
+
+  private:
+    INSONIFY_FN float coarse(float line) const { return (line + 0.5F) / static_cast<float>(rays) - 0.5F; }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_CINE_LOOP_HPP
+#define INSONIFY_SIGNAL_CINE_LOOP_HPP
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The last frames of a clip, in memory that is reused.
+/// @tparam Frame  default-constructible
+template <class Frame>
+class cine_loop {
+  public:
+    /// Adds a frame.
+    /// @param length  number of frames to keep, at least 1; the oldest are dropped
+    /// @param fill    fill(frame) overwrites the frame, which holds an old one; if it throws, the frame is not added
+    template <class Fill>
+    void add(std::uint32_t length, const Fill& fill) {
+        fit(std::max(length, 1U));
+        if (count_ == frames_.size()) --count_; // the oldest is overwritten
+        const std::size_t place = (newest_ + 1) % frames_.size();
+        fill(frames_[place]);
+        newest_ = place;
+        ++count_;
+    }
+
+    /// Number of frames.
+    std::uint32_t size() const { return static_cast<std::uint32_t>(count_); }
+    /// Whether there is none.
+    bool empty() const { return count_ == 0; }
+
+    /// A frame; not checked. @param back  0: the newest, `size()` - 1: the oldest
+    const Frame& operator[](std::uint32_t back) const {
+        return frames_[(newest_ + frames_.size() - back) % frames_.size()];
+    }
+
+    /// Forgets all frames, and keeps the memory.
+    void clear() { count_ = 0; }
+
+  private:
+    void fit(std::size_t length) {
+        if (frames_.size() == length) return;
+        // From the oldest to the newest, and the unused ones after these.
+        if (!frames_.empty())
+            std::rotate(frames_.begin(), frames_.begin() + static_cast<std::ptrdiff_t>((newest_ + 1) % frames_.size()),
+                        frames_.end());
+        if (frames_.size() > length)
+            frames_.erase(frames_.begin(), frames_.end() - static_cast<std::ptrdiff_t>(length));
+        else
+            frames_.insert(frames_.begin(), length - frames_.size(), Frame{});
+        newest_ = length - 1;
+        count_ = std::min(count_, length);
+    }
+
+    std::vector<Frame> frames_{};
+    std::size_t newest_ = 0;
+    std::size_t count_ = 0;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_PERSISTENCE_HPP
+#define INSONIFY_SIGNAL_PERSISTENCE_HPP
+
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Temporal smoothing of a clip: brightness = p old + (1 - p) new, applied after `log_compress`.
+class persistence {
+  public:
+    /// @param weight  p, the weight of the previous output, from 0 (no smoothing) to below 1
+    /// @throws usage_error  for a weight out of range
+    explicit persistence(float weight = 0) : weight_{weight} {
+        if (!(weight >= 0 && weight < 1))
+            throw usage_error{"persistence: the weight of the past must be at least 0 and below 1"};
+    }
+
+    /// Sets the weight, as the constructor does, for the frames to come.
+    void weight(float of_past) { weight_ = persistence{of_past}.weight_; }
+
+    /// Adds a frame. Restarts where the pose of the probe, the number of lines or samples, or the depth has changed
+    /// since the previous frame. Call `reset` first where the probe or other settings have changed.
+    /// @return the frame to show; valid until the next call
+    template <exec::policy Policy>
+    const scan_lines& add(const Policy& policy, const scan_lines& frame, const pose& at) {
+        if (!(at == at_)) reset();
+        at_ = at;
+        return add(policy, frame);
+    }
+    /// The same, wherever the probe is.
+    template <exec::policy Policy>
+    const scan_lines& add(const Policy& policy, const scan_lines& frame) {
+        const bool fades = !starts_ && frame.count == shown_.count && frame.samples == shown_.samples &&
+                           frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
+        starts_ = false;
+        if (!fades || weight_ == 0) return shown_ = frame;
+        exec::for_each_block(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                shown_.values[i] = weight_ * shown_.values[i] + (1 - weight_) * frame.values[i];
+        });
+        return shown_;
+    }
+
+    /// Restarts with the next frame: for changes that neither the pose nor the grid shows.
+    void reset() { starts_ = true; }
+
+  private:
+    float weight_ = 0;
+    bool starts_ = true;
+    pose at_;
+    scan_lines shown_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#include <optional>
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A frame that a `scanner` has stored: amplitudes, before they are displayed.
+template <transducer Probe>
+struct stored_frame {
+    std::optional<refined<Probe>> probe{}; ///< that received it, with the lines that were traced
+    pose at{};                             ///< of the probe
+    double time = 0;                       ///< `scanner::time`, seconds
+    scan_lines amplitudes{};               ///< after time gain and compounding
+    tgc_settings gain{};                   ///< the time gain of the amplitudes
+    bool starts = true;                    ///< persistence starts anew with this frame
+};
+
+namespace detail {
+
+/// The stages from stored amplitudes to a picture.
+template <transducer Probe>
+class frame_display {
+  public:
+    /// Draws the newest frame, after those that were drawn before.
+    template <exec::policy Policy>
+    void draw_next(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
+        compress(policy, frame, settings);
+        if (settings.persistence != 0) fade(policy, frame, settings);
+        convert(policy, frame, settings);
+    }
+
+    /// Draws a frame of a loop by itself: persistence is that of the frames of the loop.
+    /// @param back  exists
+    template <exec::policy Policy>
+    void draw(const Policy& policy, const cine_loop<stored_frame<Probe>>& loop, std::uint32_t back,
+              const b_mode_settings& settings) {
+        std::uint32_t first = back;
+        if (settings.persistence != 0)
+            while (first + 1 < loop.size() && !loop[first].starts) ++first;
+        smoothing_.reset();
+        for (std::uint32_t i = first + 1; i-- > back;) {
+            compress(policy, loop[i], settings);
+            if (settings.persistence != 0) fade(policy, loop[i], settings);
+        }
+        convert(policy, loop[back], settings);
+    }
+
+    const scan_map& map() const { return map_.value(); }
+
+    scan_lines lines{}; ///< brightness
+    image picture{};
+
+  private:
+    template <class Policy>
+    void compress(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
+        const tgc_settings wanted{.attenuation = settings.tgc > 0 ? settings.tgc : frame.gain.attenuation,
+                                  .max_db = settings.time_gain.max_db,
+                                  .sliders = settings.time_gain.sliders,
+                                  .curve = settings.time_gain.curve};
+        lines = frame.amplitudes;
+        lines = regain(policy, std::move(lines), frame.probe->frequency, frame.gain, wanted);
+        lines = log_compress(policy, std::move(lines),
+                             {.dynamic_range_db = settings.dynamic_range_db,
+                              .reference_db = settings.reference_db,
+                              .gain_db = settings.gain_db,
+                              .reject_db = settings.reject_db});
+    }
+
+    template <class Policy>
+    void fade(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
+        smoothing_.weight(settings.persistence);
+        if (frame.starts) smoothing_.reset();
+        lines = smoothing_.add(policy, lines);
+    }
+
+    template <class Policy>
+    void convert(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
+        if (!(settings.grey == grey_map{})) lines = map_grey(policy, std::move(lines), settings.grey);
+        const scan_map& map = map_(policy, *frame.probe, {.depth = lines.depth, .samples = lines.samples},
+                                   {.size = settings.size, .background = settings.background});
+        picture = scan_convert(policy, lines, map, std::move(picture));
+    }
+
+    kept_scan_map<refined<Probe>> map_{};
+    persistence smoothing_{};
+};
+
+/// Notices where a clip starts anew: another probe, other settings, or a probe that moves fast.
+template <transducer Probe>
+class clip_watch {
+  public:
+    /// Whether the next frame starts a clip.
+    bool starts(const Probe& probe, const pose& at, const b_mode_settings& settings) {
+        bool changed = starts_;
+        starts_ = false;
+        before_.frame = settings.frame;
+        if (!(before_ == settings)) {
+            before_ = settings;
+            changed = true;
+        }
+        probe_([&](char&) { changed = true; }, probe);
+        fast_ = motion(probe, settings.depth, at_, at) > settings.max_motion;
+        at_ = at;
+        return changed || fast_;
+    }
+    /// Whether the probe has moved fast to the frame that was asked about last.
+    bool fast() const { return fast_; }
+    /// The next frame starts a clip.
+    void reset() { starts_ = true; }
+
+  private:
+    // The largest movement of a corner of the field of view, metres.
+    static float motion(const Probe& probe, float depth, const pose& before, const pose& after) {
+        float largest = 0;
+        if (before == after) return largest;
+        for (const float line : {-0.5F, static_cast<float>(probe.lines) - 0.5F}) {
+            const ray beam = probe.beam(line);
+            for (const vec3 corner : {beam.origin, beam.at(depth)})
+                largest = max(largest, length(after.point(corner) - before.point(corner)));
+        }
+        return largest;
+    }
+
+    b_mode_settings before_{};
+    memo<char, Probe> probe_{};
+    pose at_{};
+    bool starts_ = true, fast_ = false;
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_IMAGE_LABEL_IMAGE_HPP
+#define INSONIFY_IMAGE_LABEL_IMAGE_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// An image of labels: rows from the top.
+struct label_image {
+    uvec2 size{0, 0};             ///< columns, rows
+    std::vector<label_id> pixels; ///< row by row
+
+    label_image() = default;
+    /// All pixels have one label.
+    explicit label_image(uvec2 columns_rows, label_id label = background_label)
+        : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, label) {}
+
+    /// One pixel; indices are not checked.
+    /// @{
+    label_id& operator()(std::uint32_t column, std::uint32_t row) {
+        return pixels[static_cast<std::size_t>(row) * size.x + column];
+    }
+    const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
+        return pixels[static_cast<std::size_t>(row) * size.x + column];
+    }
+    /// @}
+
+    friend bool operator==(const label_image&, const label_image&) = default;
+};
+
+namespace detail {
+
+/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
+/// @throws usage_error  for lines that do not match the map
+template <exec::policy Policy, class Value>
+void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
+                  std::vector<Value>& pixels) {
+    check_lines_of_map(lines, map);
+    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
+        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
+            if (map.first[i] == scan_map::outside) continue;
+            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
+            const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
+            pixels[i] = lines.values[line + sample];
+        }
+    });
+}
+
+} // namespace detail
+
+/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field of
+/// view.
+///
+///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
+///     label_image mask = scan_convert(exec::par, truth, map);
+///
+/// Pixels correspond to those of the image that `scan_convert` makes of lines with the same map. Structures thinner
+/// than a pixel may be missed: trace with about as many samples as the image has rows.
+/// @param recycled  an image whose memory is reused
+/// @throws usage_error  for labels that do not match the map
+template <exec::policy Policy>
+label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map,
+                         label_image recycled = {}) {
+    recycled.size = map.size;
+    recycled.pixels.assign(map.first.size(), background_label);
+    detail::copy_nearest(policy, labels, map, recycled.pixels);
+    return recycled;
+}
+
+/// The same for a single frame, with a temporary map.
+/// @throws usage_error  for labels that are empty or not those of the probe, or a setting out of range
+template <exec::policy Policy, transducer Probe>
+label_image scan_convert(const Policy& policy, const label_lines& labels, const Probe& probe,
+                         const scan_convert_settings& settings = {}) {
+    return scan_convert(policy, labels, make_scan_map(policy, probe, detail::acquisition_of(labels), settings));
+}
+
+/// Scan-converts values that must not be interpolated, such as angles of incidence: each pixel has that of the nearest
+/// sample.
+/// @throws usage_error  for lines that do not match the map
+template <exec::policy Policy>
+image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {
+    image picture{map.size, map.background};
+    detail::copy_nearest(policy, lines, map, picture.pixels);
+    return picture;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_CONVOLVE_HPP
+#define INSONIFY_SIGNAL_CONVOLVE_HPP
+
+#ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
+#define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
+
+#include <cstddef>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples, the
+/// decimation.
+///
+/// Result k is at the centre of samples k D to k D + D - 1; for an even D this is between two samples. A line is stored
+/// as D polyphase rows (samples 0, D, 2 D, ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads
+/// consecutive samples for consecutive results.
+class axial_kernel {
+  public:
+    axial_kernel() = default;
+    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+        set(samples, envelope, decimation);
+    }
+
+    /// Recomputes the kernel in the same memory. @param envelope  in units of samples
+    void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+        decimation_ = decimation;
+        results_ = samples / decimation;
+        const auto half_length = static_cast<std::size_t>(min(envelope.half_length(), static_cast<float>(samples)));
+        zeros_ = half_length / decimation + 1;
+        stride_ = results_ + 2 * zeros_ + tap_room;
+        taps_.clear();
+        const std::size_t begin = zeros_ * decimation; // of the line in one padded row, before it is split into phases
+        for (std::size_t at = begin - half_length; at < begin + half_length + decimation; ++at) {
+            const float centre = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
+            const float from_centre = static_cast<float>(at) - centre;
+            if (std::fabs(from_centre) > envelope.half_length()) continue;
+            taps_.push_back({.weight = envelope(from_centre),
+                             .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
+        }
+    }
+
+    /// Size of a polyphase line, in samples.
+    std::size_t layout_size() const { return decimation_ * stride_; }
+
+    /// Approximate time for a line.
+    float nanoseconds() const { return static_cast<float>(results_ * (2 + taps_.size() / 8)); }
+
+    /// Stores a line as polyphase rows. @param layout  zeros, or an earlier line
+    void lay_out(const vec2* line, vec2* layout) const {
+        for (std::size_t phase = 0; phase < decimation_; ++phase)
+            for (std::size_t i = 0; i < results_; ++i)
+                layout[phase * stride_ + zeros_ + i] = line[i * decimation_ + phase];
+    }
+
+    /// @tparam Width  floats in a SIMD register
+    template <int Width>
+    void apply(const vec2* layout, vec2* results) const {
+        sum_taps<Width>({taps_.data(), taps_.size()}, layout, results, results_);
+    }
+
+  private:
+    std::size_t decimation_ = 1;
+    std::size_t results_ = 0;
+    std::size_t zeros_ = 0;  // padding before and after each row
+    std::size_t stride_ = 0; // from row to row
+    std::vector<tap> taps_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_SIGNAL_LATERAL_SLAB_HPP
+#define INSONIFY_SIGNAL_LATERAL_SLAB_HPP
+
+#include <algorithm>
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// A copy of a few consecutive samples of every line, for filtering across the lines. H is the half width of the
+/// kernel:
+///
+///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
+///           zeros, or for a full circle the lines from the other end
+///
+/// The samples of a line are contiguous and each has its own weights, so that SIMD works along the line. Across steered
+/// lines the filter follows the wave front: it reads neighbours a few samples above or below, which are copied too, and
+/// with the phase that they have at the same wave front.
+class lateral_slab {
+  public:
+    static constexpr std::size_t samples = 32;
+
+    /// @param memory  scratch memory; grows as needed
+    lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
+        : kernel_{kernel}, lines_{kernel.lines}, half_width_{kernel.half_width()},
+          margin_{static_cast<std::size_t>(std::abs(kernel.less.back()))}, stride_{samples + 2 * margin_} {
+        memory.resize(2 * (half_width_ + 1) * samples + (lines_ + 2 * half_width_) * stride_);
+        weights_ = memory.data();
+        tails_ = weights_ + (half_width_ + 1) * samples;
+        values_ = tails_ + (half_width_ + 1) * samples;
+        std::fill(values_, values_ + (lines_ + 2 * half_width_) * stride_, vec2{0, 0});
+    }
+
+    /// Computes the weights of samples `first` to `first` + `count` - 1.
+    void weigh(std::size_t first, std::size_t count) {
+        std::fill(weights_, values_, vec2{0, 0});
+        for (std::size_t k = 0; k < count; ++k) {
+            const lateral_kernel::blend at = kernel_.blend_at(static_cast<std::uint32_t>(first + k));
+            for (std::size_t i = 0; i < at.above.size(); ++i)
+                weights_[i * samples + k] += (1 - at.fraction) * at.above[i];
+            for (std::size_t i = 0; i < at.below.size(); ++i) weights_[i * samples + k] += at.fraction * at.below[i];
+        }
+        for (std::size_t i = half_width_; i-- > 0;) // sum of the weights of the neighbours beyond the i-th
+            for (std::size_t k = 0; k < samples; ++k)
+                tails_[i * samples + k] = tails_[(i + 1) * samples + k] + weights_[(i + 1) * samples + k];
+    }
+
+    /// Copies samples of all lines.
+    /// @param stride  from line to line
+    /// @param before  samples of the lines before `from`
+    /// @param after   samples of the lines after these
+    void copy(const vec2* from, std::size_t stride, std::size_t count, std::size_t before = 0, std::size_t after = 0) {
+        const std::size_t above = std::min(before, margin_), below = std::min(after, margin_);
+        const auto beyond = static_cast<std::ptrdiff_t>(kernel_.full_circle ? half_width_ : 0);
+        const auto lines = static_cast<std::ptrdiff_t>(lines_);
+        for (std::ptrdiff_t line = -beyond; line < lines + beyond; ++line) {
+            const vec2* source = from + static_cast<std::size_t>((line + lines) % lines) * stride - above;
+            vec2* const to = row(line);
+            std::fill(to - margin_, to - above, vec2{0, 0});
+            std::copy_n(source, above + count + below, to - above);
+            std::fill(to + count + below, to + samples + margin_, vec2{0, 0});
+            if (kernel_.steered()) turn(to - above, above + count + below, kernel_.phase(-line));
+        }
+    }
+
+    /// Filters across the lines; the weights are normalized over the lines that exist.
+    /// @tparam Width  floats in a SIMD register
+    /// @param to      in place only where lines are not steered
+    template <int Width>
+    void apply(vec2* to, std::size_t stride, std::size_t count) const {
+        vec2 sums[samples];
+        for (std::size_t line = 0; line < lines_; ++line) {
+            const std::size_t after = lines_ - 1 - line;
+            const bool whole = kernel_.full_circle || (line >= half_width_ && after >= half_width_);
+            vec2* out = whole && count == samples ? to + line * stride : sums;
+            const vec2* const here = row(static_cast<std::ptrdiff_t>(line));
+            for (std::size_t part = 0; part < samples; part += std::size_t{4} * Width)
+                sum_neighbours<Width>(here + part, weights_ + part, out + part, std::make_index_sequence<8>{});
+            if (!whole)
+                for (std::size_t k = 0; k < count; ++k)
+                    sums[k] /= 1 - (line < half_width_ ? tails_[line * samples + k].x : 0) -
+                               (after < half_width_ ? tails_[after * samples + k].x : 0);
+            if (out == sums) std::copy_n(sums, count, to + line * stride);
+            if (kernel_.steered()) turn(to + line * stride, count, kernel_.phase(static_cast<std::ptrdiff_t>(line)));
+        }
+    }
+
+  private:
+    vec2* row(std::ptrdiff_t line) const {
+        return values_ + (static_cast<std::ptrdiff_t>(half_width_) + line) * static_cast<std::ptrdiff_t>(stride_) +
+               margin_;
+    }
+
+    static void turn(vec2* values, std::size_t count, vec2 phase) {
+        for (std::size_t k = 0; k < count; ++k)
+            values[k] = {values[k].x * phase.x - values[k].y * phase.y, values[k].x * phase.y + values[k].y * phase.x};
+    }
+
+    // As many samples as eight SIMD registers hold; the sums stay in registers.
+    template <int Width, std::size_t... I>
+    INSONIFY_INLINE void sum_neighbours(const vec2* here, const vec2* weights, vec2* to,
+                                        std::index_sequence<I...>) const {
+        const auto floats = [](const vec2* at) { return reinterpret_cast<const float*>(at); };
+        lanes<Width> sums[] = {load<Width>(floats(here) + I * Width) * load<Width>(floats(weights) + I * Width)...};
+        const std::ptrdiff_t* const less_deep = kernel_.less.data();
+        for (std::size_t apart = 1; apart <= half_width_; ++apart) {
+            const std::ptrdiff_t less = less_deep[apart];
+            const float *left = floats(here - apart * stride_ + less), *right = floats(here + apart * stride_ - less),
+                        *weight = floats(weights + apart * samples);
+            ((sums[I] = multiply_add(load<Width>(left + I * Width) + load<Width>(right + I * Width),
+                                     load<Width>(weight + I * Width), sums[I])),
+             ...);
+        }
+        (store(sums[I], reinterpret_cast<float*>(to) + I * Width), ...);
+    }
+
+    const lateral_kernel& kernel_;
+    std::size_t lines_ = 0;
+    std::size_t half_width_ = 0;
+    std::size_t margin_ = 0;  // samples above and below that steered lines need
+    std::size_t stride_ = 0;  // from line to line of the copy
+    vec2* weights_ = nullptr; // by distance in lines, that of each sample twice: for x and y
+    vec2* tails_ = nullptr;   // by distance in lines: sum of the weights beyond
+    vec2* values_ = nullptr;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Options of `convolve`.
+struct convolve_settings {
+    std::uint32_t decimation = 1; ///< samples per result; a divisor of the number of samples
+};
+
+/// Tables and memory of `convolve`. Pass it again with the next frame: memory is allocated only while it grows.
+struct convolve_workspace {
+    detail::lateral_kernel lateral;        ///< weights across the lines
+    detail::axial_kernel axial;            ///< weights along a line
+    std::vector<std::vector<vec2>> blocks; ///< scratch memory of each block of lines or samples
+    iq_lines decimated;                    ///< the lines of the previous frame
+    iq_lines steered;                      ///< lines that cannot be filtered in place
+};
+
+namespace detail {
+
+/// `for_each_block` with scratch memory for each block: body(begin, end, memory).
+template <exec::policy Policy, class Body>
+void for_each_block_with_memory(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
+                                std::vector<std::vector<vec2>>& memory, const Body& body) {
+    memory.resize(std::max(memory.size(), (count + block - 1) / block));
+    exec::for_each_block(policy, count, block, nanoseconds,
+                         [&](std::size_t begin, std::size_t end) { body(begin, end, memory[begin / block]); });
+}
+
+/// The axial half of `convolve`; in place without decimation.
+/// @param sent  in units of samples
+template <exec::policy Policy>
+iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation,
+                        convolve_workspace& own) {
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    own.axial.set(echoes.samples, sent, decimation);
+    if (decimation > 1) own.decimated.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
+    iq_lines& results = decimation > 1 ? own.decimated : echoes;
+    for_each_block_with_memory(policy, echoes.count, 8, own.axial.nanoseconds(), own.blocks,
+                               [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
+                                   layout.assign(own.axial.layout_size(), vec2{0, 0});
+                                   for (std::size_t line = begin; line < end; ++line) {
+                                       own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                                       own.axial.template apply<width>(layout.data(),
+                                                                       results.values.data() + line * results.samples);
+                                   }
+                               });
+    if (decimation > 1) std::swap(own.decimated, echoes);
+    return echoes;
+}
+
+/// The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
+template <exec::policy Policy>
+iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspace& own) {
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    constexpr std::size_t thickness = lateral_slab::samples;
+    const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
+    const bool in_place = !own.lateral.steered();
+    if (!in_place) own.steered.reshape(lines.count, lines.samples, lines.depth);
+    iq_lines& results = in_place ? lines : own.steered;
+    const float slab_time = 0.2F * static_cast<float>((2 * own.lateral.half_width() + 1) * lines.count * thickness);
+    for_each_block_with_memory(
+        policy, slabs, 8, slab_time, own.blocks, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
+            lateral_slab slab{own.lateral, memory};
+            for (std::size_t i = begin; i < end; ++i) {
+                const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
+                slab.weigh(first, count);
+                slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
+                slab.template apply<width>(results.values.data() + first, lines.samples, count);
+            }
+        });
+    if (!in_place) std::swap(own.steered, lines);
+    return lines;
+}
+
+} // namespace detail
+
+/// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
+///
+/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma` along the wave front,
+/// at right angles to the lines (`line_advance`), whose weights sum to 1 over the lines that exist, at the ends as well. So a plate keeps its amplitude at every depth, sampling and
+/// line spacing. Lines are zero beyond their ends, so speckle fades within two standard deviations of the pulse from
+/// them. In place: pass std::move(echoes).
+/// @param echoes  baseband: an echo a at displayed depth z is a exp(-j 4 pi f0 z / c0), with c0 = display_speed
+/// @param own     tables and memory, kept from frame to frame
+/// @throws usage_error  for lines that are not those of the probe, samples coarser than the standard deviation of the
+///                      pulse, a pulse frequency other than that of the probe, and settings out of range
+template <exec::policy Policy, transducer Probe>
+iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
+                  const convolve_settings& settings, convolve_workspace& own) {
+    probe.check();
+    sent.check(probe.frequency);
+    if (echoes.count != probe.lines || echoes.samples == 0 ||
+        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
+        throw usage_error{"convolve: the echoes must have as many lines as the probe, and a value for every sample"};
+    check_depth(echoes.depth, "convolve");
+    if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
+        throw usage_error{
+            detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
+                            "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
+    const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
+    const pulse_envelope in_metres = sent.envelope(probe.frequency);
+    const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
+    const auto decimation = static_cast<float>(settings.decimation);
+    if (!(envelope.sigma * 1.0001F >= decimation)) {
+        const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
+        throw usage_error{
+            detail::joined({"convolve: the samples are too coarse for the pulse; a line needs at least ",
+                            std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)",
+                            settings.decimation > 1 ? ", or a smaller `decimation`" : ""})};
+    }
+
+    iq_lines lines = detail::convolve_along(policy, std::move(echoes), envelope, settings.decimation, own);
+    own.lateral =
+        detail::make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(own.lateral));
+    return detail::convolve_across(policy, std::move(lines), own);
+}
+/// The same, with its own tables and memory.
+template <exec::policy Policy, transducer Probe>
+iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
+                  const convolve_settings& settings = {}) {
+    convolve_workspace own;
+    return convolve(policy, std::move(echoes), sent, probe, settings, own);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
+#define INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Level and seed of the electronic noise.
+struct electronic_noise_settings {
+    float level_db = -135;   ///< rms of its envelope, relative to the echo of a perfect mirror; `no_level_db`: none
+    std::uint64_t seed = 1;  ///< selects a realization
+    std::uint32_t frame = 0; ///< number of the frame: noise differs from frame to frame
+};
+
+namespace detail {
+
+/// Complex normal numbers of mean power 1, from which hashes draw.
+struct normal_numbers {
+    static constexpr std::uint32_t count = 4096;
+    vec2 values[count];
+
+    normal_numbers() {
+        float power = 0;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            values[i] = hash_normal(count, i);
+            power += dot(values[i], values[i]) / count;
+        }
+        for (vec2& value : values) value /= std::sqrt(power);
+    }
+    /// @param bits  random
+    vec2 operator()(std::uint32_t bits) const { return values[bits % count]; }
+};
+
+} // namespace detail
+
+/// Adds the noise of the receiver: complex white Gaussian noise, uniform in depth. Call it before `tgc`, which
+/// amplifies it with depth.
+/// @throws usage_error  for a level that is not finite
+template <exec::policy Policy>
+iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electronic_noise_settings& settings = {}) {
+    if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be finite"};
+    const float scale = amplitude_of_decibels(settings.level_db);
+    if (scale == 0) return lines;
+    static const detail::normal_numbers numbers;
+    const auto stream = static_cast<std::uint32_t>(hash_bits(settings.seed, settings.frame));
+    exec::for_each_block(policy, lines.values.size(), 4096, 3, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            lines.values[i] += scale * numbers(mix_bits(static_cast<std::uint32_t>(i) ^ stream));
+    });
+    return lines;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_ENVELOPE_HPP
+#define INSONIFY_SIGNAL_ENVELOPE_HPP
+
+#ifndef INSONIFY_SIGNAL_HILBERT_HPP
+#define INSONIFY_SIGNAL_HILBERT_HPP
+
+#include <bit>
+#include <cstddef>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Hilbert transform: shifts the phase of every frequency of a real signal by -90 degrees, so that cos becomes sin.
+///
+/// Uses FFTs of a power of two with at least a quarter of zero padding, of two signals at a time, one as the real and
+/// one as the imaginary part. The forward transform (decimation in frequency) leaves its results in bit-reversed order,
+/// from which the inverse transform (decimation in time) starts, so nothing is reordered: positive frequencies are at
+/// even indices, negative frequencies at odd ones. Source: Gentleman & Sande 1966, Cooley & Tukey 1965.
+class hilbert_transform {
+  public:
+    explicit hilbert_transform(std::size_t samples)
+        : size_{std::bit_ceil(samples + samples / 4 + 2)}, cosine_(size_), sine_(size_) {
+        for (std::size_t half = 1; half < size_; half *= 2)
+            for (std::size_t i = 0; i < half; ++i) {
+                const double angle = 3.14159265358979323846 * static_cast<double>(i) / static_cast<double>(half);
+                cosine_[half + i] = static_cast<float>(std::cos(angle));
+                sine_[half + i] = static_cast<float>(std::sin(angle));
+            }
+    }
+
+    /// Size of the buffers of `apply`: the signal, padded with zeros.
+    std::size_t size() const { return size_; }
+
+    /// In place; overwrites the padding.
+    /// @tparam Width  floats in a SIMD register
+    template <int Width>
+    void apply(float* one, float* other) const {
+        for (std::size_t half = size_ / 2; half > 0; half /= 2)
+            for (std::size_t begin = 0; begin < size_; begin += 2 * half)
+                forward<Width>(one + begin, other + begin, half);
+
+        const float scale = 1 / static_cast<float>(size_);
+        one[0] = one[1] = other[0] = other[1] = 0; // the Hilbert transform of DC and of the Nyquist frequency is 0
+        for (std::size_t i = 2; i < size_; i += 2) {
+            const float real = one[i], imaginary = other[i];
+            one[i] = scale * imaginary;
+            other[i] = -scale * real;
+            const float negative_real = one[i + 1], negative_imaginary = other[i + 1];
+            one[i + 1] = -scale * negative_imaginary;
+            other[i + 1] = scale * negative_real;
+        }
+
+        for (std::size_t half = 1; half < size_; half *= 2)
+            for (std::size_t begin = 0; begin < size_; begin += 2 * half) back<Width>(one + begin, other + begin, half);
+    }
+
+  private:
+    /// (a, b) becomes (a + b, (a - b) exp(-j angle)), for `half` values a and as many values b after them.
+    template <int Width>
+    void forward(float* real, float* imaginary, std::size_t half) const {
+        using floats = lanes<Width>;
+        if constexpr (Width > 1)
+            if (half < Width) return forward<1>(real, imaginary, half);
+        for (std::size_t i = 0; i < half; i += Width) {
+            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
+            const floats ar = load<Width>(real + i), br = load<Width>(real + half + i);
+            const floats ai = load<Width>(imaginary + i), bi = load<Width>(imaginary + half + i);
+            store(ar + br, real + i);
+            store(ai + bi, imaginary + i);
+            store((ar - br) * c + (ai - bi) * s, real + half + i);
+            store((ai - bi) * c - (ar - br) * s, imaginary + half + i);
+        }
+    }
+
+    /// (a, b) becomes (a + b exp(+j angle), a - b exp(+j angle)).
+    template <int Width>
+    void back(float* real, float* imaginary, std::size_t half) const {
+        using floats = lanes<Width>;
+        if constexpr (Width > 1)
+            if (half < Width) return back<1>(real, imaginary, half);
+        for (std::size_t i = 0; i < half; i += Width) {
+            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
+            const floats xr = load<Width>(real + half + i), xi = load<Width>(imaginary + half + i);
+            const floats ar = load<Width>(real + i), ai = load<Width>(imaginary + i);
+            const floats br = xr * c - xi * s, bi = xi * c + xr * s;
+            store(ar + br, real + i);
+            store(ai + bi, imaginary + i);
+            store(ar - br, real + half + i);
+            store(ai - bi, imaginary + half + i);
+        }
+    }
+
+    std::size_t size_ = 0;
+    std::vector<float> cosine_; // of i / half of half a turn, at half + i
+    std::vector<float> sine_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Square roots, in place.
+template <int Width>
+void square_roots(float* values, std::size_t count) {
+    const std::size_t whole = count - count % Width;
+    for (std::size_t i = 0; i < whole; i += Width) store(sqrt(load<Width>(values + i)), values + i);
+    for (std::size_t i = whole; i < count; ++i) values[i] = std::sqrt(values[i]);
+}
+
+} // namespace detail
+
+/// Envelope of baseband signals: |IQ| = sqrt(I^2 + Q^2).
+/// @param recycled  lines whose memory is reused
+template <exec::policy Policy>
+scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycled = {}) {
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    recycled.reshape(iq.count, iq.samples, iq.depth);
+    exec::for_each_block(policy, iq.values.size(), 16384, 0.6F, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            recycled.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
+        detail::square_roots<width>(recycled.values.data() + begin, end - begin);
+    });
+    return recycled;
+}
+
+/// Envelope of RF signals: sqrt(RF^2 + H(RF)^2), where H is the Hilbert transform.
+///
+/// Equals |IQ| of the same echoes within 1e-3 of the maximum for fractional bandwidths below 0.8, except near truncated
+/// signals: lines are zero beyond their ends.
+/// @param rf  at least four samples per cycle
+/// @throws usage_error  where the number of values is not lines times samples
+template <exec::policy Policy>
+scan_lines envelope(const Policy& policy, const scan_lines& rf) {
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    if (rf.values.size() != static_cast<std::size_t>(rf.count) * rf.samples)
+        throw usage_error{"envelope: " + std::to_string(rf.count) + " lines of " + std::to_string(rf.samples) +
+                          " samples need as many values, not " + std::to_string(rf.values.size())};
+    const detail::hilbert_transform transform{rf.samples};
+    scan_lines lines{rf.count, rf.samples, rf.depth};
+    exec::for_each_block(policy, rf.count, 2, 20 * static_cast<float>(rf.samples),
+                         [&](std::size_t first, std::size_t end) {
+                             const std::size_t n = rf.samples, last = end - 1; // an odd last line is paired with itself
+                             std::vector<float> shifted(2 * transform.size());
+                             float* one = shifted.data();
+                             float* other = one + transform.size();
+                             std::copy_n(rf.values.data() + first * n, n, one);
+                             std::copy_n(rf.values.data() + last * n, n, other);
+                             transform.template apply<width>(one, other);
+                             for (const std::size_t line : {first, last}) {
+                                 const float* from = rf.values.data() + line * n;
+                                 const float* quarter = line == first ? one : other;
+                                 float* to = lines.values.data() + line * n;
+                                 for (std::size_t i = 0; i < n; ++i)
+                                     to[i] = from[i] * from[i] + quarter[i] * quarter[i];
+                                 detail::square_roots<width>(to, n);
+                             }
+                         });
+    return lines;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_RESAMPLE_LINES_HPP
+#define INSONIFY_SIGNAL_RESAMPLE_LINES_HPP
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Weight of a line at a distance, in lines, from the place between lines whose value is wanted: sinc, with the window of
+/// Lanczos over six lines.
+inline float lanczos_weight(float distance) {
+    constexpr float half_width = 3;
+    const auto sinc = [](float x) { return std::fabs(x) < 1e-4F ? 1.0F : std::sin(pi * x) / (pi * x); };
+    return std::fabs(distance) < half_width ? sinc(distance) * sinc(distance / half_width) : 0;
+}
+
+} // namespace detail
+
+/// Echoes on the lines of a probe from those on fewer lines of it, after `convolve`: a beam has no detail finer than its
+/// width, so lines half of that apart say what is between them (`rays_per_line`).
+///
+///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)}, wanted{probe, 1};
+///     echoes = resample_lines(policy, echoes, traced, wanted); // ... of trace and convolve with `traced`
+///
+/// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of the
+/// field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
+/// @param traced    the probe of `lines`
+/// @param wanted    that of the result: the same face and field of view
+/// @param recycled  lines whose memory is reused
+/// @throws usage_error  for lines that are not those of the probe
+template <exec::policy Policy, transducer Probe>
+iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Probe& traced, const Probe& wanted,
+                        iq_lines recycled = {}) {
+    if (lines.count != traced.lines || lines.samples == 0 ||
+        lines.values.size() != std::size_t{lines.count} * lines.samples)
+        throw usage_error{"resample_lines: the echoes must have as many lines as the probe that was traced"};
+    check_depth(lines.depth, "resample_lines");
+    wanted.check();
+    iq_lines made = std::move(recycled);
+    made.reshape(wanted.lines, lines.samples, lines.depth);
+    const bool around = is_full_circle(traced);
+    const auto count = static_cast<int>(lines.count), samples = static_cast<int>(lines.samples);
+    const float advance = line_advance(traced), per_line = static_cast<float>(count) / static_cast<float>(wanted.lines);
+    const float samples_per_line = advance * static_cast<float>(samples) / lines.depth,
+                turn = 4 * pi * traced.frequency * advance / display_speed; // of the phase, from line to line
+    const auto interpolate = [&](std::uint32_t line) {
+        vec2* const to = made.values.data() + std::size_t{line} * lines.samples;
+        std::fill_n(to, samples, vec2{0, 0});
+        const float place = (static_cast<float>(line) + 0.5F) * per_line - 0.5F;
+        const auto first = static_cast<int>(std::floor(place)) - 2;
+        const auto exists = [&](int neighbour) { return around || (neighbour >= 0 && neighbour < count); };
+        float sum = 0;
+        for (int i = first; i < first + 6; ++i)
+            if (exists(i)) sum += detail::lanczos_weight(static_cast<float>(i) - place);
+        for (int i = first; i < first + 6; ++i) {
+            if (!exists(i)) continue;
+            const float apart = static_cast<float>(i) - place, weight = detail::lanczos_weight(apart) / sum;
+            const vec2 factor = weight * vec2{std::cos(turn * apart), -std::sin(turn * apart)};
+            const auto less_deep = static_cast<int>(std::lround(samples_per_line * apart));
+            const vec2* const from =
+                lines.values.data() + static_cast<std::size_t>((i + count) % count) * lines.samples;
+            for (int k = std::max(less_deep, 0); k < std::min(samples + less_deep, samples); ++k) {
+                const vec2 echo = from[k - less_deep];
+                to[k] += vec2{echo.x * factor.x - echo.y * factor.y, echo.x * factor.y + echo.y * factor.x};
+            }
+        }
+    };
+    exec::for_each_block(policy, wanted.lines, 8, 6 * static_cast<float>(samples),
+                         [&](std::size_t begin, std::size_t end) {
+                             for (std::size_t line = begin; line < end; ++line)
+                                 interpolate(static_cast<std::uint32_t>(line));
+                         });
+    return made;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #include <concepts>
 #include <string>
 #include <type_traits>
@@ -18276,6 +18339,7 @@ class scanner {
     trace_workspace<look_probe, Model, Tracer> tracing_{};
     std::vector<detail::frame_plan<look_probe, Model>> plans_{}; // of `trace`, for each look
     trace_workspace<refined<Probe>, detail::label_model> label_tracing_{};
+    near_field_workspace<look_probe> near_field_{};
     convolve_workspace convolution_{};
     compounding<refined<Probe>> looks_{};
     looks_memo acquired_{};
@@ -18392,7 +18456,7 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     echoes_ = trace(policy, body, traced, at, model, scan, tracing_, std::move(echoes_), how);
     std::swap(tracing_.plan, plans_[number]);
     times_.trace += clock.lap();
-    echoes_ = add_near_field(policy, std::move(echoes_), body, traced, at, settings.near_field);
+    echoes_ = add_near_field(policy, std::move(echoes_), body, traced, at, settings.near_field, near_field_);
     echoes_ = convolve(policy, std::move(echoes_), nominal_pulse(probe), traced, {}, convolution_);
     if (traced.lines != look.lines) {
         resampled_ = resample_lines(policy, echoes_, traced, look, std::move(resampled_));
@@ -21911,6 +21975,124 @@ struct pressed_face {
 
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
 };
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SCENE_QUERIES_HPP
+#define INSONIFY_SCENE_QUERIES_HPP
+
+#include <concepts>
+#include <cstdint>
+#include <optional>
+
+/// Queries for contact, collision and placement. Distances are metres, points and directions in the world.
+///
+/// All may be called from many threads at once. The first query after objects have moved refits their trees.
+namespace insonify::inline INSONIFY_ABI {
+
+/// A point on the surface of an object.
+struct surface_point {
+    object_id object{};     ///< whose surface it is
+    std::uint32_t face = 0; ///< index into `object::surface.faces`
+    float distance = 0;     ///< from the origin of the ray, in units of its direction, or from the point of the query
+    vec3 point{0, 0, 0};    ///< in the world
+    vec3 normal{0, 0, 1};   ///< of the face, outwards, length 1
+};
+
+/// Accepts every object.
+struct any_object {
+    /// Always true.
+    constexpr bool operator()(object_id) const { return true; }
+};
+
+namespace detail {
+
+inline surface_point surface_point_at(const object_view& one, std::uint32_t face, float distance, vec3 point) {
+    const vec3 normal = unit_normal(one.surface[face], {0, 0, 1});
+    return {object_id{one.id}, face, distance, point, one.at.direction(normal)};
+}
+
+/// Whether an object contains a point: a half line from there crosses its surface an odd number of times.
+inline bool contains(const object_view& one, vec3 point) {
+    bool inside = false;
+    one.tree.for_each_hit(one.local({.origin = point}), [&](const hit&) { inside = !inside; });
+    return inside;
+}
+
+/// The object whose medium applies at a point; null in the background.
+inline const object_view* top_at(const scene_view& flat, vec3 point) {
+    std::uint32_t top = media_stack::none;
+    flat.boxes.for_each_overlap(aabb{point, point}, [&](std::uint32_t rank) {
+        if (rank < top && contains(flat.objects[rank], point)) top = rank;
+    });
+    return top == media_stack::none ? nullptr : &flat.objects[top];
+}
+
+inline void check_point(vec3 point, const char* caller) {
+    if (!is_finite(point))
+        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
+}
+
+} // namespace detail
+
+/// The object that gives the medium at a point; none in the background.
+/// @throws usage_error  for a point that is not finite, or a scene that was not built
+inline std::optional<object_id> object_at(const scene& body, vec3 point) {
+    detail::check_point(point, "object_at");
+    const object_view* one = detail::top_at(body.view_for_rays(exec::par), point);
+    return one == nullptr ? std::nullopt : std::optional{object_id{one->id}};
+}
+
+/// The medium at a point: that of `object_at`, or the background's.
+/// @throws usage_error  for a point that is not finite, or a scene that was not built
+inline medium medium_at(const scene& body, vec3 point) {
+    detail::check_point(point, "medium_at");
+    const scene_view flat = body.view_for_rays(exec::par);
+    const object_view* one = detail::top_at(flat, point);
+    return flat.media[one == nullptr ? 0 : one->medium];
+}
+
+/// The first surface along a ray, within its limits, from either side; none where there is none.
+///
+///     const auto skin = first_surface(body, {.origin = tip, .direction = {0, 0, 1}}, [&](object_id id) { return id != needle; });
+///
+/// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
+/// @param accepts  bool(object_id): objects for which it returns false are passed through
+/// @throws usage_error  for a scene that was not built
+template <std::predicate<object_id> Filter = any_object>
+std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
+    const scene_view flat = body.view_for_rays(exec::par);
+    hit first;
+    std::uint32_t rank = 0;
+    flat.boxes.for_each_hit(r, [&](const hit& box) {
+        const object_view& one = flat.objects[box.primitive];
+        if (box.distance > first.distance || !accepts(object_id{one.id})) return;
+        ray local = one.local(r);
+        local.max_distance = min(local.max_distance, first.distance);
+        const hit found = one.tree.closest(local);
+        if (!found || (first && !(found.distance < first.distance || box.primitive < rank))) return;
+        first = found;
+        rank = box.primitive;
+    });
+    if (!first) return std::nullopt;
+    return detail::surface_point_at(flat.objects[rank], first.primitive, first.distance, r.at(first.distance));
+}
+
+/// The point of an object's surface that is nearest to a point; none for an object without faces.
+/// @throws usage_error  for an unknown id, a point that is not finite, or a scene that was not built
+inline std::optional<surface_point> nearest_surface(const scene& body, object_id id, vec3 point) {
+    detail::check_point(point, "nearest_surface");
+    static_cast<void>(body[id]); // throws for an unknown id
+    const scene_view flat = body.view_for_rays(exec::par);
+    for (const object_view& one : flat.objects) {
+        if (one.id != static_cast<std::uint32_t>(id)) continue;
+        const detail::nearest_point found = detail::find_nearest(one.tree, one.at.local_point(point));
+        if (found.primitive == detail::nearest_point{}.primitive) return std::nullopt;
+        return detail::surface_point_at(one, found.primitive, std::sqrt(found.distance_squared),
+                                        one.at.point(found.point));
+    }
+    return std::nullopt;
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

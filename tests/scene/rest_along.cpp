@@ -67,7 +67,7 @@ void check_inverse(const std::string& name, const Make& make) {
         for (int i = 0; i < 200; ++i) {
             const vec3 rest = random.point(30_mm), now = map(rest), found = map.rest_of(now);
             vec3 by_newton = now;
-            lost += detail::find_rest_by_newton(map, now, by_newton) ? 0 : 1;
+            lost += detail::newton_inverse{map}(now, by_newton) ? 0 : 1;
             worst = std::fmax(worst, static_cast<double>(length(found - rest)));
             reached = std::fmax(reached, static_cast<double>(length(map(found) - now)));
         }
@@ -112,7 +112,7 @@ TEST_CASE("a composition has the inverse of its parts: no point is lost where ed
             vec3 found = now, by_newton = now;
             CHECK(detail::find_rest(map, now, found));
             reached = std::fmax(reached, static_cast<double>(length(map(found) - now)));
-            lost += detail::find_rest_by_newton(map, now, by_newton) ? 0 : 1;
+            lost += detail::newton_inverse{map}(now, by_newton) ? 0 : 1;
             folded += determinant(detail::derivative(map, rest, now)) > 0 ? 0 : 1;
         }
     }
@@ -129,6 +129,41 @@ TEST_CASE("a composition with a map that has no inverse is inverted in space") {
     vec3 found = map(rest);
     CHECK(detail::find_rest(map, map(rest), found));
     CHECK(length(found - rest) < 1e-6F);
+}
+
+TEST_CASE("Newton's method along rows: exact, with few points of the map, and tissue that folds over is noticed") {
+    int calls = 0;
+    const auto sunk_by = [&](float depth) { // folds over where it is more than 20 mm
+        return [&calls, depth](vec3 rest) {
+            ++calls;
+            return rest + vec3{0, 0, depth * std::exp(-rest.x * rest.x / (2 * 15_mm * 15_mm) - rest.z / 20_mm)};
+        };
+    };
+    const auto nodes_of = [&calls](const auto& map, const pose& at) {
+        const detail::displacement_lattice where{at, vec3{1_mm}, {40, 2, 40}};
+        std::vector<float> nodes(4 * where.count());
+        detail::invert_map(exec::seq, map, where, nodes.data());
+        double worst = 0;
+        std::size_t lost = 0;
+        for (std::size_t i = 0; i < where.count(); ++i) {
+            const vec3 rest = where.point(i) + at.direction({nodes[4 * i], nodes[4 * i + 1], nodes[4 * i + 2]});
+            worst = std::fmax(worst, static_cast<double>(length(map(rest) - where.point(i))));
+            lost += nodes[4 * i + 3] != 0 ? 1 : 0;
+        }
+        calls -= static_cast<int>(where.count()); // those of this check
+        return std::pair{worst, lost};
+    };
+    const vec3 first{0, -20_mm, 5_mm}, across{1, 0, 0}, down{0, 0, 1};
+    for (const pose& at : {look_at(first, first + down, across), look_at(first, first + across, down)}) {
+        calls = 0;
+        const auto [worst, lost] = nodes_of(sunk_by(5_mm), at);
+        const double each = calls / 3200.0;
+        MESSAGE("off by at most ", 1e6 * worst, " um, expected 0.3; ", each, " points of the map for each, expected 3");
+        CHECK(worst < 0.3e-6);
+        CHECK(lost == 0);
+        CHECK(each < 3);
+        CHECK(nodes_of(sunk_by(30_mm), at).second > 0);
+    }
 }
 
 TEST_CASE("pressed_face: a depth that folds tissue over is an error") {

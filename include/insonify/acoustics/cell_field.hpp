@@ -1,6 +1,7 @@
 #ifndef INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 #define INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 
+#include <insonify/acoustics/rest_curve.hpp>
 #include <insonify/acoustics/structured_line.hpp>
 #include <insonify/core/error.hpp>
 #include <cfloat>
@@ -59,17 +60,10 @@ struct cell_field {
         if (!(end - begin < 0x1p25F * spacing)) return;
         if (line.displacement == nullptr)
             return scatter_straight(line, begin, end, rest_at(line, begin, spacing), spacing, emit);
-        // The line is curved in tissue at rest: straight from point to point.
-        vec3 first = line.displacement->rest(line.at(begin));
         for (float from = begin; from < end;) {
-            const float to = piece_end(line, from, end, first, spacing);
-            detail::rest_line rest = rest_at(line, 0.5F * (from + to), spacing);
-            const vec3 last = line.displacement->rest(line.at(to));
-            rest.origin = detail::resolvable(first, cell, spacing);
-            rest.along = (last - first) * (1 / (to - from));
-            if (rest.along != vec3{0, 0, 0}) scatter_straight(line, from, to, rest, spacing, emit);
-            first = last;
-            from = to;
+            const detail::rest_curve curve{line, from, end};
+            scatter_curved(line, curve, spacing, emit);
+            from = curve.distance(curve.last());
         }
     }
 
@@ -153,25 +147,6 @@ struct cell_field {
                 gradient * line.elevation, gradient * lateral, gradient * line.steering};
     }
 
-    // End of the piece of a line that begins at `from`, which is `first` at rest. In tissue at rest the piece bends by less than
-    // a sixteenth of the spacing of scatterers.
-    INSONIFY_FN static float piece_end(const material_line& line, float from, float end, vec3 first, float spacing) {
-        const float straight = line.displacement->straight_length / length(line.along);
-        for (int parts = 4; parts > 1; parts /= 2) {
-            const float to = from + static_cast<float>(parts) * straight;
-            if (!(to < end)) continue;
-            const vec3 part = (line.displacement->rest(line.at(to)) - first) / static_cast<float>(parts);
-            bool bends = false;
-            for (int i = 1; i < parts && !bends; ++i) {
-                const auto number = static_cast<float>(i);
-                const vec3 aside = line.displacement->rest(line.at(from + number * straight)) - first - number * part;
-                bends = 256 * dot(aside, aside) > spacing * spacing;
-            }
-            if (!bends) return to;
-        }
-        return from + 1.5F * straight < end ? from + straight : end;
-    }
-
     // Covariance of linear interpolation that keeps the power, by distance in cells.
     INSONIFY_FN static float linear_covariance(float cells) {
         // At distances of eighths of a cell, by numerical integration; linear in between.
@@ -183,6 +158,40 @@ struct cell_field {
         const auto below = static_cast<int>(position);
         const float weight = position - static_cast<float>(below);
         return (1 - weight) * eighths[below] + weight * eighths[below + 1];
+    }
+
+    // Straight from point to point of a curve: over short pieces for the scatterers, whose phases count, and over longer ones for
+    // the structure, which is displaced by less than 0.07 mm between their ends.
+    template <class Emit>
+    INSONIFY_FN void scatter_curved(const material_line& line, const detail::rest_curve& curve, float spacing,
+                                    Emit&& emit) const {
+        const auto segment = [&](std::uint32_t from, std::uint32_t to) {
+            detail::rest_line rest = rest_at(line, 0.5F * (curve.distance(from) + curve.distance(to)), spacing);
+            rest.origin = detail::resolvable(curve.point(from), cell, spacing);
+            rest.along = curve.along(from, to);
+            return rest;
+        };
+        const auto scatter_pieces = [&](std::uint32_t first, std::uint32_t last, detail::structured_line* structure) {
+            for (std::uint32_t from = first; from < last;) {
+                const std::uint32_t to = curve.straight_until(from, last, spacing / 16);
+                const detail::rest_line rest = segment(from, to);
+                if (rest.along != vec3{0, 0, 0})
+                    scatter_slabs(line, curve.distance(from), curve.distance(to), rest, spacing, structure, emit);
+                from = to;
+            }
+        };
+        if (line.structure == nullptr) return scatter_pieces(0, curve.last(), nullptr);
+        for (std::uint32_t from = 0; from < curve.last();) {
+            const std::uint32_t to =
+                curve.straight_until(from, curve.last(), 0.5F * detail::gain_spacing(line.structure->of));
+            const detail::rest_line rest = segment(from, to);
+            if (rest.along != vec3{0, 0, 0}) {
+                detail::structured_line structure{line, rest, curve.distance(from), curve.distance(to),
+                                                  mix_bits(seed + line.object)};
+                scatter_pieces(from, to, &structure);
+            }
+            from = to;
+        }
     }
 
     template <class Emit>

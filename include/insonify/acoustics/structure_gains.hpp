@@ -7,6 +7,14 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
+/// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of sheets.
+INSONIFY_FN inline float gain_spacing(const structure& of) {
+    float least = 0.16e-3F;
+    for (const structure::sheet_layer* layer : {&of.sheets, &of.septa})
+        if (layer->fill > 0) least = min(least, layer->thickness);
+    return 0.85F * max(least, 0.03e-3F);
+}
+
 /// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not normalised:
 /// `placed_structure::rms` is their rms value.
 class structure_gains {
@@ -19,16 +27,11 @@ class structure_gains {
                                 float fnumber, std::uint32_t key)
         : tissue_{tissue}, origin_{origin}, along_{along}, propagation_{propagation}, fnumber_{fnumber}, key_{key} {}
 
-    /// Distance of points between which gains are as good as linear, metres: less than the thickness of sheets.
-    INSONIFY_FN float point_spacing() const {
-        float least = 0.16e-3F;
-        for (const structure::sheet_layer* layer : {&tissue_.of.sheets, &tissue_.of.septa})
-            if (layer->fill > 0) least = min(least, layer->thickness);
-        return 0.85F * max(least, 0.03e-3F);
-    }
     /// Distance of the origin of the segment in the material, metres along the line.
     INSONIFY_FN float origin() const { return dot(origin_, along_) / dot(along_, along_); }
 
+    /// See `gain_spacing`.
+    INSONIFY_FN float point_spacing() const { return gain_spacing(tissue_.of); }
     /// Computes the gains at points. Those at distances are metres from the origin of the segment.
     INSONIFY_FN void compute(const gain_points& points) const {
         const structure& of = tissue_.of;

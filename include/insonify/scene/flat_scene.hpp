@@ -49,7 +49,7 @@ class flat_scene {
                 {.surface = surface,
                  .tree = state.tree_is_current ? state.tree.view_of(surface) : bvh_view<mesh_view>{},
                  .groups = state.groups.view_of(),
-                 .normals = state.normals_are_current ? state.normals.view_of() : state.normals.view_without_normals(),
+                 .normals = state.tree_is_current ? state.normals.view_of() : state.normals.view_without_normals(),
                  .at = one.at,
                  .box = state.box,
                  .id = static_cast<std::uint32_t>(one.id),

@@ -69,43 +69,71 @@ void check_map_at(const Map& map, vec3 rest, vec3 now) {
         if (!(determinant(derivative(map, rest, now)) > 0)) throw_folded(now);
 }
 
-/// Finds the point at rest that a map takes to a point, by Newton's method.
-/// @param rest  a guess, then the point
-/// @return      false where the map folds over, or is not finite
+/// Newton's method for points that follow each other: while it converges quickly with the derivative at a former point, none is
+/// computed, which takes three more points of the map.
 template <deformation_map Map>
-bool find_rest_by_newton(const Map& map, vec3 now, vec3& rest) {
-    const float tolerance = 2e-7F + 5e-7F * length(now);
-    vec3 reached = map(rest);
-    float error = length(reached - now);
-    for (int iteration = 0; iteration < 20 && error > tolerance; ++iteration) {
-        const mat3 change = derivative(map, rest, reached);
-        if (!(determinant(change) > 0)) return false;
-        const vec3 whole = inverse(change) * (reached - now);
-        const float before = error;
-        for (float part = 1; part > 0.01F && !(error < before); part *= 0.5F) {
-            const vec3 next = rest - part * whole, there = map(next);
+class newton_inverse {
+  public:
+    explicit newton_inverse(const Map& map) : map_{map} {}
+
+    /// Finds the point at rest that the map takes to a point.
+    /// @param rest  a guess, then the point
+    /// @return      false where the map folds over, or is not finite
+    bool operator()(vec3 now, vec3& rest) {
+        const float tolerance = 2e-7F + 5e-7F * length(now);
+        vec3 reached = map_(rest);
+        float error = length(reached - now);
+        const auto improve = [&](float part, float most) { // whether the error is then less than `most`
+            const vec3 next = rest - part * (to_rest_ * (reached - now)), there = map_(next);
             const float remaining = length(there - now);
-            if (!(remaining < error)) continue;
+            if (!(remaining < most)) return false;
             rest = next;
             reached = there;
             error = remaining;
+            return true;
+        };
+        for (int iteration = 0; iteration < 20 && error > tolerance; ++iteration) {
+            if (known_ && improve(1, max(0.25F * error, tolerance))) continue;
+            const mat3 slope = derivative(map_, rest, reached);
+            known_ = determinant(slope) > 0;
+            if (!known_) return false;
+            to_rest_ = inverse(slope);
+            bool improved = false;
+            for (float part = 1; part > 0.01F && !improved; part *= 0.5F) improved = improve(part, error);
+            if (!improved) break;
         }
-        if (!(error < before)) break;
+        return is_finite(rest) && error <= 10 * tolerance;
     }
-    return is_finite(rest) && error <= 10 * tolerance;
-}
 
-/// Finds the point at rest that a map takes to a point: by its own inverse, or by Newton's method.
-/// @param rest  a guess, then the point
-/// @return      false where the map folds over, or is not finite
+  private:
+    const Map& map_;
+    mat3 to_rest_{1}; // inverse of the derivative
+    bool known_ = false;
+};
+
+/// Finds the points at rest that a map takes to points: by its own inverse, or by Newton's method.
+template <deformation_map Map>
+class rest_finder {
+  public:
+    explicit rest_finder(const Map& map) : map_{map}, newton_{map} {}
+    /// See `newton_inverse`.
+    bool operator()(vec3 now, vec3& rest) {
+        if constexpr (invertible_map<Map>) {
+            rest = map_.rest_of(now);
+            return is_finite(rest);
+        } else {
+            return newton_(now, rest);
+        }
+    }
+
+  private:
+    const Map& map_;
+    newton_inverse<Map> newton_;
+};
+/// The same for a single point.
 template <deformation_map Map>
 bool find_rest(const Map& map, vec3 now, vec3& rest) {
-    if constexpr (invertible_map<Map>) {
-        rest = map.rest_of(now);
-        return is_finite(rest);
-    } else {
-        return find_rest_by_newton(map, now, rest);
-    }
+    return rest_finder<Map>{map}(now, rest);
 }
 
 /// Nodes at which displacements are wanted: a box in axes of its own.
@@ -129,11 +157,12 @@ void invert_map(const Policy& policy, const Map& map, const displacement_lattice
     const std::size_t rows = std::size_t{where.size.y} * where.size.z;
     exec::for_each_block(policy, rows, 4, 1e4F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t row = begin; row < end; ++row) {
+            rest_finder<Map> find_rest{map};
             vec3 last{0, 0, 0}, change{0, 0, 0};
             for (std::uint32_t i = 0; i < where.size.x; ++i) {
                 const vec3 now = where.point(row * where.size.x + i);
                 vec3 rest = now + last + change;
-                const bool found = find_rest(map, now, rest) || find_rest(map, now, rest = now);
+                const bool found = find_rest(now, rest) || find_rest(now, rest = now);
                 const vec3 displacement = found ? rest - now : last;
                 change = i > 0 && found ? displacement - last : vec3{0, 0, 0};
                 last = displacement;

@@ -39,8 +39,7 @@ struct object_state {
     std::uint32_t medium = 0;          ///< index into the scene's media
     std::uint32_t updates_at_rest = 0; ///< since the vertices last moved
     bool moved = false;                ///< the positions were handed out for writing since the last update
-    bool tree_is_current = false;      ///< the tree fits the positions
-    bool normals_are_current = false;  ///< so do the normals
+    bool tree_is_current = false;      ///< the tree and the normals fit the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
     fibre_grid fibres{};               ///< where they are curved
     std::vector<vec3> rest{};          ///< positions before the first deformation; empty: there was none
@@ -56,7 +55,7 @@ struct object_state {
         tree.build(policy, mesh_view{of.surface});
         normals = smooth_surface{mesh_view{of.surface}, of.crease_angle};
         normals.compute(policy, mesh_view{of.surface});
-        tree_is_current = normals_are_current = true;
+        tree_is_current = true;
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
@@ -87,17 +86,13 @@ struct object_state {
         return own;
     }
 
-    /// Follows vertices that have moved without touching the tree. Computes the normals unless they are so many that lines
-    /// will meet only some of them.
+    /// Follows vertices that have moved, without touching the tree and the normals.
     template <class Policy>
     void follow(const Policy& policy, const object& of) {
-        constexpr std::size_t many = 1U << 14U;
         if (groups.empty()) groups = face_groups{mesh_view{of.surface}};
         local_box = bounds_of(policy, of.surface.positions);
         box = placed_box(local_box, of.at);
         tree_is_current = moved = false;
-        normals_are_current = of.surface.positions.size() < many;
-        if (normals_are_current) normals.compute(policy, mesh_view{of.surface});
         updates_at_rest = 0;
     }
 
@@ -106,8 +101,8 @@ struct object_state {
     void update_tree(const Policy& policy, const object& of) {
         if (tree_is_current) return;
         tree.update(policy, mesh_view{of.surface});
-        if (!normals_are_current) normals.compute(policy, mesh_view{of.surface});
-        tree_is_current = normals_are_current = true;
+        normals.compute(policy, mesh_view{of.surface});
+        tree_is_current = true;
     }
 
   private:

@@ -8,8 +8,8 @@
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/path_attenuation.hpp>
-#include <insonify/scene/queries.hpp>
 #include <insonify/signal/pulse.hpp>
+#include <insonify/tracing/label.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -40,6 +40,13 @@ struct near_field_settings {
     friend bool operator==(const near_field_settings&, const near_field_settings&) = default;
 };
 
+/// What `add_near_field` keeps, so that it allocates nothing after the first frame.
+template <transducer Probe>
+struct near_field_workspace {
+    trace_workspace<Probe, detail::label_model> tracing{}; ///< of what is below the face
+    label_lines below{};                                   ///< the object that each line starts in
+};
+
 /// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
 /// Call it between `trace` and `convolve`.
 ///
@@ -50,10 +57,11 @@ struct near_field_settings {
 /// and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out.
 /// The ringing is `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
 /// @param echoes  of the lines of the probe, at baseband
+/// @param own     kept from frame to frame
 /// @throws usage_error  for lines that are not those of the probe, a scene that is not built, or a setting out of range
 template <exec::policy Policy, transducer Probe>
 iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
-                        const near_field_settings& settings = {}) {
+                        const near_field_settings& settings, near_field_workspace<Probe>& own) {
     using lines = near_field_settings::lines;
     settings.check();
     if (echoes.count != probe.lines || echoes.samples == 0 ||
@@ -66,7 +74,8 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
 
     constexpr float just_below = 10e-6F, faintest = 1e-6F;
     constexpr medium lens = tissue::lens;
-    const scene_view flat = body.view_for_rays(policy);
+    own.below = trace(policy, body, probe, at, detail::label_model{}, {.depth = 2 * just_below, .samples = 1},
+                      own.tracing, std::move(own.below));
     const float spacing = echoes.depth / static_cast<float>(echoes.samples);
     const float step = settings.lens_thickness * display_speed / lens.sound_speed;
     const float round_trip =
@@ -77,9 +86,8 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
     exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-            const ray beam = probe.beam(static_cast<float>(i));
-            const object_view* object = detail::top_at(flat, at.point(beam.at(just_below)));
-            const medium& below = flat.media[object == nullptr ? 0 : object->medium];
+            const label_id object = own.below.values[i];
+            const medium& below = object == background_label ? body.background() : body[object_id{object}].inside;
             const bool gas = detail::is_gas(below);
             if (gas)
                 for (vec2& sample : line) sample = {0, 0};
@@ -101,6 +109,13 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
         }
     });
     return echoes;
+}
+/// The same for a single frame.
+template <exec::policy Policy, transducer Probe>
+iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
+                        const near_field_settings& settings = {}) {
+    near_field_workspace<Probe> own;
+    return add_near_field(policy, std::move(echoes), body, probe, at, settings, own);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

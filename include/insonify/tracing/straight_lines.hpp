@@ -4,6 +4,7 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/aperture_shading.hpp>
+#include <insonify/tracing/cut_normals.hpp>
 #include <insonify/tracing/frame_plan.hpp>
 #include <insonify/tracing/slice_finder.hpp>
 #include <insonify/tracing/tracer.hpp>
@@ -124,11 +125,13 @@ class straight_frame {
             scene_ = body.view_for_slices(policy);
             sliced_ = slices_.choose(scene_, frame.at, planes, how.search == search::slices, directions);
         }
-        if (sliced_)
+        if (sliced_) {
             slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, shaded_,
                         shaded_ ? shading_.beyond(frame) : detail::outer_lines{});
-        else
+            normals_.compute(policy, scene_, slices_.segments());
+        } else {
             scene_ = body.view_for_rays(policy);
+        }
         const std::size_t blocks = (frame.probe.lines + detail::lines_per_block - 1) / detail::lines_per_block;
         if (sliced_ && blocks_.size() < blocks) blocks_.resize(blocks);
         if constexpr (detail::states_arrivals<Model>)
@@ -173,6 +176,7 @@ class straight_frame {
     detail::aperture_shading shading_{};
     scene_view scene_{};
     detail::slice_finder slices_{};
+    detail::cut_normals normals_{};
     std::vector<detail::slice_finder::block_crossings> blocks_{};
 };
 
