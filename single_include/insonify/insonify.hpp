@@ -4027,11 +4027,12 @@ class echo_line {
         });
     }
 
-    /// Adds the diffuse echo of a rough surface.
+    /// Adds the diffuse echo of a rough surface: the same one, whatever its slope and its curvature (see `layer`).
     /// @param amplitude  rms
     /// @param value      vec2(float offset): the surface's random field, of power 1, `offset` metres deeper
     template <class Value>
-    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 /* slope */, const Value& value) const {
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 /* slope */, vec3 /* curvature */,
+                                   const Value& value) const {
         add(depth, value(0.0F) * amplitude);
     }
 
@@ -5174,7 +5175,8 @@ struct physical {
             const gaussian_field field = surface_field();
             gaussian_field::surface_values values{field, inside, surface_grain(line.frequency)};
             const float stretch = detail::displayed_stretch(timing, before);
-            echoes.rough_surface(shown, diffuse, slope, [&](float x) { return values(below.begin + x / stretch); });
+            echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
+                                 [&](float x) { return values(below.begin + x / stretch); });
         }
         return wave;
     }
@@ -12911,6 +12913,57 @@ class curved_kernel {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#ifndef INSONIFY_TRACING_SURFACE_STRIP_HPP
+#define INSONIFY_TRACING_SURFACE_STRIP_HPP
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The part of a surface that a line stands for, out of the slice: an arc of a circle, or a straight piece.
+class surface_strip {
+  public:
+    /// @param slope      tangent of the angle of the surface's normal to the line, out of the slice
+    /// @param curvature  second derivative of the surface's depth out of the slice, 1/m
+    /// @param strip      lower and upper end, metres out of the slice from the line
+    INSONIFY_FN surface_strip(float slope, float curvature, vec2 strip) : slope_{slope}, strip_{strip} {
+        const float cosine = 1 / std::sqrt(1 + slope * slope);
+        bend_ = curvature * cosine * cosine * cosine;
+        nearest_ = 0.5F * (strip.x + strip.y);
+        if (std::fabs(bend_) * max(strip.y - strip.x, 1e-6F) > 1e-3F) {
+            constexpr float met = 0.95F; // of the radius; a surface is too steep beyond
+            const float radius = 1 / std::fabs(bend_);
+            nearest_ = slope * cosine / bend_;
+            strip_ = {max(strip.x, min(nearest_ - met * radius, 0)), min(strip.y, max(nearest_ + met * radius, 0))};
+            nearest_ = clamp(nearest_, strip_.x, strip_.y);
+        } else {
+            bend_ = 0;
+        }
+    }
+
+    /// How much deeper than on the line, metres, at a part of the strip, 0 to 1.
+    INSONIFY_FN float deeper(float part) const { return deeper_at(strip_.x + part * (strip_.y - strip_.x)); }
+    /// How far it is from the least depth to that of either end, metres.
+    INSONIFY_FN float range() const {
+        const float middle = deeper_at(nearest_);
+        return std::fabs(deeper_at(strip_.x) - middle) + std::fabs(deeper_at(strip_.y) - middle);
+    }
+
+  private:
+    INSONIFY_FN float deeper_at(float height) const {
+        if (bend_ == 0) return -slope_ * height;
+        const float cosine = 1 / std::sqrt(1 + slope_ * slope_), sine = bend_ * height - slope_ * cosine;
+        return (cosine - std::sqrt(max(1 - sine * sine, 0))) / bend_;
+    }
+
+    float slope_;
+    vec2 strip_;
+    float bend_ = 0;    // one over the radius, 1/m
+    float nearest_ = 0; // where the surface is nearest to the probe, or the middle
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #include <cstddef>
 
 /// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
@@ -12932,7 +12985,6 @@ struct kernel_sample {
     float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
     vec2 surface_spread{0, 0};   ///< m^2: the same for these
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
-    float plane_thickness = 0;   ///< metres of elevation that each plane represents; 0 for a single one
 };
 
 /// The kernels along one line, by displayed depth.
@@ -12944,6 +12996,7 @@ struct line_kernels {
     view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
     view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
     view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
+    view<const vec2> plane_strips{};     ///< of this plane for each part: see `elevation_planes::weights::strip`
 
     /// The part that a displayed depth lies in, metres.
     INSONIFY_FN std::size_t index(float depth) const {
@@ -13033,26 +13086,30 @@ class compensated_echoes {
         echoes_.scatterers(run);
     }
 
-    /// A sloping rough surface covers a range of depths within the width of the line and the height of its plane: it is
+    /// A sloping rough surface covers a range of depths within the width of the line and the strip of its plane: it is
     /// divided into independent parts over that range, of the same total power. A steep surface would else look like stairs.
     ///
     /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
     /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
     /// the phase a metre; far apart they are independent.
     template <class Value>
-    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, const Value& value) const {
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
         const kernel_sample here = kernels_.at(depth);
         const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
-        const float range =
-            min(here.line_spacing * std::fabs(slope.x) + here.plane_thickness * std::fabs(slope.y), 3e-3F);
-        const float part = max(0.5F * sigma_, 1e-6F);
-        const auto parts = static_cast<int>(std::ceil(range / part)) + 1;
+        const detail::surface_strip strip{slope.y, curvature.y,
+                                          kernels_.plane_strips.empty() ? vec2{0, 0}
+                                                                        : kernels_.plane_strips[kernels_.index(depth)]};
+        const float range = min(here.line_spacing * std::fabs(slope.x) + strip.range(), 3e-3F);
+        const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
         const float gain =
             min(here.surface_gain * std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)), here.uncorrelated_gain);
-        const float level = amplitude * gain / std::sqrt(static_cast<float>(parts));
-        for (int i = 0; i < parts; ++i) {
-            const float deeper = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
+        const float level = amplitude * gain / std::sqrt(steps + 1);
+        const float along_strip = strip.deeper(1) > strip.deeper(0) ? 1.0F : -1.0F,
+                    across = along_strip * max(steps * part - strip.range(), 0);
+        for (int i = 0; i <= static_cast<int>(steps); ++i) {
+            const float place = steps > 0 ? static_cast<float>(i) / steps : 0.5F;
+            const float deeper = strip.deeper(place) + (place - 0.5F) * across;
             echoes_.add(depth + deeper, value(deeper) * level);
         }
     }
@@ -13475,12 +13532,6 @@ class elevation_planes {
     /// It is the same at all depths, so that speckle stays the same as tissue moves in depth.
     float scatterer_height() const { return beam_.elevation_height / 2; }
 
-    /// Metres of elevation that each plane represents at a depth: its part of the effective thickness of the beam,
-    /// the integral of exp(-y^2 / sigma^2) dy = sqrt(pi) sigma; 0 for a single plane.
-    float thickness(float depth) const {
-        return count_ == 1 ? 0 : std::sqrt(pi) * beam_.elevation_sigma(depth) / static_cast<float>(count_);
-    }
-
     /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2) and the
     /// distances between the planes together have the variance of the beam's.
     float strip(float depth) const {
@@ -13498,6 +13549,9 @@ class elevation_planes {
     struct weights {
         float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
         float random[max_elevation_planes] = {};   ///< independent echoes add by power; the sum of squares is 1
+        /// The tissue that each plane stands for: its lower and upper end, metres from the height of the plane. As the plane's
+        /// part of the power of the beam, in mean and variance. A single plane stands for itself alone.
+        vec2 strip[max_elevation_planes] = {};
     };
 
     /// At a depth in metres: linear between the depths of a table.
@@ -13510,6 +13564,7 @@ class elevation_planes {
         for (std::uint32_t i = 0; i < count_; ++i) {
             found.coherent[i] = a.coherent[i] + part * (b.coherent[i] - a.coherent[i]);
             found.random[i] = a.random[i] + part * (b.random[i] - a.random[i]);
+            found.strip[i] = a.strip[i] + part * (b.strip[i] - a.strip[i]);
         }
         return found;
     }
@@ -13543,7 +13598,8 @@ class elevation_planes {
         for (std::uint32_t i = 0; i < count_; ++i) height[i] = planes_[i].height(depth) / sigma;
         weights found;
         float coherent = 0, power = 0;
-        for (int k = 0; k < steps; ++k) { // below the slice is the mirror image
+        vec2 moment[max_elevation_planes] = {}; // first and second, of the power
+        for (int k = 0; k < steps; ++k) {       // below the slice is the mirror image
             const float y = (static_cast<float>(k) + 0.5F) * step;
             float share[max_elevation_planes], nearest = FLT_MAX, shares = 0;
             for (std::uint32_t i = 0; i < count_; ++i) {
@@ -13555,7 +13611,9 @@ class elevation_planes {
             const float amplitude = std::exp(-0.5F * y * y);
             for (std::uint32_t i = 0; i < count_; ++i) {
                 found.coherent[i] += amplitude * share[i] / shares;
-                found.random[i] += amplitude * amplitude * share[i] / shares;
+                const float part = amplitude * amplitude * share[i] / shares;
+                found.random[i] += part;
+                moment[i] += part * vec2{y, y * y};
             }
             coherent += amplitude;
             power += amplitude * amplitude;
@@ -13563,8 +13621,14 @@ class elevation_planes {
         for (std::uint32_t i = 0; i < count_; i += i == 0 ? 1 : 2) {
             for (float* const each : {found.coherent, found.random})
                 if (i > 0) each[i] = each[i + 1] = 0.5F * (each[i] + each[i + 1]);
+            if (i == 0) moment[0].x = 0;
+            if (i > 0) moment[i] = 0.5F * vec2{moment[i].x - moment[i + 1].x, moment[i].y + moment[i + 1].y};
+            if (i > 0) moment[i + 1] = {-moment[i].x, moment[i].y};
         }
         for (std::uint32_t i = 0; i < count_; ++i) {
+            const vec2 mean = moment[i] / max(found.random[i], 1e-12F);
+            const float half = count_ == 1 ? 0 : std::sqrt(3 * max(mean.y - mean.x * mean.x, 0));
+            found.strip[i] = sigma * (vec2{mean.x - half, mean.x + half} - height[i]);
             found.coherent[i] /= coherent;
             found.random[i] = std::sqrt(found.random[i] / power);
         }
@@ -13831,6 +13895,7 @@ struct kernel_table_view {
     view<const float> plane_heights{};  ///< for each set and part those of all planes: see `line_kernels`
     view<const float> plane_weights{};  ///< for each set and part those of all planes
     view<const float> random_weights{}; ///< of each set and plane those of all parts
+    view<const vec2> plane_strips{};    ///< of each set and plane those of all parts
     std::uint32_t planes = 1;           ///< elevation planes
     std::uint32_t lines = 0;            ///< of the probe
     std::uint32_t border = 0;           ///< lines further than this from the border share a table
@@ -13841,14 +13906,16 @@ struct kernel_table_view {
         if (samples.empty()) return {};
         const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
         const std::uint32_t row = nearer < border ? nearer : border;
-        const std::size_t of_set = std::size_t{planes} * depths, set = sets[line] * of_set;
+        const std::size_t of_set = std::size_t{planes} * depths, set = sets[line] * of_set,
+                          of_plane = set + std::size_t{plane} * depths;
         return {.samples = {samples.data() + std::size_t{row} * depths, depths},
                 .spacing = spacing,
                 .planes = planes,
                 .plane = plane,
                 .plane_heights = {plane_heights.data() + set, of_set},
                 .plane_weights = {plane_weights.data() + set, of_set},
-                .random_weights = {random_weights.data() + set + std::size_t{plane} * depths, depths}};
+                .random_weights = {random_weights.data() + of_plane, depths},
+                .plane_strips = {plane_strips.data() + of_plane, depths}};
     }
 };
 
@@ -13885,6 +13952,7 @@ class kernel_table {
         samples_.resize(std::size_t{border_ + 1} * depths);
         for (std::vector<float>* const each : {&plane_heights_, &plane_weights_, &random_weights_})
             each->resize(of_lines.sets() * depths * planes_);
+        plane_strips_.resize(plane_heights_.size());
         work_.resize(depths);
         constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
@@ -13897,6 +13965,7 @@ class kernel_table {
                 for (std::uint32_t i = 0; i < planes_; ++i) {
                     plane_heights_[first + k * planes_ + i] = of_lines[set][i].height(z);
                     plane_weights_[first + k * planes_ + i] = here.coherent[i];
+                    plane_strips_[first + std::size_t{i} * depths + k] = here.strip[i];
                     random_weights_[first + std::size_t{i} * depths + k] =
                         here.random[i] / max(here.coherent[i], 1e-12F);
                 }
@@ -13923,8 +13992,7 @@ class kernel_table {
                     .speckle_loss = of_speckle.loss[line],
                     .surface_gain = of_surface.gain[line],
                     .surface_spread = of_surface.spread[line],
-                    .uncorrelated_gain = uncorrelated.gain[line],
-                    .plane_thickness = planes.thickness(z)};
+                    .uncorrelated_gain = uncorrelated.gain[line]};
         });
     }
 
@@ -13934,6 +14002,7 @@ class kernel_table {
                 .plane_heights = plane_heights_,
                 .plane_weights = plane_weights_,
                 .random_weights = random_weights_,
+                .plane_strips = plane_strips_,
                 .planes = planes_,
                 .lines = lines_,
                 .border = border_,
@@ -14032,6 +14101,7 @@ class kernel_table {
     large_array<kernel_sample> samples_;
     std::vector<std::uint32_t> sets_;
     std::vector<float> plane_heights_, plane_weights_, random_weights_;
+    std::vector<vec2> plane_strips_;
     lateral_kernel kernel_;
     std::vector<scratch> work_; // for each depth
 };
@@ -18973,8 +19043,8 @@ struct pulse_echoes {
         if (has_surfaces) now().curved_surface(one);
     }
     template <class Value>
-    void rough_surface(float at, float amplitude, vec2 slope, const Value& value) const {
-        if (has_surfaces) now().rough_surface(at, amplitude, slope, value);
+    void rough_surface(float at, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
+        if (has_surfaces) now().rough_surface(at, amplitude, slope, curvature, value);
     }
     void scatterers(const scatterer_echoes& run) const { now().scatterers(run); }
 };

@@ -72,7 +72,7 @@ TEST_CASE("echo_line: a specular echo is real at the surface, whatever its slope
 TEST_CASE("echo_line: a diffuse echo is the surface's random value times the rms amplitude") {
     std::vector<vec2> samples(100, vec2{0, 0}), expected(100, vec2{0, 0});
     std::vector<float> offsets;
-    echo_line{samples, 20_um, 5_MHz}.rough_surface(1.5_mm, 0.2F, {0.1F, 0}, [&](float offset) {
+    echo_line{samples, 20_um, 5_MHz}.rough_surface(1.5_mm, 0.2F, {0.1F, 0}, {}, [&](float offset) {
         offsets.push_back(offset);
         return vec2{0.6F, -1.2F};
     });

@@ -39,7 +39,7 @@ struct recorder {
     float depth() const { return end; }
     void surface(float depth, float amplitude, vec2 slope) const { surfaces->push_back({depth, amplitude, slope}); }
     template <class Value>
-    void rough_surface(float depth, float amplitude, vec2 slope, const Value& value) const {
+    void rough_surface(float depth, float amplitude, vec2 slope, vec3 /* curvature */, const Value& value) const {
         rough->push_back({depth, amplitude, slope, value(0.0F), value(0.1e-3F)});
     }
     void scatterers(const scatterer_echoes& run) const {

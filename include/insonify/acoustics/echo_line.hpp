@@ -87,11 +87,12 @@ class echo_line {
         });
     }
 
-    /// Adds the diffuse echo of a rough surface.
+    /// Adds the diffuse echo of a rough surface: the same one, whatever its slope and its curvature (see `layer`).
     /// @param amplitude  rms
     /// @param value      vec2(float offset): the surface's random field, of power 1, `offset` metres deeper
     template <class Value>
-    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 /* slope */, const Value& value) const {
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 /* slope */, vec3 /* curvature */,
+                                   const Value& value) const {
         add(depth, value(0.0F) * amplitude);
     }
 

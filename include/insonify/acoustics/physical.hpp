@@ -260,7 +260,8 @@ struct physical {
             const gaussian_field field = surface_field();
             gaussian_field::surface_values values{field, inside, surface_grain(line.frequency)};
             const float stretch = detail::displayed_stretch(timing, before);
-            echoes.rough_surface(shown, diffuse, slope, [&](float x) { return values(below.begin + x / stretch); });
+            echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
+                                 [&](float x) { return values(below.begin + x / stretch); });
         }
         return wave;
     }

@@ -98,12 +98,6 @@ class elevation_planes {
     /// It is the same at all depths, so that speckle stays the same as tissue moves in depth.
     float scatterer_height() const { return beam_.elevation_height / 2; }
 
-    /// Metres of elevation that each plane represents at a depth: its part of the effective thickness of the beam,
-    /// the integral of exp(-y^2 / sigma^2) dy = sqrt(pi) sigma; 0 for a single plane.
-    float thickness(float depth) const {
-        return count_ == 1 ? 0 : std::sqrt(pi) * beam_.elevation_sigma(depth) / static_cast<float>(count_);
-    }
-
     /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2) and the
     /// distances between the planes together have the variance of the beam's.
     float strip(float depth) const {
@@ -121,6 +115,9 @@ class elevation_planes {
     struct weights {
         float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
         float random[max_elevation_planes] = {};   ///< independent echoes add by power; the sum of squares is 1
+        /// The tissue that each plane stands for: its lower and upper end, metres from the height of the plane. As the plane's
+        /// part of the power of the beam, in mean and variance. A single plane stands for itself alone.
+        vec2 strip[max_elevation_planes] = {};
     };
 
     /// At a depth in metres: linear between the depths of a table.
@@ -133,6 +130,7 @@ class elevation_planes {
         for (std::uint32_t i = 0; i < count_; ++i) {
             found.coherent[i] = a.coherent[i] + part * (b.coherent[i] - a.coherent[i]);
             found.random[i] = a.random[i] + part * (b.random[i] - a.random[i]);
+            found.strip[i] = a.strip[i] + part * (b.strip[i] - a.strip[i]);
         }
         return found;
     }
@@ -166,7 +164,8 @@ class elevation_planes {
         for (std::uint32_t i = 0; i < count_; ++i) height[i] = planes_[i].height(depth) / sigma;
         weights found;
         float coherent = 0, power = 0;
-        for (int k = 0; k < steps; ++k) { // below the slice is the mirror image
+        vec2 moment[max_elevation_planes] = {}; // first and second, of the power
+        for (int k = 0; k < steps; ++k) {       // below the slice is the mirror image
             const float y = (static_cast<float>(k) + 0.5F) * step;
             float share[max_elevation_planes], nearest = FLT_MAX, shares = 0;
             for (std::uint32_t i = 0; i < count_; ++i) {
@@ -178,7 +177,9 @@ class elevation_planes {
             const float amplitude = std::exp(-0.5F * y * y);
             for (std::uint32_t i = 0; i < count_; ++i) {
                 found.coherent[i] += amplitude * share[i] / shares;
-                found.random[i] += amplitude * amplitude * share[i] / shares;
+                const float part = amplitude * amplitude * share[i] / shares;
+                found.random[i] += part;
+                moment[i] += part * vec2{y, y * y};
             }
             coherent += amplitude;
             power += amplitude * amplitude;
@@ -186,8 +187,14 @@ class elevation_planes {
         for (std::uint32_t i = 0; i < count_; i += i == 0 ? 1 : 2) {
             for (float* const each : {found.coherent, found.random})
                 if (i > 0) each[i] = each[i + 1] = 0.5F * (each[i] + each[i + 1]);
+            if (i == 0) moment[0].x = 0;
+            if (i > 0) moment[i] = 0.5F * vec2{moment[i].x - moment[i + 1].x, moment[i].y + moment[i + 1].y};
+            if (i > 0) moment[i + 1] = {-moment[i].x, moment[i].y};
         }
         for (std::uint32_t i = 0; i < count_; ++i) {
+            const vec2 mean = moment[i] / max(found.random[i], 1e-12F);
+            const float half = count_ == 1 ? 0 : std::sqrt(3 * max(mean.y - mean.x * mean.x, 0));
+            found.strip[i] = sigma * (vec2{mean.x - half, mean.x + half} - height[i]);
             found.coherent[i] /= coherent;
             found.random[i] = std::sqrt(found.random[i] / power);
         }

@@ -5,6 +5,7 @@
 #include <insonify/acoustics/roughness.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/tracing/curved_kernel.hpp>
+#include <insonify/tracing/surface_strip.hpp>
 #include <cstddef>
 
 /// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
@@ -26,7 +27,6 @@ struct kernel_sample {
     float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
     vec2 surface_spread{0, 0};   ///< m^2: the same for these
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
-    float plane_thickness = 0;   ///< metres of elevation that each plane represents; 0 for a single one
 };
 
 /// The kernels along one line, by displayed depth.
@@ -38,6 +38,7 @@ struct line_kernels {
     view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
     view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
     view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
+    view<const vec2> plane_strips{};     ///< of this plane for each part: see `elevation_planes::weights::strip`
 
     /// The part that a displayed depth lies in, metres.
     INSONIFY_FN std::size_t index(float depth) const {
@@ -127,26 +128,30 @@ class compensated_echoes {
         echoes_.scatterers(run);
     }
 
-    /// A sloping rough surface covers a range of depths within the width of the line and the height of its plane: it is
+    /// A sloping rough surface covers a range of depths within the width of the line and the strip of its plane: it is
     /// divided into independent parts over that range, of the same total power. A steep surface would else look like stairs.
     ///
     /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
     /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
     /// the phase a metre; far apart they are independent.
     template <class Value>
-    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, const Value& value) const {
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
         const kernel_sample here = kernels_.at(depth);
         const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
-        const float range =
-            min(here.line_spacing * std::fabs(slope.x) + here.plane_thickness * std::fabs(slope.y), 3e-3F);
-        const float part = max(0.5F * sigma_, 1e-6F);
-        const auto parts = static_cast<int>(std::ceil(range / part)) + 1;
+        const detail::surface_strip strip{slope.y, curvature.y,
+                                          kernels_.plane_strips.empty() ? vec2{0, 0}
+                                                                        : kernels_.plane_strips[kernels_.index(depth)]};
+        const float range = min(here.line_spacing * std::fabs(slope.x) + strip.range(), 3e-3F);
+        const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
         const float gain =
             min(here.surface_gain * std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)), here.uncorrelated_gain);
-        const float level = amplitude * gain / std::sqrt(static_cast<float>(parts));
-        for (int i = 0; i < parts; ++i) {
-            const float deeper = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * part;
+        const float level = amplitude * gain / std::sqrt(steps + 1);
+        const float along_strip = strip.deeper(1) > strip.deeper(0) ? 1.0F : -1.0F,
+                    across = along_strip * max(steps * part - strip.range(), 0);
+        for (int i = 0; i <= static_cast<int>(steps); ++i) {
+            const float place = steps > 0 ? static_cast<float>(i) / steps : 0.5F;
+            const float deeper = strip.deeper(place) + (place - 0.5F) * across;
             echoes_.add(depth + deeper, value(deeper) * level);
         }
     }

@@ -23,6 +23,7 @@ struct kernel_table_view {
     view<const float> plane_heights{};  ///< for each set and part those of all planes: see `line_kernels`
     view<const float> plane_weights{};  ///< for each set and part those of all planes
     view<const float> random_weights{}; ///< of each set and plane those of all parts
+    view<const vec2> plane_strips{};    ///< of each set and plane those of all parts
     std::uint32_t planes = 1;           ///< elevation planes
     std::uint32_t lines = 0;            ///< of the probe
     std::uint32_t border = 0;           ///< lines further than this from the border share a table
@@ -33,14 +34,16 @@ struct kernel_table_view {
         if (samples.empty()) return {};
         const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
         const std::uint32_t row = nearer < border ? nearer : border;
-        const std::size_t of_set = std::size_t{planes} * depths, set = sets[line] * of_set;
+        const std::size_t of_set = std::size_t{planes} * depths, set = sets[line] * of_set,
+                          of_plane = set + std::size_t{plane} * depths;
         return {.samples = {samples.data() + std::size_t{row} * depths, depths},
                 .spacing = spacing,
                 .planes = planes,
                 .plane = plane,
                 .plane_heights = {plane_heights.data() + set, of_set},
                 .plane_weights = {plane_weights.data() + set, of_set},
-                .random_weights = {random_weights.data() + set + std::size_t{plane} * depths, depths}};
+                .random_weights = {random_weights.data() + of_plane, depths},
+                .plane_strips = {plane_strips.data() + of_plane, depths}};
     }
 };
 
@@ -77,6 +80,7 @@ class kernel_table {
         samples_.resize(std::size_t{border_ + 1} * depths);
         for (std::vector<float>* const each : {&plane_heights_, &plane_weights_, &random_weights_})
             each->resize(of_lines.sets() * depths * planes_);
+        plane_strips_.resize(plane_heights_.size());
         work_.resize(depths);
         constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
@@ -89,6 +93,7 @@ class kernel_table {
                 for (std::uint32_t i = 0; i < planes_; ++i) {
                     plane_heights_[first + k * planes_ + i] = of_lines[set][i].height(z);
                     plane_weights_[first + k * planes_ + i] = here.coherent[i];
+                    plane_strips_[first + std::size_t{i} * depths + k] = here.strip[i];
                     random_weights_[first + std::size_t{i} * depths + k] =
                         here.random[i] / max(here.coherent[i], 1e-12F);
                 }
@@ -115,8 +120,7 @@ class kernel_table {
                     .speckle_loss = of_speckle.loss[line],
                     .surface_gain = of_surface.gain[line],
                     .surface_spread = of_surface.spread[line],
-                    .uncorrelated_gain = uncorrelated.gain[line],
-                    .plane_thickness = planes.thickness(z)};
+                    .uncorrelated_gain = uncorrelated.gain[line]};
         });
     }
 
@@ -126,6 +130,7 @@ class kernel_table {
                 .plane_heights = plane_heights_,
                 .plane_weights = plane_weights_,
                 .random_weights = random_weights_,
+                .plane_strips = plane_strips_,
                 .planes = planes_,
                 .lines = lines_,
                 .border = border_,
@@ -224,6 +229,7 @@ class kernel_table {
     large_array<kernel_sample> samples_;
     std::vector<std::uint32_t> sets_;
     std::vector<float> plane_heights_, plane_weights_, random_weights_;
+    std::vector<vec2> plane_strips_;
     lateral_kernel kernel_;
     std::vector<scratch> work_; // for each depth
 };

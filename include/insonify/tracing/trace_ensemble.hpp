@@ -43,8 +43,8 @@ struct pulse_echoes {
         if (has_surfaces) now().curved_surface(one);
     }
     template <class Value>
-    void rough_surface(float at, float amplitude, vec2 slope, const Value& value) const {
-        if (has_surfaces) now().rough_surface(at, amplitude, slope, value);
+    void rough_surface(float at, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
+        if (has_surfaces) now().rough_surface(at, amplitude, slope, curvature, value);
     }
     void scatterers(const scatterer_echoes& run) const { now().scatterers(run); }
 };
