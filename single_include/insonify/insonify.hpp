@@ -16845,8 +16845,8 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
 
     constexpr float just_below = 10e-6F, faintest = 1e-6F;
     constexpr medium lens = tissue::lens;
-    own.below = trace(policy, body, probe, at, detail::label_model{}, {.depth = 2 * just_below, .samples = 1},
-                      own.tracing, std::move(own.below));
+    own.below = trace(detail::any_policy<false>{policy}, body, probe, at, detail::label_model{},
+                      {.depth = 2 * just_below, .samples = 1}, own.tracing, std::move(own.below));
     const float spacing = echoes.depth / static_cast<float>(echoes.samples);
     const float step = settings.lens_thickness * display_speed / lens.sound_speed;
     const float round_trip =
@@ -18409,7 +18409,7 @@ class scanner {
     trace_workspace<look_probe, Model, Tracer> tracing_{};
     std::vector<detail::frame_plan<look_probe, Model>> plans_{}; // of `trace`, for each look
     trace_workspace<refined<Probe>, detail::label_model> label_tracing_{};
-    near_field_workspace<look_probe> near_field_{};
+    near_field_workspace<refined<Probe>> near_field_{};
     convolve_workspace convolution_{};
     compounding<refined<Probe>> looks_{};
     looks_memo acquired_{};
@@ -18521,12 +18521,13 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     scan.frame = settings.frame;
     const float rays =
         settings.interpolates_lines ? min(rays_per_line(probe, settings.depth, 0.25F), look.rays) : look.rays;
-    const look_probe traced{refined<Probe>{probe, rays}, look.steering};
+    const refined<Probe> straight{probe, rays};
+    const look_probe traced{straight, look.steering};
     std::swap(tracing_.plan, plans_[number]);
     echoes_ = trace(policy, body, traced, at, model, scan, tracing_, std::move(echoes_), how);
     std::swap(tracing_.plan, plans_[number]);
     times_.trace += clock.lap();
-    echoes_ = add_near_field(policy, std::move(echoes_), body, traced, at, settings.near_field, near_field_);
+    echoes_ = add_near_field(policy, std::move(echoes_), body, straight, at, settings.near_field, near_field_);
     echoes_ = convolve(policy, std::move(echoes_), nominal_pulse(probe), traced, {}, convolution_);
     if (traced.lines != look.lines) {
         resampled_ = resample_lines(policy, echoes_, traced, look, std::move(resampled_));

@@ -63,7 +63,7 @@ function show(message) {
     if (playing || state.frozen) return;
     const now = performance.now();
     last = Math.max(now, last + frame_time);
-    setTimeout(ask, last - now);
+    setTimeout(() => playing || ask(), last - now); // playback may have begun since
 }
 
 function next_frame() {

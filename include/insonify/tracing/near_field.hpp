@@ -74,8 +74,8 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
 
     constexpr float just_below = 10e-6F, faintest = 1e-6F;
     constexpr medium lens = tissue::lens;
-    own.below = trace(policy, body, probe, at, detail::label_model{}, {.depth = 2 * just_below, .samples = 1},
-                      own.tracing, std::move(own.below));
+    own.below = trace(detail::any_policy<false>{policy}, body, probe, at, detail::label_model{},
+                      {.depth = 2 * just_below, .samples = 1}, own.tracing, std::move(own.below));
     const float spacing = echoes.depth / static_cast<float>(echoes.samples);
     const float step = settings.lens_thickness * display_speed / lens.sound_speed;
     const float round_trip =
