@@ -1553,7 +1553,8 @@ struct aperture_gains {
 /// At its first surface those of the layer above apply.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
-    /// Thinner layers have those of the layer above, metres: what arrives in a needle comes through it, not past it.
+    /// Thinner layers have those of the layer above, metres, unless it is in shadow: what arrives in a needle comes through it,
+    /// not past it.
     static constexpr float thinnest = 1e-3F;
 
     view<const aperture_gain> at_steps{}; ///< those within the layer
@@ -1586,7 +1587,8 @@ struct layer_gains {
         const auto steps_above = [&](float distance) {
             return static_cast<std::size_t>(clamp(distance * own.per_step, 0, static_cast<float>(all.at_steps.size())));
         };
-        if (here.end - here.begin < thinnest) return own;
+        const bool is_lit_above = own.before.surfaces > 0.5F && own.before.surfaces < 2;
+        if (is_lit_above && here.end - here.begin < thinnest) return own;
         const std::size_t begin = steps_above(here.begin + clearance), end = steps_above(here.end - clearance);
         own.at_steps = {all.at_steps.data() + begin, begin < end ? end - begin : 0};
         own.first = static_cast<float>(begin + 1) * all.spacing;
