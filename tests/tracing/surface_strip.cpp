@@ -36,10 +36,17 @@ TEST_CASE("the strip of a round surface is an arc, and ends with it") {
 }
 
 TEST_CASE("a strip of no height is the point of the line, however the surface bends") {
-    for (const float curvature : {0.0F, 1e3F, -1e6F, 1e12F})
+    for (const float curvature : {0.0F, 1e3F, -1e6F, 1e12F, INFINITY, -INFINITY, NAN})
         for (const float slope : {0.0F, 5.0F, -0.1F}) {
             const surface_strip strip{slope, curvature, {0, 0}};
             CHECK(std::fabs(strip.deeper(0.5F)) < 1e-8F);
             CHECK(strip.range() < 1e-8F);
         }
+}
+
+TEST_CASE("a strip beside the line, of a surface that ends before it, stays within the surface") {
+    const float radius = 0.05_mm;
+    const surface_strip strip{0, 1 / radius, {0.3_mm, 0.5_mm}};
+    for (const float part : {0.0F, 0.5F, 1.0F}) CHECK(std::fabs(strip.deeper(part)) <= 1.001F * radius);
+    CHECK(strip.range() <= 2.001F * radius);
 }

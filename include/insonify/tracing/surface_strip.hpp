@@ -16,7 +16,8 @@ class surface_strip {
         const float cosine = 1 / std::sqrt(1 + slope * slope);
         bend_ = curvature * cosine * cosine * cosine;
         nearest_ = 0.5F * (strip.x + strip.y);
-        if (std::fabs(bend_) * max(strip.y - strip.x, 1e-6F) > 1e-3F) {
+        const float turned = std::fabs(bend_) * max(strip.y - strip.x, 1e-6F);
+        if (turned > 1e-3F && is_finite(turned)) {
             constexpr float met = 0.95F; // of the radius; a surface is too steep beyond
             const float radius = 1 / std::fabs(bend_);
             nearest_ = slope * cosine / bend_;
