@@ -48,7 +48,8 @@ inline std::string event_line(const event& one) {
     return text.str();
 }
 
-/// Writes events and frames as a recorded session: see recording.hpp. Frames in a row are one line.
+/// Writes events and frames as a recorded session: see recording.hpp. What was written can be replayed after a crash, which
+/// loses at most the last second.
 class recorder {
   public:
     explicit recorder(std::ostream& to) : to_{to} {}
@@ -58,19 +59,23 @@ class recorder {
 
     void add(const event& one) {
         write_frames();
-        to_ << event_line(one) << '\n';
+        to_ << event_line(one) << std::endl;
     }
-    void add_frame() { ++frames_; }
+    void add_frame() {
+        if (++frames_ == frames_per_line) write_frames();
+    }
 
   private:
+    static constexpr std::uint32_t frames_per_line = 30;
+
     void write_frames() {
-        if (frames_ == 1) to_ << "frame\n";
-        if (frames_ > 1) to_ << "frames " << frames_ << '\n';
+        if (frames_ == 1) to_ << "frame" << std::endl;
+        if (frames_ > 1) to_ << "frames " << frames_ << std::endl;
         frames_ = 0;
     }
 
     std::ostream& to_;
-    std::uint32_t frames_ = 0; // since the last event
+    std::uint32_t frames_ = 0; // since the last line
 };
 
 } // namespace live

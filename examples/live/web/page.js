@@ -41,9 +41,19 @@ function legend_entry({ name, colour }) {
     return entry;
 }
 
+// The worker draws the next picture while the page shows this one.
+function ask_again() {
+    if (playing || state.frozen) return;
+    const now = performance.now();
+    last = Math.max(now, last + frame_time);
+    if (last > now) setTimeout(() => playing || ask(), last - now); // playback may have begun since
+    else ask();
+}
+
 function show(message) {
     asked = false;
     state = message.state;
+    ask_again();
     if (message.drawn) picture.show(state, message.pixels, message.strip);
     if (message.needle) space.show_needle(message.needle);
     space.show(state, picture.pixels);
@@ -60,10 +70,6 @@ function show(message) {
         waiting = undefined;
         take(state);
     }
-    if (playing || state.frozen) return;
-    const now = performance.now();
-    last = Math.max(now, last + frame_time);
-    setTimeout(() => playing || ask(), last - now); // playback may have begun since
 }
 
 function next_frame() {

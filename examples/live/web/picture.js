@@ -2,6 +2,9 @@
 
 const room = { left: 40, right: 34, top: 22, bottom: 22 };
 
+// In memory: pixels come from there and go to a texture.
+const context = (canvas) => canvas.getContext("2d", { willReadFrequently: true });
+
 export class Picture {
     constructor(canvas) {
         this.canvas = canvas;
@@ -21,7 +24,7 @@ export class Picture {
     fill(canvas, { width, height }, pixels) {
         if (canvas.width !== width) canvas.width = width;
         if (canvas.height !== height) canvas.height = height;
-        if (width * height > 0) canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), width, height), 0, 0);
+        if (width * height > 0) context(canvas).putImageData(new ImageData(new Uint8ClampedArray(pixels), width, height), 0, 0);
     }
     // Where the picture is on the canvas, and points per pixel of the picture.
     layout() {
@@ -37,7 +40,7 @@ export class Picture {
         const { clientWidth, clientHeight } = this.canvas, ratio = Math.min(devicePixelRatio, 2);
         const wide = Math.round(clientWidth * ratio), high = Math.round(clientHeight * ratio);
         if (this.canvas.width !== wide || this.canvas.height !== high) Object.assign(this.canvas, { width: wide, height: high });
-        const pen = this.canvas.getContext("2d"), { left, top, scale } = this.layout();
+        const pen = context(this.canvas), { left, top, scale } = this.layout();
         pen.setTransform(ratio, 0, 0, ratio, 0, 0);
         pen.clearRect(0, 0, clientWidth, clientHeight);
         pen.imageSmoothingQuality = "high";
