@@ -167,6 +167,20 @@ TEST_CASE("pulsed Doppler: threads do not matter; the gate's blood stays at one 
     CHECK(std::fabs(10 * std::log10(last / first)) < 2);
 }
 
+TEST_CASE("pulsed Doppler: memory of another gate changes nothing") {
+    const tube t{60_deg};
+    pulsed_doppler_workspace<linear_array, poiseuille> own;
+    const auto drawn = [&](const pulsed_doppler_settings& settings) {
+        return pulsed_doppler(exec::par_unseq, t.body, probe, pose{}, t.stream, settings, physical{}, own);
+    };
+    const pulsed_doppler_settings settings{.line = 48, .gate = 22_mm, .prf = 4_kHz, .duration = 0.1F, .depth = 40_mm},
+        other{.line = 20, .gate = 12_mm, .gate_length = 3_mm, .prf = 6_kHz, .duration = 0.05F, .depth = 30_mm};
+    const doppler_spectrum first = drawn(settings);
+    CHECK(drawn(other) != first);
+    CHECK(drawn(settings) == first);
+    CHECK(first == pulsed_doppler(exec::par_unseq, t.body, probe, pose{}, t.stream, settings));
+}
+
 TEST_CASE("pulsed Doppler: settings out of range are refused") {
     const tube t{60_deg};
     const auto attempt = [&](const pulsed_doppler_settings& settings) {

@@ -56,7 +56,7 @@ class doppler_unit {
                                 .box = {.from = from.y, .to = to.y, .first_line = first, .lines = last - first + 1},
                                 .wall = {.order = 1},
                                 .time = time},
-                               {}, own_);
+                               {}, colours_);
         probe_ = probe;
     }
     template <exec::policy Policy>
@@ -87,7 +87,8 @@ class doppler_unit {
              .duration = (bins + (columns_per_frame - 1) * std::round(bins * (1 - overlap)) + 1) / rate,
              .spectrum = {.window = bins, .overlap = overlap, .baseline = baseline, .angle = angle, .wall_order = 2},
              .depth = depth,
-             .time = time});
+             .time = time},
+            physical{}, pulses_);
         if (strip_.size.x == 0) strip_ = image{{columns, bins}};
         const std::uint32_t added = std::min(next.windows, columns_per_frame);
         for (std::uint32_t row = 0; row < bins; ++row) {
@@ -111,7 +112,8 @@ class doppler_unit {
     }
 
   private:
-    colour_doppler_workspace<linear_array, blood_flow> own_{};
+    colour_doppler_workspace<linear_array, blood_flow> colours_{};
+    pulsed_doppler_workspace<linear_array, blood_flow> pulses_{};
     flow_lines seen_{};
     linear_array probe_{};
     image strip_{{0, 0}};

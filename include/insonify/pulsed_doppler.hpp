@@ -37,13 +37,19 @@ struct pulsed_doppler_settings {
     }
 };
 
+/// Tables and memory of `pulsed_doppler`.
+template <transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
+using pulsed_doppler_workspace = doppler_workspace<probe_section<refined<Probe>>, Field, Model>;
+
 /// The echoes of a gate on one line, pulse after pulse: the sum over the gate, a mean of its samples.
 ///
+/// @param own  tables and memory; pass it again with the next series
 /// @return the series, from which `spectrum_of` computes a spectrum
 /// @throws usage_error, geometry_error  as `pulsed_doppler`
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
+template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model>
 std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                              const Field& field, const pulsed_doppler_settings& settings, const Model& model = {}) {
+                              const Field& field, const pulsed_doppler_settings& settings, const Model& model,
+                              doppler_workspace<probe_section<refined<Probe>>, Field, Model>& own) {
     settings.check(probe);
     const float depth = settings.depth > 0 ? settings.depth : 2 * settings.gate;
     const refined<Probe> fine = detail::doppler_probe(probe, depth, model);
@@ -61,10 +67,10 @@ std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Pro
     const auto first = static_cast<std::uint32_t>(from / spacing),
                last = std::min(samples, static_cast<std::uint32_t>(to / spacing) + 1);
     const auto pulses = static_cast<std::uint32_t>(settings.duration * settings.prf);
-    constexpr std::uint32_t part = 256; // pulses, of which a few megabytes are kept at a time
+    const std::uint32_t parts = (pulses + 255) / 256; // each of a few megabytes
+    const std::uint32_t part = (pulses + parts - 1) / parts;
     std::vector<vec2> series;
     series.reserve(pulses);
-    doppler_workspace<probe_section<refined<Probe>>, Field, Model> own;
     for (std::uint32_t k = 0; k < pulses; k += part) {
         const iq_ensemble& echoes = doppler_ensemble(policy, body, lines, at, field,
                                                      {.depth = static_cast<float>(samples) * spacing,
@@ -87,6 +93,14 @@ std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Pro
     }
     return series;
 }
+/// The same for a single series.
+/// @throws usage_error, geometry_error  as above
+template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
+std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                              const Field& field, const pulsed_doppler_settings& settings, const Model& model = {}) {
+    pulsed_doppler_workspace<Probe, Field, Model> own;
+    return gate_echoes(policy, body, probe, at, field, settings, model, own);
+}
 
 /// Pulsed Doppler: the spectrum of a gate on one line against time.
 ///
@@ -97,13 +111,23 @@ std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Pro
 ///     const doppler_spectrum seen = pulsed_doppler(exec::par_unseq, body, probe, at, stream,
 ///                                                  {.line = 64, .gate = 22_mm, .spectrum = {.angle = 60_deg}});
 ///
+/// @param own  tables and memory; pass it again with the next spectrum
 /// @throws usage_error     for a scene that is not built, or a setting out of range
 /// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model>
+doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                const Field& field, const pulsed_doppler_settings& settings, const Model& model,
+                                doppler_workspace<probe_section<refined<Probe>>, Field, Model>& own) {
+    return spectrum_of(policy, gate_echoes(policy, body, probe, at, field, settings, model, own), settings.prf,
+                       max_doppler_velocity(settings.prf, probe.frequency), settings.time, settings.spectrum);
+}
+/// The same for a single spectrum.
+/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
 doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                 const Field& field, const pulsed_doppler_settings& settings, const Model& model = {}) {
-    return spectrum_of(policy, gate_echoes(policy, body, probe, at, field, settings, model), settings.prf,
-                       max_doppler_velocity(settings.prf, probe.frequency), settings.time, settings.spectrum);
+    pulsed_doppler_workspace<Probe, Field, Model> own;
+    return pulsed_doppler(policy, body, probe, at, field, settings, model, own);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
