@@ -15460,7 +15460,7 @@ struct line_turn {
     bool is_shift = false;
 
     /// Metres along a line to a depth.
-    float length_to(float depth) const {
+    INSONIFY_FN float length_to(float depth) const {
         if (is_shift) {
             const float end = max(depth, distance(near_face()));
             const float length = std::sqrt(max(end * end - shift * shift * cosine * cosine, 0)) - shift * sine;
@@ -15471,21 +15471,21 @@ struct line_turn {
         return std::sqrt(end * end - radius * radius * sine * sine) - radius * cosine;
     }
     /// Depth at metres along a line.
-    float depth_at(float length) const {
+    INSONIFY_FN float depth_at(float length) const {
         if (is_shift) return length < near_face() ? distance(near_face()) * length / near_face() : distance(length);
         if (radius == 0) return length * depth_per_metre();
         return std::sqrt(radius * radius + length * (2 * radius * cosine + length)) - radius;
     }
     /// How far from the straight line through its point at this depth a line begins, metres along the face.
-    float place_on_face(float depth) const {
+    INSONIFY_FN float place_on_face(float depth) const {
         if (is_shift) return shift;
         return radius == 0 ? depth * sine / depth_per_metre() : radius * around(radius + depth).x;
     }
     /// Depth that a turned line from a plane face gains per metre, above 0.
-    float depth_per_metre() const { return cosine - incline * sine; }
+    INSONIFY_FN float depth_per_metre() const { return cosine - incline * sine; }
     /// Sine and cosine of the angle around the apex from the origin of a turned line to its point at this distance from the
     /// apex: the angle by which it was turned less asin(radius sine / distance).
-    vec2 around(float distance) const {
+    INSONIFY_FN vec2 around(float distance) const {
         const float a = clamp(radius * sine / max(distance, 1e-9F), -1, 1), b = std::sqrt(1 - a * a);
         return {sine * b - cosine * a, cosine * b + sine * a};
     }
@@ -15493,9 +15493,9 @@ struct line_turn {
   private:
     // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. At F-numbers from 1.25 on, the
     // points that it reaches lie further away.
-    float near_face() const { return 1.5F * std::fabs(shift); }
+    INSONIFY_FN float near_face() const { return 1.5F * std::fabs(shift); }
     // Of a point of a shifted line from the apex.
-    float distance(float length) const {
+    INSONIFY_FN float distance(float length) const {
         return std::sqrt(max(shift * shift + length * (2 * shift * sine + length), 0));
     }
 };
@@ -15506,14 +15506,16 @@ struct turned_line {
     line_turn turn{};
     float tilt = 0; ///< see `line_frame`
 
-    vec3 origin() const { return straight.origin + turn.shift * (turn.cosine * right() + turn.sine * straight.along); }
-    vec3 direction() const {
+    INSONIFY_FN vec3 origin() const {
+        return straight.origin + turn.shift * (turn.cosine * right() + turn.sine * straight.along);
+    }
+    INSONIFY_FN vec3 direction() const {
         return turn.is_shift ? straight.along : turn.cosine * straight.along + turn.sine * right();
     }
     /// The line itself.
-    line_frame frame() const { return {origin(), direction(), straight.elevation, tilt}; }
+    INSONIFY_FN line_frame frame() const { return {origin(), direction(), straight.elevation, tilt}; }
     /// Direction of the straight line through the point at this depth.
-    vec3 straight_at(float depth) const {
+    INSONIFY_FN vec3 straight_at(float depth) const {
         if (turn.radius == 0 && !turn.is_shift) return straight.along;
         const vec3 before = turn.is_shift ? origin() - straight.origin : turn.radius * straight.along;
         const vec3 from_apex = before + turn.length_to(depth) * direction();
@@ -15521,13 +15523,13 @@ struct turned_line {
     }
 
   private:
-    vec3 right() const { return cross(straight.elevation, straight.along); }
+    INSONIFY_FN vec3 right() const { return cross(straight.elevation, straight.along); }
 };
 
 /// A turned line meets surfaces as the straight line through the same point does; steep ones, which that line would hardly
 /// meet, at its own angle.
-inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
-                                      std::uint32_t face) {
+INSONIFY_FN inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
+                                                  std::uint32_t face) {
     const line_frame turned = line.frame();
     const float length = line.turn.length_to(depth);
     const surface_incidence met = incidence_on(
@@ -16420,8 +16422,8 @@ class straight_frame {
                     [&](std::size_t begin) { return found_block(begin); }, scratch);
     }
 
-    /// The scene as prepared.
-    const scene_view& scene() const { return scene_; }
+    /// What `prepare` has seen of the scene.
+    const scene_view& prepared_scene() const { return scene_; }
 
     /// The tracer of the lines from `begin` on; blocks may be prepared on different threads.
     detail::block_tracer of_block(std::size_t begin) {
@@ -16600,7 +16602,7 @@ line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const s
     if constexpr (prepares_frames<Tracer>) {
         auto& state = own.tracing.state;
         how.prepare(policy, body, frame, model, view<scratch_memory>{own.scratch}, state);
-        scene_view scene = state.scene();
+        scene_view scene = state.prepared_scene();
         scene.displacements = displacements;
         const float line_time = (model_time + state.search_time()) * static_cast<float>(frame.planes);
         exec::for_each_block(policy, probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
@@ -19117,7 +19119,7 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
             const auto number = static_cast<std::uint32_t>(i);
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
                 room.assign((std::size_t{pulses.count} + 1) * samples, vec2{0, 0});
-                const line_task task = tracer.seen(detail::task_of(frame, state.scene(), number, plane));
+                const line_task task = tracer.seen(detail::task_of(frame, state.prepared_scene(), number, plane));
                 memory.fit([&](line_scratch& scratch) {
                     const view<const layer> layers = tracer.template layers_of<Model>(task, scratch);
                     if (layers.empty()) return false;

@@ -141,8 +141,8 @@ class straight_frame {
                     [&](std::size_t begin) { return found_block(begin); }, scratch);
     }
 
-    /// The scene as prepared.
-    const scene_view& scene() const { return scene_; }
+    /// What `prepare` has seen of the scene.
+    const scene_view& prepared_scene() const { return scene_; }
 
     /// The tracer of the lines from `begin` on; blocks may be prepared on different threads.
     detail::block_tracer of_block(std::size_t begin) {

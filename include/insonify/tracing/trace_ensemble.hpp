@@ -110,7 +110,7 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
             const auto number = static_cast<std::uint32_t>(i);
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
                 room.assign((std::size_t{pulses.count} + 1) * samples, vec2{0, 0});
-                const line_task task = tracer.seen(detail::task_of(frame, state.scene(), number, plane));
+                const line_task task = tracer.seen(detail::task_of(frame, state.prepared_scene(), number, plane));
                 memory.fit([&](line_scratch& scratch) {
                     const view<const layer> layers = tracer.template layers_of<Model>(task, scratch);
                     if (layers.empty()) return false;

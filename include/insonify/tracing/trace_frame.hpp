@@ -78,7 +78,7 @@ line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const s
     if constexpr (prepares_frames<Tracer>) {
         auto& state = own.tracing.state;
         how.prepare(policy, body, frame, model, view<scratch_memory>{own.scratch}, state);
-        scene_view scene = state.scene();
+        scene_view scene = state.prepared_scene();
         scene.displacements = displacements;
         const float line_time = (model_time + state.search_time()) * static_cast<float>(frame.planes);
         exec::for_each_block(policy, probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {

@@ -64,7 +64,7 @@ struct line_turn {
     bool is_shift = false;
 
     /// Metres along a line to a depth.
-    float length_to(float depth) const {
+    INSONIFY_FN float length_to(float depth) const {
         if (is_shift) {
             const float end = max(depth, distance(near_face()));
             const float length = std::sqrt(max(end * end - shift * shift * cosine * cosine, 0)) - shift * sine;
@@ -75,21 +75,21 @@ struct line_turn {
         return std::sqrt(end * end - radius * radius * sine * sine) - radius * cosine;
     }
     /// Depth at metres along a line.
-    float depth_at(float length) const {
+    INSONIFY_FN float depth_at(float length) const {
         if (is_shift) return length < near_face() ? distance(near_face()) * length / near_face() : distance(length);
         if (radius == 0) return length * depth_per_metre();
         return std::sqrt(radius * radius + length * (2 * radius * cosine + length)) - radius;
     }
     /// How far from the straight line through its point at this depth a line begins, metres along the face.
-    float place_on_face(float depth) const {
+    INSONIFY_FN float place_on_face(float depth) const {
         if (is_shift) return shift;
         return radius == 0 ? depth * sine / depth_per_metre() : radius * around(radius + depth).x;
     }
     /// Depth that a turned line from a plane face gains per metre, above 0.
-    float depth_per_metre() const { return cosine - incline * sine; }
+    INSONIFY_FN float depth_per_metre() const { return cosine - incline * sine; }
     /// Sine and cosine of the angle around the apex from the origin of a turned line to its point at this distance from the
     /// apex: the angle by which it was turned less asin(radius sine / distance).
-    vec2 around(float distance) const {
+    INSONIFY_FN vec2 around(float distance) const {
         const float a = clamp(radius * sine / max(distance, 1e-9F), -1, 1), b = std::sqrt(1 - a * a);
         return {sine * b - cosine * a, cosine * b + sine * a};
     }
@@ -97,9 +97,9 @@ struct line_turn {
   private:
     // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. At F-numbers from 1.25 on, the
     // points that it reaches lie further away.
-    float near_face() const { return 1.5F * std::fabs(shift); }
+    INSONIFY_FN float near_face() const { return 1.5F * std::fabs(shift); }
     // Of a point of a shifted line from the apex.
-    float distance(float length) const {
+    INSONIFY_FN float distance(float length) const {
         return std::sqrt(max(shift * shift + length * (2 * shift * sine + length), 0));
     }
 };
@@ -110,14 +110,16 @@ struct turned_line {
     line_turn turn{};
     float tilt = 0; ///< see `line_frame`
 
-    vec3 origin() const { return straight.origin + turn.shift * (turn.cosine * right() + turn.sine * straight.along); }
-    vec3 direction() const {
+    INSONIFY_FN vec3 origin() const {
+        return straight.origin + turn.shift * (turn.cosine * right() + turn.sine * straight.along);
+    }
+    INSONIFY_FN vec3 direction() const {
         return turn.is_shift ? straight.along : turn.cosine * straight.along + turn.sine * right();
     }
     /// The line itself.
-    line_frame frame() const { return {origin(), direction(), straight.elevation, tilt}; }
+    INSONIFY_FN line_frame frame() const { return {origin(), direction(), straight.elevation, tilt}; }
     /// Direction of the straight line through the point at this depth.
-    vec3 straight_at(float depth) const {
+    INSONIFY_FN vec3 straight_at(float depth) const {
         if (turn.radius == 0 && !turn.is_shift) return straight.along;
         const vec3 before = turn.is_shift ? origin() - straight.origin : turn.radius * straight.along;
         const vec3 from_apex = before + turn.length_to(depth) * direction();
@@ -125,13 +127,13 @@ struct turned_line {
     }
 
   private:
-    vec3 right() const { return cross(straight.elevation, straight.along); }
+    INSONIFY_FN vec3 right() const { return cross(straight.elevation, straight.along); }
 };
 
 /// A turned line meets surfaces as the straight line through the same point does; steep ones, which that line would hardly
 /// meet, at its own angle.
-inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
-                                      std::uint32_t face) {
+INSONIFY_FN inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
+                                                  std::uint32_t face) {
     const line_frame turned = line.frame();
     const float length = line.turn.length_to(depth);
     const surface_incidence met = incidence_on(
