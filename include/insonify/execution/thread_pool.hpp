@@ -75,7 +75,7 @@ class thread_pool {
         if (participants > max_participants)
             throw usage_error{joined({"threads(", std::to_string(participants),
                                       "): at most 1024 threads; omit .threads(n) for one per processor"})};
-        if (participants == 0) participants = std::max(1U, std::thread::hardware_concurrency());
+        if (participants == 0) participants = processors_;
         const auto helpers =
             static_cast<std::uint32_t>(std::min<std::size_t>(participants, work.count)) - (work.count > 0);
         work.seats = helpers;
@@ -163,6 +163,8 @@ class thread_pool {
         }
     }
 
+    // Asked once: the C library may read a file for it.
+    const std::uint32_t processors_ = std::max(1U, std::thread::hardware_concurrency());
     std::mutex mutex_{};
     std::atomic<std::uint32_t> offers_{0};     // number of offers
     std::atomic<std::uint32_t> departures_{0}; // number of times that a helper left a job
