@@ -26,7 +26,8 @@ inline const control* find_control(const std::string& name) {
     return nullptr;
 }
 
-inline void session::apply(const event& one) {
+/// The entry of an event. @throws std::invalid_argument  for an unknown name or a wrong number of values
+inline const control& control_of(const event& one) {
     const control* const known = find_control(one.name);
     if (known == nullptr) throw std::invalid_argument{"there is no event '" + one.name + "'"};
     const std::size_t count = one.values.size();
@@ -36,16 +37,21 @@ inline void session::apply(const event& one) {
     } else if (count != known->values)
         throw std::invalid_argument{one.name + " takes " + std::to_string(known->values) +
                                     " numbers: " + known->tooltip};
+    return *known;
+}
+
+inline void session::apply(const event& one) {
+    const control& known = control_of(one);
     std::vector<float> values = one.values;
     for (float& value : values) {
         if (!is_finite(value)) throw std::invalid_argument{one.name + ": a number is not finite"};
-        value = clamp(value, known->low, known->high);
+        value = clamp(value, known.low, known.high);
     }
-    if (known->unit == "pixels" && known->group == "Measure")
-        for (std::size_t i = 0; i < count; ++i) // within the picture
+    if (known.unit == "pixels" && known.group == "Measure")
+        for (std::size_t i = 0; i < values.size(); ++i) // within the picture
             values[i] = std::min(values[i], static_cast<float>(i % 2 == 0 ? screen_.size.x : screen_.size.y));
     if (record != nullptr) record->add(one);
-    known->run(*this, values.data(), static_cast<std::uint32_t>(count));
+    known.run(*this, values.data(), static_cast<std::uint32_t>(values.size()));
 }
 
 inline std::string session::help() {

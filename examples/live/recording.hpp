@@ -41,7 +41,10 @@ inline std::vector<step> load_recording(const std::string& path) {
     std::size_t number = 0;
     for (std::string line; std::getline(file, line);) try {
             ++number;
-            if (const std::optional<step> one = parse_step(line)) steps.push_back(*one);
+            const std::optional<step> one = parse_step(line);
+            if (!one) continue;
+            if (one->what) control_of(*one->what);
+            steps.push_back(*one);
         } catch (const std::invalid_argument& fault) {
             throw std::runtime_error{path + ":" + std::to_string(number) + ": " + fault.what()};
         }
