@@ -7,12 +7,15 @@
 
 namespace live {
 
-/// Metres from "mm", "cm" or "m". @throws std::invalid_argument  for another word
-inline float unit_of(const std::string& name) {
-    if (name == "mm") return 1e-3F;
-    if (name == "cm") return 1e-2F;
-    if (name == "m") return 1;
-    throw std::invalid_argument{"the unit is '" + name + "'; it must be mm, cm or m"};
+/// Metres from a length such as "1mm", "2.5cm" or "m". @throws std::invalid_argument  for anything else
+inline float unit_of(const std::string& length) {
+    const std::size_t number_end = std::min(length.find_first_not_of("0123456789."), length.size());
+    const std::string unit = length.substr(number_end);
+    const float metres = unit == "mm" ? 1e-3F : unit == "cm" ? 1e-2F : unit == "m" ? 1.0F : 0.0F;
+    const float number = number_end > 0 ? std::strtof(length.c_str(), nullptr) : 1.0F;
+    if (!(number * metres > 0))
+        throw std::invalid_argument{"the unit is '" + length + "'; it must be a length in mm, cm or m, such as 1mm"};
+    return number * metres;
 }
 
 /// A session whose patient is an OBJ file: materials are tissues of the library, see `load_obj_scene`. +z points into
@@ -29,7 +32,7 @@ inline session session_of_obj(const std::string& path, float unit, const medium&
     const vec3 size = body.box().size();
     if (const float largest = std::max({size.x, size.y, size.z}); largest < 2_mm || largest > 3)
         throw std::runtime_error{path + ": the body is " + std::to_string(1e3F * largest) +
-                                 " mm large; give the unit of the file, such as --unit mm"};
+                                 " mm large; give the unit of the file, such as --unit 1mm"};
     return session{std::move(body)};
 }
 

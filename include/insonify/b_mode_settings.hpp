@@ -60,13 +60,13 @@ struct b_mode_settings {
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
 };
 
-/// Number of traced lines per line of the probe, so that their distance at the focus is at most half the beam width; at
-/// most 4. Any number of lines of the probe traces the same number of lines, but for those limits.
-/// @param least  of them; below 1, where the lines between those traced are interpolated (`resample_lines`)
+/// Number of lines to trace for each line of the probe, so that at the focus they are at most half the beam width apart:
+/// from `min_rays` to 4. Within these limits the number of traced lines does not depend on that of the probe.
+/// @param min_rays  below 1 where the lines that are left out are interpolated (`resample_lines`)
 template <transducer Probe>
-float rays_per_line(const Probe& probe, float depth, float least = 1) {
+float rays_per_line(const Probe& probe, float depth, float min_rays = 1) {
     const beam_model beam = beam_of(probe, depth);
-    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), least, 4);
+    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), min_rays, 4);
     const auto lines = static_cast<float>(probe.lines);
     return std::ceil(rays * lines - 0.01F) / lines;
 }

@@ -26,7 +26,7 @@ struct stage_times {
     double trace = 0;    ///< echoes, with all tables
     double convolve = 0; ///< near field, pulse and beam, electronic noise
     double detect = 0;   ///< envelope, time gain, compounding
-    double display = 0;  ///< logarithm, persistence, gray map, scan conversion
+    double display = 0;  ///< logarithm, persistence, grey map, scan conversion
     double total = 0;    ///< of `scan`, or of `show`, which only displays
 };
 
@@ -41,7 +41,7 @@ struct stage_times {
 /// a picture is that of `b_mode` to the bit, whatever came before.
 ///
 /// The last `cine_length` frames are stored. After `freeze`, `scan` no longer acquires: it shows the stored frame with
-/// the present gain, dynamic range, time gain, gray map, persistence and size.
+/// the present gain, dynamic range, time gain, grey map, persistence and size.
 /// @tparam Model   acoustics of interfaces and media; makes complex echoes
 /// @tparam Tracer  how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
 template <transducer Probe, acoustic_model Model = physical<>, class Tracer = straight_lines>
@@ -72,8 +72,8 @@ class scanner {
     template <exec::policy Policy>
     const image& scan(const Policy& policy, const scene& body, const pose& at);
 
-    /// Draws a stored frame with the present gain, dynamic range, time gain, gray map, persistence and size. Where `tgc`
-    /// is 0 its attenuation stays that which was chosen.
+    /// Draws a stored frame with the present gain, dynamic range, time gain, grey map, persistence and size. If `tgc`
+    /// is 0, the attenuation that was chosen at acquisition is kept.
     ///
     /// Levels are exact, but for rounding where the time gain differs. With persistence, it is what a clip from the oldest
     /// stored frame on shows.
@@ -217,7 +217,8 @@ void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& b
     settings.compound.check();
     check_depth(settings.depth, "b_mode");
     if (!is_finite(settings.tgc) || !(settings.tgc >= 0))
-        throw usage_error{"b_mode: `tgc` must be a finite number of dB/m at 1 MHz, or 0 for the tissue's"};
+        throw usage_error{
+            "b_mode: `tgc` must be finite and above 0, in dB/m at 1 MHz, or 0 to choose it from the tissue"};
     if (!(settings.max_motion >= 0)) throw usage_error{"b_mode: `max_motion` must be metres, 0 or more"};
     const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
     const std::uint32_t samples = settings.samples != 0

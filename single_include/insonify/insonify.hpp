@@ -1549,12 +1549,12 @@ struct aperture_gains {
     }
 };
 
-/// The `aperture_gains` within one layer, without those so close to a surface that rounding decides on which side they are.
-/// At its first surface those of the layer above apply.
+/// The `aperture_gains` of one layer. Steps within `clearance` of a surface are left out, since rounding decides on which side
+/// they lie. At the first surface of the layer, those of the layer above apply.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
-    /// Thinner layers have those of the layer above, metres, unless it is in shadow: what arrives in a needle comes through it,
-    /// not past it.
+    /// Layers thinner than this, in metres, take the gains of the layer above, unless that is in shadow: what arrives in a
+    /// needle comes through it, not past it.
     static constexpr float thinnest = 1e-3F;
 
     view<const aperture_gain> at_steps{}; ///< those within the layer
@@ -2084,7 +2084,7 @@ struct incidence {
     float roughness = -1; ///< rms height of the surface, metres; below 0: the larger one of the two media
 };
 
-/// Amplitudes of the reflected and the transmitted wave.
+/// Reflection at an interface, and the factor on echoes that cross it there and back.
 struct response {
     float reflected = 0;   ///< signed pressure amplitude of the echo, relative to the incident wave
     float transmitted = 1; ///< fraction of an echo's amplitude that survives crossing there and back
@@ -5009,7 +5009,8 @@ struct physical {
             throw usage_error{
                 "physical: `shadow_floor_db` must be 0 or below, such as -20; by default there is no floor"};
         if (!(min_ringing > 0) || !(min_ringing <= 1))
-            throw usage_error{"physical: `min_ringing` must be above 0, such as 0.5, and at most 1: no layer rings"};
+            throw usage_error{
+                "physical: `min_ringing` must be above 0 and at most 1, such as 0.5; at 1 no layer rings"};
         if constexpr (requires { scattering.check(); }) scattering.check();
         if constexpr (requires { specular.check(); }) specular.check();
     }
@@ -5335,8 +5336,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// 1999. Fei: Fei & Shung, J. Acoust. Soc. Am. 1985. k-Wave, PyMUST, BabelBrain: the documentation of these programs.
 /// Szabo, Culjat: as commonly quoted. Spirou: 2005. Browne: 2003. Gammex: guide to the 405 phantoms. CIRS: data of the
 /// 040GSE. ISO: 9613. ASTM: E494. "Convention" marks values without a published source; this includes most backscatter
-/// levels, which follow the clinical appearance. Published attenuation of one tissue varies between laboratories by up
-/// to a factor of 2, sound speed by less than one percent.
+/// levels, which follow the clinical appearance. Published attenuation of one tissue usually varies between
+/// laboratories by a factor of 2, and by more where an entry says so; sound speed varies by a few percent.
 ///
 /// Roughness is by convention: 30 um for bone, 20 um for soft solids, 2 um for polished metal, 0 for liquids and gases.
 /// Structure: see tissue_structure.hpp. Phantoms, liquids, walls and what scatters little have none.
@@ -6342,7 +6343,7 @@ class compounding {
     void add(const Policy& policy, look& own, const scan_lines& amplitudes) {
         if (amplitudes.count != probe_->lines || amplitudes.samples != own.scan.samples ||
             amplitudes.values.size() != std::size_t{amplitudes.count} * amplitudes.samples)
-            throw usage_error{"compound: a look must have the lines of the probe and the samples that were asked for"};
+            throw usage_error{"compound: a look must have the lines of the probe and the samples that were requested"};
         const std::size_t samples = scan_.samples, stride = amplitudes.samples;
         const std::size_t below = stride > 1 ? 1 : 0, beside = probe_->lines > 1 ? stride : 0;
         const float last = max(static_cast<float>(probe_->lines) - 2, 0);
@@ -9172,8 +9173,9 @@ inline std::string point_text(vec3 point) {
 }
 
 [[noreturn]] inline void throw_folded(vec3 near) {
-    throw geometry_error{joined({"deform: the map folds over near ", point_text(near),
-                                 ": tissue would be turned inside out; displace it by less, or over a longer way"})};
+    throw geometry_error{
+        joined({"deform: the map folds over near ", point_text(near),
+                ": tissue would be turned inside out; displace it by less, or over a longer distance"})};
 }
 
 /// Where the map puts a point. @throws geometry_error  for a result that is not finite
@@ -13557,8 +13559,8 @@ class elevation_planes {
     struct weights {
         float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
         float random[max_elevation_planes] = {};   ///< independent echoes add by power; the sum of squares is 1
-        /// The tissue that each plane stands for: its lower and upper end, metres from the height of the plane. As the plane's
-        /// part of the power of the beam, in mean and variance. A single plane stands for itself alone.
+        /// The strip of tissue that each plane represents: its lower and upper end, metres from the height of the plane, with
+        /// the mean and variance of the beam power that the plane represents. That of a single plane is empty.
         vec2 strip[max_elevation_planes] = {};
     };
 
@@ -16557,7 +16559,7 @@ struct tracer_memory<Tracer> {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Tables and buffers of `trace`, kept so that it allocates nothing after the first frame.
+/// Tables and buffers of `trace`, kept so that it allocates only while buffers grow.
 template <transducer Probe, acoustic_model Model, class Tracer>
 struct trace_workspace_of {
     detail::frame_plan<Probe, Model> plan{};                               ///< tables
@@ -16650,7 +16652,7 @@ line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& 
     return detail::trace_frame(detail::any_policy{policy}, body, probe, at, model, settings, how, own, {});
 }
 
-/// The same frame after frame: allocates nothing after the first.
+/// The same frame after frame: allocates only while buffers grow.
 ///
 ///     trace_workspace<linear_array, physical<>> own;
 ///     iq_lines echoes;
@@ -16821,7 +16823,7 @@ struct near_field_settings {
     friend bool operator==(const near_field_settings&, const near_field_settings&) = default;
 };
 
-/// What `add_near_field` keeps, so that it allocates nothing after the first frame.
+/// What `add_near_field` keeps, so that it allocates only while buffers grow.
 template <transducer Probe>
 struct near_field_workspace {
     trace_workspace<Probe, detail::label_model> tracing{}; ///< of what is below the face
@@ -16955,13 +16957,13 @@ struct b_mode_settings {
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
 };
 
-/// Number of traced lines per line of the probe, so that their distance at the focus is at most half the beam width; at
-/// most 4. Any number of lines of the probe traces the same number of lines, but for those limits.
-/// @param least  of them; below 1, where the lines between those traced are interpolated (`resample_lines`)
+/// Number of lines to trace for each line of the probe, so that at the focus they are at most half the beam width apart:
+/// from `min_rays` to 4. Within these limits the number of traced lines does not depend on that of the probe.
+/// @param min_rays  below 1 where the lines that are left out are interpolated (`resample_lines`)
 template <transducer Probe>
-float rays_per_line(const Probe& probe, float depth, float least = 1) {
+float rays_per_line(const Probe& probe, float depth, float min_rays = 1) {
     const beam_model beam = beam_of(probe, depth);
-    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), least, 4);
+    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), min_rays, 4);
     const auto lines = static_cast<float>(probe.lines);
     return std::ceil(rays * lines - 0.01F) / lines;
 }
@@ -18302,7 +18304,7 @@ struct stage_times {
     double trace = 0;    ///< echoes, with all tables
     double convolve = 0; ///< near field, pulse and beam, electronic noise
     double detect = 0;   ///< envelope, time gain, compounding
-    double display = 0;  ///< logarithm, persistence, gray map, scan conversion
+    double display = 0;  ///< logarithm, persistence, grey map, scan conversion
     double total = 0;    ///< of `scan`, or of `show`, which only displays
 };
 
@@ -18317,7 +18319,7 @@ struct stage_times {
 /// a picture is that of `b_mode` to the bit, whatever came before.
 ///
 /// The last `cine_length` frames are stored. After `freeze`, `scan` no longer acquires: it shows the stored frame with
-/// the present gain, dynamic range, time gain, gray map, persistence and size.
+/// the present gain, dynamic range, time gain, grey map, persistence and size.
 /// @tparam Model   acoustics of interfaces and media; makes complex echoes
 /// @tparam Tracer  how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
 template <transducer Probe, acoustic_model Model = physical<>, class Tracer = straight_lines>
@@ -18348,8 +18350,8 @@ class scanner {
     template <exec::policy Policy>
     const image& scan(const Policy& policy, const scene& body, const pose& at);
 
-    /// Draws a stored frame with the present gain, dynamic range, time gain, gray map, persistence and size. Where `tgc`
-    /// is 0 its attenuation stays that which was chosen.
+    /// Draws a stored frame with the present gain, dynamic range, time gain, grey map, persistence and size. If `tgc`
+    /// is 0, the attenuation that was chosen at acquisition is kept.
     ///
     /// Levels are exact, but for rounding where the time gain differs. With persistence, it is what a clip from the oldest
     /// stored frame on shows.
@@ -18493,7 +18495,8 @@ void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& b
     settings.compound.check();
     check_depth(settings.depth, "b_mode");
     if (!is_finite(settings.tgc) || !(settings.tgc >= 0))
-        throw usage_error{"b_mode: `tgc` must be a finite number of dB/m at 1 MHz, or 0 for the tissue's"};
+        throw usage_error{
+            "b_mode: `tgc` must be finite and above 0, in dB/m at 1 MHz, or 0 to choose it from the tissue"};
     if (!(settings.max_motion >= 0)) throw usage_error{"b_mode: `max_motion` must be metres, 0 or more"};
     const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
     const std::uint32_t samples = settings.samples != 0
@@ -19025,7 +19028,7 @@ struct ensemble_echoes {
     std::vector<iq_lines> moving{}; ///< for each pulse
 };
 
-/// Tables and buffers of `trace_ensemble`, kept so that it allocates nothing after the first frame.
+/// Tables and buffers of `trace_ensemble`, kept so that it allocates only while buffers grow.
 template <transducer Probe, acoustic_model Model, velocity_field Field>
 struct ensemble_workspace {
     trace_workspace<Probe, Model> tracing{};                ///< of the frame
@@ -20155,7 +20158,8 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
     if (settings.segments < 3 || settings.segments > 4096 || settings.segments_along < 1 ||
         settings.segments_along > 4096)
         throw geometry_error{"make_needle: `segments` is " + std::to_string(settings.segments) + ", `segments_along` " +
-                             std::to_string(settings.segments_along) + "; they must be from 3 and from 1 to 4096"};
+                             std::to_string(settings.segments_along) +
+                             "; they must be from 3 to 4096 and from 1 to 4096"};
     const float radius = diameter / 2, per_width = 1 / std::tan(settings.bevel);
     if (!(length > 1.01F * diameter * per_width))
         throw geometry_error{"make_needle: `length` is " + std::to_string(length) + " m, but the bevel alone is " +
@@ -20989,6 +20993,7 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 ///     backscatter_db   relative to liver             roughness_um        rms height
 ///     scatterers_per_mm3   for sparse speckle       priority            a whole number: of overlapping objects, that
 ///                                                                       with the highest priority gives the medium
+///     structure        name of a tissue, or `none`
 ///
 /// With density and sound_speed they define a medium; without, they modify the tissue of that name. A name without
 /// keys, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.
@@ -22363,7 +22368,7 @@ struct contact {
     pressed_face deformation{};        ///< for `scene::deform`
 };
 
-/// Memory of `press`, kept so that it allocates nothing after the first frames.
+/// Memory of `press`, kept so that it allocates only while buffers grow.
 struct press_workspace {
     contact touch{};             ///< the result
     detail::skin_heights skin{}; ///< where the skin is
@@ -22662,8 +22667,8 @@ struct truth_model : label_axis {
 ///
 ///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///
-/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m there and back, d the
-/// metres of the refracted ray. It is the amplitude with which the model weights every echo of a line by itself, without the
+/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m (there and back for
+/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray. It is the amplitude with which the model weights every echo of a line by itself, without the
 /// penumbra that the aperture gives to shadows (`straight_lines::directions`); 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
@@ -22767,7 +22772,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// How far sound is followed through refraction and reflection.
 struct path_settings {
     std::uint32_t bounces = 16;       ///< reflections of a path before its last echo, at most
-    float min_amplitude = 1e-5F;      ///< paths that would return less by themselves are dropped
+    float min_amplitude = 1e-5F;      ///< a path is dropped where its own echo would be weaker
     float face_reflection = 0;        ///< of the probe's face, as pressure amplitude, for echoes that return to it
     std::uint32_t paths_per_line = 0; ///< random paths (Monte Carlo); 0: every path, split at each surface
     float rough_power = 40;           ///< random paths: normals of rough surfaces are distributed as cos^rough_power
@@ -23072,7 +23077,7 @@ struct paths {
     void check() const {
         if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
             throw usage_error{
-                "trace_paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` within 1"};
+                "trace_paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"};
     }
 
     /// Traces one line: see `tracer`.

@@ -8,4 +8,4 @@ endforeach()
 list(APPEND pages
     include/insonify/scanner.md include/insonify/scene/motion.md include/insonify/doppler.md
     include/insonify/extending.md include/insonify/acoustics/extending.md
-    include/insonify/errors.md include/insonify/paper.md bench/README.md CONTRIBUTING.md)
+    include/insonify/errors.md include/insonify/paper.md examples/README.md bench/README.md CONTRIBUTING.md)

@@ -88,7 +88,7 @@ class picture_panel {
         const float gray_height = (colours ? 0.4F : 0.6F) * height;
         draw->AddRectFilledMultiColor({x, top}, {x + 12, top + gray_height}, white, white, black, black);
         draw->AddRect({x, top}, {x + 12, top + gray_height}, IM_COL32(90, 90, 90, 255));
-        draw->AddText({x + 16, top}, gray, "gray");
+        draw->AddText({x + 16, top}, gray, "grey");
         if (colours) {
             const float begin = top + gray_height + 24, part = 0.4F * height / 32;
             for (int i = 0; i < 32; ++i) {

@@ -1,6 +1,6 @@
 /// A scanner on the desktop.
 ///
-///     viewer [--obj FILE --unit mm] [--record FILE] [--replay FILE] [--screenshot PICTURE] [--frames N] [--help]
+///     viewer [--obj FILE --unit 1mm] [--record FILE] [--replay FILE] [--screenshot PICTURE] [--frames N] [--help]
 ///
 /// --obj examines an OBJ file; --record writes all events to a file, which --replay plays. With --screenshot the window is
 /// written to a PNG file after N frames, and the program ends.
@@ -227,7 +227,7 @@ int main(int count, char** arguments) {
     try {
         if (count % 2 == 0) {
             std::printf(
-                "viewer [--obj FILE --unit mm] [--record FILE] [--replay FILE] [--screenshot PICTURE] [--frames "
+                "viewer [--obj FILE --unit 1mm] [--record FILE] [--replay FILE] [--screenshot PICTURE] [--frames "
                 "N]\nevents in FILE:\n%s",
                 live::session::help().c_str());
             return std::string{arguments[1]} == "--help" ? 0 : 2;

@@ -101,7 +101,7 @@ void bind_meshes(py::module_& module) {
         "make_needle",
         [](float diameter, float length, float bevel) { return make_needle(diameter, length, {.bevel = bevel}); },
         py::arg("diameter"), py::arg("length"), py::arg("bevel") = needle_settings{}.bevel,
-        "A solid needle along z with its tip at the origin; the bevel faces +x.");
+        "A solid needle along z with its tip at (-diameter / 2, 0, 0); the bevel faces +x.");
     module.def("needle_diameter", &needle_diameter, py::arg("gauge"),
                "Outer diameter of a needle of 18 to 25 gauge, metres.");
     module.def(
@@ -171,7 +171,7 @@ void bind_scene(py::module_& module) {
             py::arg("crease_angle") = object_settings{}.crease_angle,
             "Adds a closed surface and returns its id, which is also its label.")
         .def("remove", &remove_from, py::arg("id"), "Call build afterwards.")
-        .def("place", &scene::place, py::arg("id"), py::arg("at"), "Moves an object; call update afterwards.")
+        .def("place", &scene::place, py::arg("id"), py::arg("at"), "Sets the pose of an object; takes effect at once.")
         .def("set_medium", &scene::set_medium, py::arg("id"), py::arg("medium"))
         .def("set_background_fibres", &scene::set_background_fibres, py::arg("along"), py::arg("flat") = vec3{0, 0, 1})
         .def("positions", &positions_of, py::arg("id"),

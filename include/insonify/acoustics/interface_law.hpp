@@ -15,7 +15,7 @@ struct incidence {
     float roughness = -1; ///< rms height of the surface, metres; below 0: the larger one of the two media
 };
 
-/// Amplitudes of the reflected and the transmitted wave.
+/// Reflection at an interface, and the factor on echoes that cross it there and back.
 struct response {
     float reflected = 0;   ///< signed pressure amplitude of the echo, relative to the incident wave
     float transmitted = 1; ///< fraction of an echo's amplitude that survives crossing there and back

@@ -94,12 +94,12 @@ struct aperture_gains {
     }
 };
 
-/// The `aperture_gains` within one layer, without those so close to a surface that rounding decides on which side they are.
-/// At its first surface those of the layer above apply.
+/// The `aperture_gains` of one layer. Steps within `clearance` of a surface are left out, since rounding decides on which side
+/// they lie. At the first surface of the layer, those of the layer above apply.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
-    /// Thinner layers have those of the layer above, metres, unless it is in shadow: what arrives in a needle comes through it,
-    /// not past it.
+    /// Layers thinner than this, in metres, take the gains of the layer above, unless that is in shadow: what arrives in a
+    /// needle comes through it, not past it.
     static constexpr float thinnest = 1e-3F;
 
     view<const aperture_gain> at_steps{}; ///< those within the layer

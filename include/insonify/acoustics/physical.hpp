@@ -87,7 +87,8 @@ struct physical {
             throw usage_error{
                 "physical: `shadow_floor_db` must be 0 or below, such as -20; by default there is no floor"};
         if (!(min_ringing > 0) || !(min_ringing <= 1))
-            throw usage_error{"physical: `min_ringing` must be above 0, such as 0.5, and at most 1: no layer rings"};
+            throw usage_error{
+                "physical: `min_ringing` must be above 0 and at most 1, such as 0.5; at 1 no layer rings"};
         if constexpr (requires { scattering.check(); }) scattering.check();
         if constexpr (requires { specular.check(); }) specular.check();
     }

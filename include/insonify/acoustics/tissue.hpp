@@ -18,8 +18,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// 1999. Fei: Fei & Shung, J. Acoust. Soc. Am. 1985. k-Wave, PyMUST, BabelBrain: the documentation of these programs.
 /// Szabo, Culjat: as commonly quoted. Spirou: 2005. Browne: 2003. Gammex: guide to the 405 phantoms. CIRS: data of the
 /// 040GSE. ISO: 9613. ASTM: E494. "Convention" marks values without a published source; this includes most backscatter
-/// levels, which follow the clinical appearance. Published attenuation of one tissue varies between laboratories by up
-/// to a factor of 2, sound speed by less than one percent.
+/// levels, which follow the clinical appearance. Published attenuation of one tissue usually varies between
+/// laboratories by a factor of 2, and by more where an entry says so; sound speed varies by a few percent.
 ///
 /// Roughness is by convention: 30 um for bone, 20 um for soft solids, 2 um for polished metal, 0 for liquids and gases.
 /// Structure: see tissue_structure.hpp. Phantoms, liquids, walls and what scatters little have none.

@@ -47,7 +47,8 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
     if (settings.segments < 3 || settings.segments > 4096 || settings.segments_along < 1 ||
         settings.segments_along > 4096)
         throw geometry_error{"make_needle: `segments` is " + std::to_string(settings.segments) + ", `segments_along` " +
-                             std::to_string(settings.segments_along) + "; they must be from 3 and from 1 to 4096"};
+                             std::to_string(settings.segments_along) +
+                             "; they must be from 3 to 4096 and from 1 to 4096"};
     const float radius = diameter / 2, per_width = 1 / std::tan(settings.bevel);
     if (!(length > 1.01F * diameter * per_width))
         throw geometry_error{"make_needle: `length` is " + std::to_string(length) + " m, but the bevel alone is " +

@@ -41,6 +41,7 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 ///     backscatter_db   relative to liver             roughness_um        rms height
 ///     scatterers_per_mm3   for sparse speckle       priority            a whole number: of overlapping objects, that
 ///                                                                       with the highest priority gives the medium
+///     structure        name of a tissue, or `none`
 ///
 /// With density and sound_speed they define a medium; without, they modify the tissue of that name. A name without
 /// keys, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.

@@ -34,8 +34,9 @@ inline std::string point_text(vec3 point) {
 }
 
 [[noreturn]] inline void throw_folded(vec3 near) {
-    throw geometry_error{joined({"deform: the map folds over near ", point_text(near),
-                                 ": tissue would be turned inside out; displace it by less, or over a longer way"})};
+    throw geometry_error{
+        joined({"deform: the map folds over near ", point_text(near),
+                ": tissue would be turned inside out; displace it by less, or over a longer distance"})};
 }
 
 /// Where the map puts a point. @throws geometry_error  for a result that is not finite

@@ -30,7 +30,7 @@ struct contact {
     pressed_face deformation{};        ///< for `scene::deform`
 };
 
-/// Memory of `press`, kept so that it allocates nothing after the first frames.
+/// Memory of `press`, kept so that it allocates only while buffers grow.
 struct press_workspace {
     contact touch{};             ///< the result
     detail::skin_heights skin{}; ///< where the skin is

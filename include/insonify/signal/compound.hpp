@@ -193,7 +193,7 @@ class compounding {
     void add(const Policy& policy, look& own, const scan_lines& amplitudes) {
         if (amplitudes.count != probe_->lines || amplitudes.samples != own.scan.samples ||
             amplitudes.values.size() != std::size_t{amplitudes.count} * amplitudes.samples)
-            throw usage_error{"compound: a look must have the lines of the probe and the samples that were asked for"};
+            throw usage_error{"compound: a look must have the lines of the probe and the samples that were requested"};
         const std::size_t samples = scan_.samples, stride = amplitudes.samples;
         const std::size_t below = stride > 1 ? 1 : 0, beside = probe_->lines > 1 ? stride : 0;
         const float last = max(static_cast<float>(probe_->lines) - 2, 0);

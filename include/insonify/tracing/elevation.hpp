@@ -115,8 +115,8 @@ class elevation_planes {
     struct weights {
         float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
         float random[max_elevation_planes] = {};   ///< independent echoes add by power; the sum of squares is 1
-        /// The tissue that each plane stands for: its lower and upper end, metres from the height of the plane. As the plane's
-        /// part of the power of the beam, in mean and variance. A single plane stands for itself alone.
+        /// The strip of tissue that each plane represents: its lower and upper end, metres from the height of the plane, with
+        /// the mean and variance of the beam power that the plane represents. That of a single plane is empty.
         vec2 strip[max_elevation_planes] = {};
     };
 

@@ -90,8 +90,8 @@ struct truth_model : label_axis {
 ///
 ///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///
-/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m there and back, d the
-/// metres of the refracted ray. It is the amplitude with which the model weights every echo of a line by itself, without the
+/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m (there and back for
+/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray. It is the amplitude with which the model weights every echo of a line by itself, without the
 /// penumbra that the aperture gives to shadows (`straight_lines::directions`); 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that

@@ -40,7 +40,7 @@ struct near_field_settings {
     friend bool operator==(const near_field_settings&, const near_field_settings&) = default;
 };
 
-/// What `add_near_field` keeps, so that it allocates nothing after the first frame.
+/// What `add_near_field` keeps, so that it allocates only while buffers grow.
 template <transducer Probe>
 struct near_field_workspace {
     trace_workspace<Probe, detail::label_model> tracing{}; ///< of what is below the face

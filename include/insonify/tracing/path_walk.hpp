@@ -11,7 +11,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// How far sound is followed through refraction and reflection.
 struct path_settings {
     std::uint32_t bounces = 16;       ///< reflections of a path before its last echo, at most
-    float min_amplitude = 1e-5F;      ///< paths that would return less by themselves are dropped
+    float min_amplitude = 1e-5F;      ///< a path is dropped where its own echo would be weaker
     float face_reflection = 0;        ///< of the probe's face, as pressure amplitude, for echoes that return to it
     std::uint32_t paths_per_line = 0; ///< random paths (Monte Carlo); 0: every path, split at each surface
     float rough_power = 40;           ///< random paths: normals of rough surfaces are distributed as cos^rough_power

@@ -26,7 +26,7 @@ struct paths {
     void check() const {
         if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
             throw usage_error{
-                "trace_paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` within 1"};
+                "trace_paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"};
     }
 
     /// Traces one line: see `tracer`.

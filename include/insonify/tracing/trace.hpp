@@ -31,7 +31,7 @@ line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& 
     return detail::trace_frame(detail::any_policy{policy}, body, probe, at, model, settings, how, own, {});
 }
 
-/// The same frame after frame: allocates nothing after the first.
+/// The same frame after frame: allocates only while buffers grow.
 ///
 ///     trace_workspace<linear_array, physical<>> own;
 ///     iq_lines echoes;

@@ -14,7 +14,7 @@ struct ensemble_echoes {
     std::vector<iq_lines> moving{}; ///< for each pulse
 };
 
-/// Tables and buffers of `trace_ensemble`, kept so that it allocates nothing after the first frame.
+/// Tables and buffers of `trace_ensemble`, kept so that it allocates only while buffers grow.
 template <transducer Probe, acoustic_model Model, velocity_field Field>
 struct ensemble_workspace {
     trace_workspace<Probe, Model> tracing{};                ///< of the frame

@@ -31,7 +31,7 @@ struct tracer_memory<Tracer> {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Tables and buffers of `trace`, kept so that it allocates nothing after the first frame.
+/// Tables and buffers of `trace`, kept so that it allocates only while buffers grow.
 template <transducer Probe, acoustic_model Model, class Tracer>
 struct trace_workspace_of {
     detail::frame_plan<Probe, Model> plan{};                               ///< tables
