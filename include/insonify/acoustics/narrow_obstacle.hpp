@@ -36,23 +36,25 @@ INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind
 /// it: by power, and at the mean time. What lets half of the amplitude through is no obstacle.
 /// @param above  in front of the obstacle
 /// @param below  behind it
+/// @return       whether any was added
 template <class Model>
-INSONIFY_FN void add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
+INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
                                   const layer& behind, const echo_path& above, echo_path& below) {
-    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return;
+    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
     layer tissue = obstacle; // beside it
     tissue.medium = behind.medium;
     echo_path around = above;
     around.refraction = below.refraction;
     pass(model, line, tissue, around);
     const float through = below.passed / above.passed * amplitude_of_decibels(around.lost_db - below.lost_db);
-    if (!(through < 0.5F)) return;
+    if (!(through < 0.5F)) return false;
     const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
-    if (beside == 0) return;
+    if (beside == 0) return false;
     const float power = (1 - beside) * through * through + beside;
     below.shown += beside / power * (around.shown - below.shown);
     below.lost_db = around.lost_db;
     below.passed = above.passed * std::sqrt(power);
+    return true;
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail

@@ -185,7 +185,7 @@ struct physical {
         detail::layer_entry entry{};
         for (std::size_t i = 0; i < line.layers.size(); ++i) {
             layer here = line.layers[i];
-            const layer_gains gains = path.gains.next(line.gains, here);
+            layer_gains gains = path.gains.next(line.gains, here);
             echo_path entered = path;
             detail::enter(*this, line, refraction, here, entered);
             if (i > 0 && here.medium != entered.refraction.before) {
@@ -194,7 +194,9 @@ struct physical {
                 entered.passed *= met.transmitted;
                 entry = {met.reflected, path.shown, path.lost_db, here.slope,
                          line.media[entered.refraction.before].sound_speed};
-                detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered);
+                if (detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered) &&
+                    gains.at_steps.empty())
+                    gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
             }
             above = path;
             path = entered;
