@@ -40,8 +40,8 @@ TEST_CASE("no echo is stronger than that of a mirror, whatever lies at a needle"
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         const scene body = needle_among_sheets(seed);
         for (const std::uint32_t planes : {1U, 3U}) {
-            const iq_lines echoes = trace(exec::par_unseq, body, linear_array{.lines = 128, .frequency = 7.5_MHz}, pose{},
-                                          physical{}, {.depth = 40_mm, .planes = planes});
+            const iq_lines echoes = trace(exec::par_unseq, body, linear_array{.lines = 128, .frequency = 7.5_MHz},
+                                          pose{}, physical{}, {.depth = 40_mm, .planes = planes});
             float strongest = 0;
             for (const vec2 echo : echoes.values) strongest = std::max(strongest, length(echo));
             CAPTURE(seed);

@@ -192,8 +192,8 @@ struct physical {
                 here.cosine = entered.refraction.cosine;
                 const response met = add_interface(line, line.layers[i - 1], here, path, echoes, entry);
                 entered.passed *= met.transmitted;
-                entry = {met.reflected, path.shown, path.lost_db, here.slope,
-                         line.media[entered.refraction.before].sound_speed};
+                entry = {met.reflected, path.shown, path.lost_db, &line.layers[i],
+                         &line.media[entered.refraction.before]};
                 if (detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered) &&
                     gains.at_steps.empty())
                     gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
@@ -249,7 +249,11 @@ struct physical {
                              .slope = slope,
                              .curvature = detail::displayed_stretch(timing, before) * curvature};
         if (min_ringing < 1)
-            detail::add_repetitions(coherent, entry, before, tangent, path, wave.reflected, min_ringing, collected_by);
+            detail::add_repetitions(coherent, entry, below, before, after, detail::displayed_stretch(timing, before),
+                                    path, wave.reflected, min_ringing, collected_by,
+                                    [&](const medium& from, const medium& to, float cosine_there) {
+                                        return at_interface({from, to, cosine_there, line.frequency}).reflected;
+                                    });
         add_specular(echoes, coherent);
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
