@@ -150,8 +150,6 @@ TEST_CASE("scanner: the cine loop has the last frames, the newest first, with th
     CHECK(machine.cine().size() == 2);
     CHECK(same_bits(machine.show(exec::par_unseq, 1), seen[6]));
     CHECK(same_bits(machine.show(exec::par_unseq), seen[7]));
-    CHECK_THROWS_AS(scanner<linear_array>{}.show(exec::seq), usage_error);
-    CHECK_THROWS_AS(scanner<linear_array>{}.labels(exec::seq, body), usage_error);
 }
 
 TEST_CASE("scanner: with persistence, a stored frame with another gain is that of a clip with this gain") {

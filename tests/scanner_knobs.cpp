@@ -201,4 +201,31 @@ TEST_CASE("scanner: whatever knobs are turned, in any order, each picture is tha
     compare_with_fresh(convex_array{.lines = 24, .radius = 30_mm, .field_of_view = 30_deg, .frequency = 6_MHz}, 2, 66);
 }
 
+TEST_CASE("scanner: before the first picture there is none to show, to label or to measure") {
+    object_id vessel;
+    const scene body = phantom(vessel);
+    scanner<linear_array> empty;
+    CHECK_THROWS_AS(empty.show(exec::seq), usage_error);
+    CHECK_THROWS_AS(empty.labels(exec::seq, body), usage_error);
+    CHECK_THROWS_AS(empty.point({0, 0}), usage_error);
+    CHECK_THROWS_AS(empty.pixel({0, 0, 0}), usage_error);
+    empty.freeze();
+    CHECK_THROWS_WITH_AS(empty.scan(exec::seq, body, pose{}),
+                         "scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen",
+                         usage_error);
+}
+
+TEST_CASE("scanner: a setting that is refused loses no stored frame") {
+    object_id vessel;
+    const scene body = phantom(vessel);
+    const b_mode_settings usual{.depth = 30_mm, .size = {128, 0}};
+    scanner machine{linear_array{.lines = 32, .width = 20_mm}, usual};
+    const image seen = machine.scan(exec::par_unseq, body, pose{});
+    machine.settings.depth = 80;
+    CHECK_THROWS_AS(machine.scan(exec::par_unseq, body, pose{}), usage_error);
+    machine.settings.depth = usual.depth;
+    machine.freeze();
+    CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}), seen));
+}
+
 } // namespace scanner_knobs_test

@@ -57,6 +57,16 @@ struct b_mode_settings {
     /// see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
 
+    /// @throws usage_error  for a setting out of range; the stages check the others
+    void check() const {
+        compound.check();
+        check_depth(depth, "b_mode");
+        if (!is_finite(tgc) || !(tgc >= 0))
+            throw usage_error{
+                "b_mode: `tgc` must be finite and above 0, in dB/m at 1 MHz, or 0 to choose it from the tissue"};
+        if (!(max_motion >= 0)) throw usage_error{"b_mode: `max_motion` must be metres, 0 or more"};
+    }
+
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
 };
 

@@ -16992,6 +16992,16 @@ struct b_mode_settings {
     /// see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
 
+    /// @throws usage_error  for a setting out of range; the stages check the others
+    void check() const {
+        compound.check();
+        check_depth(depth, "b_mode");
+        if (!is_finite(tgc) || !(tgc >= 0))
+            throw usage_error{
+                "b_mode: `tgc` must be finite and above 0, in dB/m at 1 MHz, or 0 to choose it from the tissue"};
+        if (!(max_motion >= 0)) throw usage_error{"b_mode: `max_motion` must be metres, 0 or more"};
+    }
+
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
 };
 
@@ -18424,12 +18434,15 @@ class scanner {
     const stage_times& times() const { return times_; }    ///< of the last picture
 
     /// The point in the world that a pixel of the last picture shows, in pixel coordinates: see `scan_map`.
+    /// @throws usage_error  before the first picture
     vec3 point(vec2 pixel) const {
+        check_picture();
         const vec2 in_slice = map().point(pixel);
         return at_.point({in_slice.x, 0, in_slice.y});
     }
     /// The pixel coordinates of a point in the world, projected on the slice.
     vec2 pixel(vec3 point) const {
+        check_picture();
         const vec3 local = at_.local_point(point);
         return map().pixel({local.x, local.z});
     }
@@ -18448,6 +18461,10 @@ class scanner {
                                           detail::memo<char, float, time_gain>>;
     using look_probe = steered<refined<Probe>>;
 
+    void check_picture() const {
+        if (cine_.empty())
+            throw usage_error{"scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen"};
+    }
     template <class Policy>
     void acquire(const Policy& policy, const scene& body, const pose& at, stored_frame<Probe>& frame);
     template <class Policy>
@@ -18482,6 +18499,8 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <exec::policy Policy>
 const image& scanner<Probe, Model, Tracer>::scan(const Policy& policy, const scene& body, const pose& at) {
     if (frozen_) return show(policy, shown_);
+    probe.check(); // before a stored frame is overwritten
+    settings.check();
     const detail::stopwatch clock;
     times_ = {};
     if (interrupted_) forget(); // the last frame threw
@@ -18499,6 +18518,7 @@ const image& scanner<Probe, Model, Tracer>::scan(const Policy& policy, const sce
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <exec::policy Policy>
 const image& scanner<Probe, Model, Tracer>::show(const Policy& policy, std::uint32_t back) {
+    check_picture();
     if (back >= cine_.size())
         throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
                           " frames are stored; `cine_length` is the number to store"};
@@ -18514,7 +18534,7 @@ const image& scanner<Probe, Model, Tracer>::show(const Policy& policy, std::uint
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <exec::policy Policy>
 const label_image& scanner<Probe, Model, Tracer>::labels(const Policy& policy, const scene& body) {
-    if (cine_.empty()) throw usage_error{"scanner: `labels` are those of a picture; call `scan` first"};
+    check_picture();
     const stored_frame<Probe>& frame = cine_[shown_];
     label_lines_ = trace(detail::any_policy<false>{policy}, body, *frame.probe, frame.at,
                          detail::label_model{{label_settings::grid::displayed}},
@@ -18529,13 +18549,6 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
 void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& body, const pose& at,
                                             stored_frame<Probe>& frame) {
-    probe.check();
-    settings.compound.check();
-    check_depth(settings.depth, "b_mode");
-    if (!is_finite(settings.tgc) || !(settings.tgc >= 0))
-        throw usage_error{
-            "b_mode: `tgc` must be finite and above 0, in dB/m at 1 MHz, or 0 to choose it from the tissue"};
-    if (!(settings.max_motion >= 0)) throw usage_error{"b_mode: `max_motion` must be metres, 0 or more"};
     const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
     const std::uint32_t samples = settings.samples != 0
                                       ? settings.samples
