@@ -31,8 +31,9 @@ inline session session_of_obj(const std::string& path, float unit, const medium&
     }
     const vec3 size = body.box().size();
     if (const float largest = std::max({size.x, size.y, size.z}); largest < 2_mm || largest > 3)
-        throw std::runtime_error{path + ": the body is " + std::to_string(1e3F * largest) +
-                                 " mm large; give the unit of the file, such as --unit 1mm"};
+        throw std::runtime_error{path + ": the body is " + insonify::detail::number_text(1e3F * largest) +
+                                 " mm large; give the unit of the file, such as --unit " +
+                                 (largest < 2_mm ? "1m" : "1mm")};
     return session{std::move(body)};
 }
 

@@ -93,6 +93,13 @@ TEST_CASE("errors in media are reported with the file, and the line or the mediu
     has(complaint(t, "newmtl other\ndensity 1\n"), "a.obj:6: the medium 'stuff' is unknown");
     has(complaint(t, "newmtl stuff\ndensity 1000\n"), "a.obj:6: the medium 'stuff' is unknown");
     has(complaint(t, "newmtl Bone\n"), "a.obj:6: the medium 'stuff' is unknown");
+    has(complaint(t, "newmtl stuff\ndensitiy 1000\nsound_speed 1500\n"),
+        "newmtl stuff: there is no key 'densitiy'; did you mean density?");
+    has(complaint(t, "newmtl stuff\natenuation 9\ndensity 1000\nsound_speed 1500\n"), "did you mean attenuation?");
+    has(complaint(t, "newmtl stuff\ndensity 1.9\nsound_speed 3500\n"), "density is 1.9 kg/m^3; did you mean 1900?");
+    has(complaint(t, "newmtl stuff\ndensity 1900\nsound_speed 3.5\n"), "sound_speed is 3.5 m/s; did you mean 3500?");
+    CHECK(complaint(t, "newmtl stuff\nKd 1 1 1\nillum 2\nPr 0.5\naniso 1\ndensity 1.2\nsound_speed 343\n") ==
+          "no such error");
     has(complaint(head + "o thing\nf 1 2 3\n" + tail, ""), "a.obj:7: the face of object 'thing' has no medium");
     has(complaint(head + "usemtl\nf 1 2 3\n", ""), "a.obj:6: the medium '' is unknown");
 

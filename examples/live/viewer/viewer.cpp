@@ -216,7 +216,7 @@ options parse(int count, char** arguments) {
         else if (name == "--frames")
             asked.frames = static_cast<std::uint32_t>(std::max(live::parse_number(name, value), 1.0F));
         else
-            throw std::runtime_error{"viewer: there is no option " + name};
+            throw std::runtime_error{"viewer: there is no option " + name + "; --help lists them"};
     }
     return asked;
 }
@@ -225,12 +225,16 @@ options parse(int count, char** arguments) {
 
 int main(int count, char** arguments) {
     try {
-        if (count % 2 == 0) {
+        const bool needs_help = count > 1 && std::string{arguments[1]} == "--help";
+        if (count % 2 == 0 && !needs_help)
+            throw std::runtime_error{std::string{"viewer: "} + arguments[count - 1] +
+                                     " needs a value, or is no option; --help lists them"};
+        if (needs_help) {
             std::printf(
                 "viewer [--obj FILE --unit 1mm] [--record FILE] [--replay FILE] [--screenshot PICTURE] [--frames "
                 "N]\nevents in FILE:\n%s",
                 live::session::help().c_str());
-            return std::string{arguments[1]} == "--help" ? 0 : 2;
+            return 0;
         }
         const options asked = parse(count, arguments);
         application{asked}.run();

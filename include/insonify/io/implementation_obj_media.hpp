@@ -103,6 +103,46 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
     return libraries;
 }
 
+/// The number of letters that must be inserted, removed or replaced to make one word of another. Source: Levenshtein 1966.
+inline std::size_t edits_between(std::string_view one, std::string_view other) {
+    std::vector<std::size_t> row(other.size() + 1);
+    for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
+    for (std::size_t i = 0; i < one.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (std::size_t j = 0; j < other.size(); ++j) {
+            const std::size_t replaced = diagonal + (one[i] == other[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+/// Keys of renderers are ignored, but not those that look like a misspelt one of `load_obj_scene`.
+/// @throws io_error  with the key that is meant
+inline void check_spelling(const loader::material_t& entry, const std::string& source) {
+    constexpr std::string_view keys[] = {"density",           "sound_speed",    "attenuation",
+                                         "attenuation_power", "backscatter_db", "roughness_um",
+                                         "structure",         "priority",       "scatterers_per_mm3"};
+    for (const auto& [written, value] : entry.unknown_parameter)
+        if (std::find(std::begin(keys), std::end(keys), written) == std::end(keys))
+            for (const std::string_view key : keys)
+                if (edits_between(written, key) <= 2)
+                    throw io_error{joined({source, ": newmtl ", printable(entry.name), ": there is no key '",
+                                           printable(written), "'; did you mean ", key, "?"})};
+}
+
+/// @throws io_error  for values that are those of a medium in other units
+inline void check_units(const medium& m, const std::string& source) {
+    if (m.sound_speed > 0 && m.sound_speed < 20)
+        throw io_error{joined({source, ": sound_speed is ", number_text(m.sound_speed), " m/s; did you mean ",
+                               number_text(1000 * m.sound_speed), "?"})};
+    if (m.density > 0.5F && m.density < 30 && m.sound_speed > 700) // no gas
+        throw io_error{joined({source, ": density is ", number_text(m.density), " kg/m^3; did you mean ",
+                               number_text(1000 * m.density), "?"})};
+}
+
 /// The medium with a name that `usemtl` refers to.
 /// @throws io_error  naming the line or library, for an unknown medium or values out of range
 inline obj_medium find_medium(const std::string& path, const named_line& wanted, const obj_libraries& libraries) {
@@ -127,6 +167,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
                            "', which is not a number; give the number without a unit"};
         return number;
     };
+    if (entry != nullptr) check_spelling(*entry, source);
     const std::optional<medium> known = tissue::find(wanted.name);
     const std::optional<float> density = value("density"), sound_speed = value("sound_speed");
     if (!known && !(density && sound_speed))
@@ -154,6 +195,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     if (!is_valid(m))
         throw io_error{source + ": newmtl " + name +
                        ": density and sound_speed must be above 0, the other values not negative, and all in range"};
+    check_units(m, source + ": newmtl " + name);
     const float priority = value("priority").value_or(0);
     if (priority != std::round(priority) || std::fabs(priority) > 1e6F)
         throw io_error{source + ": newmtl " + name + ": priority must be a whole number from -1000000 to 1000000"};
