@@ -4,6 +4,7 @@
 #include "../nerve_block_phantom.hpp"
 #include "sample.hpp"
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace dataset {
@@ -20,20 +21,43 @@ struct label_names {
     }
 };
 
+/// The phantom of a nerve block without its needle, as each sample has its own or none. What is further than 20 mm from the
+/// middle, across or along the limb, is stretched, and the lower side is 6 mm deeper: a linear array at the ends of the
+/// default ranges, or pressed in by 4 mm, shows neither the sides nor what is below. The layers, which reach there, get more
+/// vertices for `bend` and `pressure`.
+inline scene wide_phantom() {
+    const scene narrow = nerve_block_phantom();
+    scene body{narrow.background()};
+    const auto stretched = [](float x) {
+        const float beyond = std::fabs(x) - 20_mm;
+        return beyond > 0 ? std::copysign(20_mm + 3.5F * beyond, x) : x;
+    };
+    for (const object& one : narrow.objects()) {
+        if (one.name == "needle") continue;
+        mesh surface = one.surface;
+        if (std::any_of(surface.positions.begin(), surface.positions.end(), [](vec3 p) { return p.x > 20_mm; }))
+            surface = subdivide(surface);
+        for (vec3& p : surface.positions) p = {stretched(p.x), stretched(p.y), p.z > 46_mm ? p.z + 6_mm : p.z};
+        body.add(std::move(surface), one.inside,
+                 {.priority = one.priority, .name = one.name, .fibres = one.fibres, .crease_angle = one.crease_angle});
+    }
+    return body;
+}
+
 /// The anatomies as they were loaded.
 class anatomies {
   public:
-    /// @throws io_error, usage_error  for a file that cannot be used, or without the object of `around`
+    /// @throws io_error, usage_error, geometry_error  for a file that cannot be used, or without the object of `around`
     explicit anatomies(const description& d) {
         if (d.anatomy.empty()) {
-            originals_.push_back(nerve_block_phantom());
-            originals_.back().remove(*originals_.back().find("needle")); // each sample has its own, or none
+            originals_.push_back(wide_phantom());
             files_.emplace_back("nerve block phantom");
         }
         for (const std::string& file : d.anatomy) {
             originals_.push_back(
                 load_obj_scene(file, {.unit = d.unit * 1_mm, .background = *tissue::find(d.background)}));
             files_.push_back(file);
+            check(originals_.back(), file, d.unit * 1_mm);
         }
         std::vector<std::string> found;
         for (std::size_t i = 0; i < originals_.size(); ++i) {
@@ -95,6 +119,30 @@ class anatomies {
     }
 
   private:
+    /// @param unit  that the file was read in, metres
+    /// @throws geometry_error  for an object that is not closed, and for a body smaller than 2 mm or larger than 3 m
+    static void check(const scene& body, const std::string& file, float unit) {
+        aabb box;
+        for (const object& one : body.objects()) {
+            if (const mesh_report report = validate(one.surface); !report.closed())
+                throw geometry_error{file + ": object '" + name_of(one) + "': " + explain(report)};
+            for (const vec3 p : one.surface.positions) box = merged(box, one.at.point(p));
+        }
+        const vec3 size = box.size();
+        const float largest = max(size.x, max(size.y, size.z));
+        if (largest >= 2_mm && largest <= 3) return;
+        struct known {
+            const char *name, *symbol;
+            float length;
+        };
+        std::string advice = "; give the unit of the file, such as --unit 1mm";
+        for (const known& other : {known{"centimetres", "cm", 1_cm}, known{"millimetres", "mm", 1_mm},
+                                   known{"metres", "m", 1_m}}) // the last that fits is the most common one
+            if (const float meant = largest / unit * other.length; meant >= 20_mm && meant <= 2.5F)
+                advice = std::string{"; is the file in "} + other.name + "? --unit 1" + other.symbol;
+        throw geometry_error{file + ": the body is " + detail::number_text(1e3F * largest) + " mm large" + advice};
+    }
+
     /// Deforms the body, but not the needle, where the probe is pressed into it.
     /// @param outside  a point in front of the surface: gel that contains it makes way
     template <transducer Probe>

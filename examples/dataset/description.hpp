@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <istream>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,19 @@ struct range {
         read.from = number(word.substr(0, dots));
         read.to = dots == std::string::npos ? read.from : number(word.substr(dots + 2));
         return text;
+    }
+    static bool readable(const std::string& word) {
+        std::istringstream text{word};
+        range read;
+        return word.find_first_of(" \t") == std::string::npos && static_cast<bool>(text >> read);
+    }
+    /// How to write what cannot be read; empty where it can.
+    static std::string complaint(const std::string& word) {
+        if (readable(word)) return "";
+        const std::size_t mark = word.find_first_of("-:,", 1);
+        const std::string meant = mark == std::string::npos ? "" : word.substr(0, mark) + ".." + word.substr(mark + 1);
+        return "'" + word + "' is neither a number nor a range; a range is written " +
+               (readable(meant) ? meant : "with two dots, such as 5..9");
     }
 };
 
@@ -139,6 +153,7 @@ inline void add_options(CLI::App& app, description& d) {
     const auto varies = [&](const char* name, range& value, const char* help) {
         app.add_option(name, value, help)
             ->type_name("A..B")
+            ->check(CLI::Validator{range::complaint, ""})
             ->default_str(detail::number_text(value.from) +
                           (value.from == value.to ? "" : ".." + detail::number_text(value.to)))
             ->group(group);

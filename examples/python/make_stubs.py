@@ -7,6 +7,7 @@ import insonify
 
 def annotation(text):
     text = text.replace("insonify.", "").replace("Tuple", "tuple").replace("List", "list")
+    text = re.sub(r"Union\[os\.PathLike, str, bytes\]|os\.PathLike", "Path", text)
     text = re.sub(r"\bfunction\b", "Callable[[np.ndarray], np.ndarray]", text)
     text = re.sub(r"numpy\.ndarray(\[[^\]]*\])?", "np.ndarray", text)
     text = re.sub(r"\btuple\b(?!\[)", "Vector", text)
@@ -29,7 +30,7 @@ def signature(line):
     for part in filter(None, parts):
         given = re.match(r"(\**\w*)(?:: ([^=]+?))?(?: = .*)?$", part, re.S)
         argument, kind = given.groups()
-        default = " = ..." if " = " in part else ""
+        default = " = ..." if " = " in part and not part.endswith(" = required") else ""
         shown.append(argument if kind is None or argument == "self" else f"{argument}: {annotation(kind)}{default}")
     return name, f"({', '.join(shown)}) -> {annotation(returned)}"
 
@@ -57,6 +58,7 @@ def settings_of(kind):
 
 def type_of(value):
     parts = f"[{', '.join(map(type_of, value))}]" if isinstance(value, tuple) else ""
+    parts = f"[{type_of(value[0])}]" if isinstance(value, list) else parts
     return type(value).__name__ + parts
 
 
@@ -81,8 +83,11 @@ def members(kind):
 
 def main():
     print("# Type stubs, written by make_stubs.py.")
+    print("import os")
     print("from typing import Any, Callable, Optional, Sequence, Union, overload\n\nimport numpy as np\n\nVector = Sequence[float]")
+    print('Path = Union[str, "os.PathLike[str]"]')
     print('velocity_field = Union["poiseuille", "velocity_samples", Sequence[Union["poiseuille", "velocity_samples"]]]')
+    print("__version__: str")
     everything = vars(insonify)
     for name, value in everything.items():
         if isinstance(value, (float, int)) and not name.startswith("__"):

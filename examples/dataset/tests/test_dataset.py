@@ -80,8 +80,8 @@ def test_killed_at_any_time_it_goes_on_where_it_was(whole, tmp_path):
     assert not list((tmp_path / "out").glob("*draft*"))
 
 
-def write_balls(path, **radii):
-    """Balls of a tissue each, in millimetres, around a point 40 mm below the origin."""
+def write_balls(path, factor=1, /, **radii):
+    """Balls of a tissue each, in millimetres times a factor, around a point 40 mm below the origin."""
     rings, around, text, written = 48, 96, [], 0
     theta, phi = np.meshgrid(np.pi * np.arange(1, rings) / rings, 2 * np.pi * np.arange(around) / around, indexing="ij")
     for name, radius in radii.items():
@@ -95,10 +95,50 @@ def write_balls(path, **radii):
             for ring in range(rings - 2):
                 a, b = ring * around + i, ring * around + j
                 faces += [(a, a + around, b + around), (a, b + around, b)]
-        text += ["o " + name, "usemtl " + name] + ["v %.6f %.6f %.6f" % tuple(p) for p in points]
+        text += ["o " + name, "usemtl " + name] + ["v %.9g %.9g %.9g" % tuple(factor * p) for p in points]
         text += ["f %d %d %d" % tuple(v + 1 + written for v in f) for f in faces]
         written += len(points)
     path.write_text("\n".join(text) + "\n")
+
+
+@pytest.mark.parametrize("plan", [[], ["--plan"]], ids=["run", "plan"])
+@pytest.mark.parametrize(
+    "factor, unit, sentence",
+    [
+        (1e-3, "1mm", "the body is 0.03 mm large; is the file in metres? --unit 1m"),
+        (1, "1m", "the body is 3e+04 mm large; is the file in millimetres? --unit 1mm"),
+        (0.11, "1m", "the body is 3300 mm large; is the file in centimetres? --unit 1cm"),
+        (1e-6, "1mm", "the body is 3e-05 mm large; give the unit of the file, such as --unit 1mm"),
+    ],
+)
+def test_a_body_of_unlikely_size_is_refused(tmp_path, factor, unit, sentence, plan):
+    write_balls(tmp_path / "balls.obj", factor, bone=15)
+    done = run(tmp_path, "--anatomy", "balls.obj", "--unit", unit, "--samples", "1", *plan, check=False)
+    assert done.returncode != 0 and "balls.obj: " + sentence in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("plan", [[], ["--plan"]], ids=["run", "plan"])
+def test_an_open_mesh_is_refused(tmp_path, plan):
+    write_balls(tmp_path / "balls.obj", bone=15)
+    text = (tmp_path / "balls.obj").read_text().splitlines()
+    (tmp_path / "balls.obj").write_text("\n".join(text[:-7]) + "\n")
+    done = run(tmp_path, "--anatomy", "balls.obj", "--samples", "1", *plan, check=False)
+    assert done.returncode != 0 and "balls.obj: object 'bone': The surface is open along" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("options", [[], ["--bend", "0..3", "--pressure", "0..4"]], ids=["default", "bent and pressed"])
+def test_the_sides_of_the_phantom_are_outside_of_the_images(tmp_path, options):
+    """Within the field of view there is no background, and gel and skin only near the face."""
+    run(tmp_path, "--samples", "100", "--part", "100", "--size", "128", "--lines", "64", "--planes", "1", *options)
+    with h5py.File(tmp_path / "out" / "part-000000.h5") as file:
+        names = file.attrs["label_names"].split("\n")
+        labels, depths = file["insonify/label"][:], 1e3 * file["insonify/depth"][:]
+    for name, deepest in (("background", 0), ("gel", 4), ("skin", 6)):  # mm
+        below = (labels == names.index(name)) & (depths > deepest)
+        seen = np.flatnonzero(below.any(axis=(1, 2)))
+        assert not len(seen), f"{name} deeper than {deepest} mm in the samples {seen}"
 
 
 @pytest.mark.parametrize("pressed", [False, True])
@@ -174,7 +214,9 @@ def test_plan(tmp_path):
     "options, sentence",
     [
         (["--frequency", "9..5"], "runs backwards"),
-        (["--frequency", "nine"], "frequency"),
+        (["--frequency", "nine"], "--frequency: 'nine' is neither a number nor a range; a range is written with two dots"),
+        (["--frequency", "6-9"], "--frequency: '6-9' is neither a number nor a range; a range is written 6..9"),
+        (["--tilt", "-9--5"], "a range is written -9..-5"),
         (["--anatomy", "nowhere.obj"], "no file 'nowhere.obj'"),
         (["--around", "knee"], "no object 'knee'; it has"),
         (["--needle", "2"], "from 0 to 1"),

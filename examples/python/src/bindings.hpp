@@ -62,6 +62,14 @@ using index_array = py::array_t<std::int64_t, py::array::c_style | py::array::fo
 /// @throws usage_error  for an array of another shape
 std::vector<vec3> rows_of(const float_array& numbers, const char* what);
 
+/// `copy.copy` and `copy.deepcopy` are the copy of C++.
+template <class Type, class... Options>
+void bind_copies(py::class_<Type, Options...>& type) {
+    type.def("__copy__", [](const Type& self) { return Type(self); });
+    type.def(
+        "__deepcopy__", [](const Type& self, const py::dict&) { return Type(self); }, py::arg("memo"));
+}
+
 /// A struct of settings as a Python class: constructed by keywords, printed and compared by its members.
 template <class Settings>
 class settings_class {
@@ -96,8 +104,19 @@ class settings_class {
                                      py::cast<std::string>(py::repr(self.attr(member.c_str()))));
             }
         });
-        class_.def("__copy__", [](const Settings& self) { return Settings(self); });
-        class_.def("__deepcopy__", [](const Settings& self, const py::dict&) { return Settings(self); });
+        bind_copies(class_);
+        class_.def(py::pickle(
+            [members = members_](const py::object& self) {
+                py::dict state;
+                for (const std::string& member : *members) state[py::str(member)] = self.attr(member.c_str());
+                return state;
+            },
+            [](const py::dict& state) {
+                Settings made{};
+                const py::object self = py::cast(&made, py::return_value_policy::reference);
+                for (const auto& [member, value] : state) py::setattr(self, member, value);
+                return made;
+            }));
         if constexpr (std::equality_comparable<Settings>)
             class_.def("__eq__", [](const Settings& one, const Settings& other) { return one == other; });
     }
@@ -159,6 +178,8 @@ void bind_errors(py::module_& module);
 void bind_media(py::module_& module);
 void bind_grids(py::module_& module);
 void bind_scene(py::module_& module);
+void bind_queries(py::module_& module);
+void bind_obj(py::module_& module);
 void bind_motion(py::module_& module);
 void bind_flow(py::module_& module);
 void bind_probes(py::module_& module);

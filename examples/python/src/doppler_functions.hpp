@@ -16,8 +16,9 @@ void bind_doppler_functions(py::module_& module) {
                 return colour_doppler(chosen, body, probe, at, field, settings, model);
             });
         },
-        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"), py::arg("settings") = doppler_settings{},
-        py::arg("model") = physical<>{}, py::kw_only(), py::arg("policy") = "par_unseq",
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"),
+        py::arg_v("settings", doppler_settings{}, "doppler_settings()"), py::arg_v("model", physical<>{}, "physical()"),
+        py::kw_only(), py::arg("policy") = "par_unseq",
         "Velocity, power and variance of what moves, along the lines of the probe.");
     module.def(
         "pulsed_doppler",
@@ -28,7 +29,7 @@ void bind_doppler_functions(py::module_& module) {
             });
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"), py::arg("settings"),
-        py::arg("model") = physical<>{}, py::kw_only(), py::arg("policy") = "par_unseq",
+        py::arg_v("model", physical<>{}, "physical()"), py::kw_only(), py::arg("policy") = "par_unseq",
         "The spectrum of a gate on one line against time.");
     module.def(
         "doppler_ensemble",
@@ -39,15 +40,17 @@ void bind_doppler_functions(py::module_& module) {
             });
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"),
-        py::arg("settings") = ensemble_settings{}, py::arg("model") = physical<>{}, py::kw_only(),
-        py::arg("policy") = "par_unseq", "The echoes of a pulse train, after pulse and beam.");
+        py::arg_v("settings", ensemble_settings{}, "ensemble_settings()"),
+        py::arg_v("model", physical<>{}, "physical()"), py::kw_only(), py::arg("policy") = "par_unseq",
+        "The echoes of a pulse train, after pulse and beam.");
     module.def(
         "doppler_picture",
         [](const flow_lines& lines, const Probe& probe, const doppler_picture_settings& settings,
            const std::string& policy) {
             return run(policy, [&](const auto& chosen) { return doppler_picture(chosen, lines, probe, settings); });
         },
-        py::arg("lines"), py::arg("probe"), py::arg("settings") = doppler_picture_settings{}, py::kw_only(),
+        py::arg("lines"), py::arg("probe"),
+        py::arg_v("settings", doppler_picture_settings{}, "doppler_picture_settings()"), py::kw_only(),
         py::arg("policy") = "par_unseq", "Velocity of each pixel, m/s; 0 where there is no flow.");
     module.def(
         "colour_overlay",
@@ -56,8 +59,9 @@ void bind_doppler_functions(py::module_& module) {
             return run(policy,
                        [&](const auto& chosen) { return colour_overlay(chosen, grey, lines, probe, settings); });
         },
-        py::arg("grey"), py::arg("lines"), py::arg("probe"), py::arg("settings") = colour_overlay_settings{},
-        py::kw_only(), py::arg("policy") = "par_unseq", "Colour over a B-mode image of the same probe and depth.");
+        py::arg("grey"), py::arg("lines"), py::arg("probe"),
+        py::arg_v("settings", colour_overlay_settings{}, "colour_overlay_settings()"), py::kw_only(),
+        py::arg("policy") = "par_unseq", "Colour over a B-mode image of the same probe and depth.");
 }
 
 } // namespace insonify_python

@@ -204,8 +204,8 @@ void bind_flow(py::module_& module) {
         [](const iq_ensemble& echoes, const wall_filter& filter, const std::string& policy) {
             return run(policy, [&](const auto& chosen) { return filter_walls(chosen, echoes, filter); });
         },
-        py::arg("echoes"), py::arg("filter") = wall_filter{}, py::kw_only(), py::arg("policy") = "par_unseq",
-        "Removes the echoes of tissue from an ensemble.");
+        py::arg("echoes"), py::arg_v("filter", wall_filter{}, "wall_filter()"), py::kw_only(),
+        py::arg("policy") = "par_unseq", "Removes the echoes of tissue from an ensemble.");
 }
 
 } // namespace insonify_python

@@ -1,6 +1,8 @@
 // Values along lines and images, as views of numpy.
 #include "bindings.hpp"
 #include <cstring>
+#include <filesystem>
+#include <pybind11/stl/filesystem.h>
 
 namespace insonify_python {
 
@@ -21,8 +23,9 @@ void bind_line_grid(py::module_& module, const char* name, const char* page) {
     using lines = line_grid<Value>;
     using number = typename array_number<Value>::type;
     static_assert(sizeof(number) == sizeof(Value));
-    py::class_<lines>(module, name, page)
-        .def(py::init([](const py::array_t<number, py::array::c_style | py::array::forcecast>& values, float depth) {
+    py::class_<lines> type{module, name, page};
+    bind_copies(type);
+    type.def(py::init([](const py::array_t<number, py::array::c_style | py::array::forcecast>& values, float depth) {
                  if (values.ndim() != 2)
                      throw usage_error{"lines are made of an array with a row for each line, not of " +
                                        std::to_string(values.ndim()) + " dimensions"};
@@ -53,10 +56,58 @@ void bind_line_grid(py::module_& module, const char* name, const char* page) {
         });
 }
 
+/// Brightness from 0 to 1 of an array: numbers of floating point as they are, bytes over 255.
+/// @throws usage_error  for an array of another type or shape
+float_array brightness_of(const py::array& pixels) {
+    const char kind = pixels.dtype().kind();
+    const bool bytes = kind == 'u' && pixels.itemsize() == 1;
+    if (kind != 'f' && kind != 'b' && !bytes)
+        throw usage_error{"an image is made of floating point from 0 to 1, of uint8 or of bool, not of " +
+                          py::cast<std::string>(py::str(pixels.dtype())) +
+                          "; for labels, array.astype(np.uint8) keeps the ids below 255"};
+    const py::ssize_t axes = pixels.ndim();
+    if (axes != 2 && (axes != 3 || pixels.shape(2) != 3))
+        throw usage_error{"an image is made of an array of rows x columns, or rows x columns x 3 in colour"};
+    for (py::ssize_t axis = 0; axis < 2; ++axis)
+        if (pixels.shape(axis) > max_picture_side)
+            throw usage_error{"an image has at most " + std::to_string(max_picture_side) + " pixels a side"};
+    if (!bytes) return float_array(pixels);
+    float_array made(py::module_::import("numpy").attr("divide")(pixels, 255.0F));
+    return made;
+}
+
 template <class Picture>
-void bind_picture(py::module_& module, const char* name, const char* page) {
-    py::class_<Picture>(module, name, page)
-        .def_property_readonly(
+Picture picture_of(const float_array& pixels) {
+    Picture made{uvec2{pixels.shape(1), pixels.shape(0)}};
+    if (!made.pixels.empty())
+        std::memcpy(static_cast<void*>(made.pixels.data()), pixels.data(), sizeof(made.pixels[0]) * made.pixels.size());
+    return made;
+}
+
+template <class Picture>
+Picture picture_of(const py::array& pixels, py::ssize_t axes, const char* shape) {
+    if (pixels.ndim() != axes)
+        throw usage_error{std::string{shape} + ", not of " + std::to_string(pixels.ndim()) + " dimensions"};
+    return picture_of<Picture>(brightness_of(pixels));
+}
+
+void write_array(const std::filesystem::path& path, const py::array& pixels) {
+    const float_array brightness = brightness_of(pixels);
+    const auto write = [&](const auto& picture) {
+        const py::gil_scoped_release unlocked;
+        write_png(path.string(), picture);
+    };
+    if (brightness.ndim() == 2)
+        write(picture_of<image>(brightness));
+    else
+        write(picture_of<colour_image>(brightness));
+}
+
+template <class Picture>
+py::class_<Picture> bind_picture(py::module_& module, const char* name, const char* page) {
+    py::class_<Picture> type{module, name, page};
+    bind_copies(type);
+    type.def_property_readonly(
             "size", [](const Picture& self) { return self.size; }, "columns, rows")
         .def_property_readonly(
             "pixels",
@@ -71,6 +122,7 @@ void bind_picture(py::module_& module, const char* name, const char* page) {
         .def("__repr__", [name = std::string{name}](const Picture& self) {
             return "<" + name + " of " + std::to_string(self.size.x) + " x " + std::to_string(self.size.y) + " pixels>";
         });
+    return type;
 }
 
 } // namespace
@@ -79,9 +131,19 @@ void bind_grids(py::module_& module) {
     bind_line_grid<float>(module, "scan_lines", "Real values along lines: envelope, brightness, angles.");
     bind_line_grid<vec2>(module, "iq_lines", "Complex baseband echoes along lines.");
     bind_line_grid<label_id>(module, "label_lines", "The object at each sample.");
-    bind_picture<image>(module, "image", "A greyscale image: 0 black to 1 white.");
+    bind_picture<image>(module, "image", "A greyscale image: 0 black to 1 white.")
+        .def(py::init([](const py::array& pixels) {
+                 return picture_of<image>(pixels, 2, "an image is made of an array of rows x columns");
+             }),
+             py::arg("pixels"), "Copies an array of rows x columns, floats from 0 to 1 or uint8.");
     bind_picture<label_image>(module, "label_image", "The object at each pixel.");
-    py::class_<colour_image>(module, "colour_image", "A colour image: red, green and blue from 0 to 1.")
+    py::class_<colour_image> colours{module, "colour_image", "A colour image: red, green and blue from 0 to 1."};
+    bind_copies(colours);
+    colours
+        .def(py::init([](const py::array& pixels) {
+                 return picture_of<colour_image>(pixels, 3, "a colour_image is made of an array of rows x columns x 3");
+             }),
+             py::arg("pixels"), "Copies an array of rows x columns x 3, floats from 0 to 1 or uint8.")
         .def_property_readonly(
             "size", [](const colour_image& self) { return self.size; }, "columns, rows")
         .def_property_readonly(
@@ -107,12 +169,15 @@ void bind_grids(py::module_& module) {
             "From pixel coordinates to (x, z) in the slice plane, metres.")
         .def("pixel", &scan_map::pixel, py::arg("point"),
              "From (x, z) in the slice plane, metres, to pixel coordinates.");
+    using path = std::filesystem::path;
     module.def(
-        "write_png", [](const std::string& path, const image& picture) { write_png(path, picture); }, py::arg("path"),
+        "write_png", [](const path& file, const image& picture) { write_png(file.string(), picture); }, py::arg("path"),
         py::arg("picture"), py::call_guard<py::gil_scoped_release>(), "Writes an 8-bit greyscale PNG file.");
     module.def(
-        "write_png", [](const std::string& path, const colour_image& picture) { write_png(path, picture); },
+        "write_png", [](const path& file, const colour_image& picture) { write_png(file.string(), picture); },
         py::arg("path"), py::arg("picture"), py::call_guard<py::gil_scoped_release>(), "Likewise an 8-bit RGB file.");
+    module.def("write_png", &write_array, py::arg("path"), py::arg("picture"),
+               "Likewise an array of rows x columns, or x 3 in colour: floats from 0 to 1, or uint8.");
 }
 
 } // namespace insonify_python

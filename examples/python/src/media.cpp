@@ -71,6 +71,18 @@ void bind_media(py::module_& module) {
     for (const tissue::named_medium& one : tissue::all)
         tissues.def_property_readonly_static(std::string{one.name}.c_str(),
                                              [&one](const py::object&) { return one.value; });
+    tissues
+        .def_static(
+            "find", [](const std::string& name) { return tissue::find(name); }, py::arg("name"),
+            "The medium of a name, or None.")
+        .def_property_readonly_static(
+            "names",
+            [](const py::object&) {
+                std::vector<std::string> names;
+                for (const tissue::named_medium& one : tissue::all) names.emplace_back(one.name);
+                return names;
+            },
+            "All names.");
 }
 
 } // namespace insonify_python

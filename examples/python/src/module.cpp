@@ -6,6 +6,9 @@ PYBIND11_MODULE(insonify, module) {
     using namespace insonify_python;
     module.doc() = "Ultrasound images of triangle meshes by ray tracing.\n\n"
                    "Everything is in SI units; multiply by `mm`, `MHz`, `deg` or `dB_per_cm`: depth=40 * mm.";
+    module.attr("__version__") = std::to_string(INSONIFY_VERSION / 10000) + "." +
+                                 std::to_string(INSONIFY_VERSION / 100 % 100) + "." +
+                                 std::to_string(INSONIFY_VERSION % 100);
     module.attr("m") = 1.0;
     module.attr("cm") = 1e-2;
     module.attr("mm") = 1e-3;
@@ -25,6 +28,8 @@ PYBIND11_MODULE(insonify, module) {
     bind_media(module);
     bind_grids(module);
     bind_scene(module);
+    bind_queries(module);
+    bind_obj(module);
     bind_motion(module);
     bind_flow(module);
     bind_probes(module);

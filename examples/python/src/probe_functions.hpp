@@ -17,9 +17,9 @@ void bind_probe_functions(py::module_& module) {
            const physical<>& model, const std::string& policy) {
             return run(policy, [&](const auto& chosen) { return b_mode(chosen, body, probe, at, settings, model); });
         },
-        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("settings") = b_mode_settings{},
-        py::arg("model") = physical<>{}, py::kw_only(), py::arg("policy") = "par_unseq",
-        "A B-mode image: the whole chain in one call.");
+        py::arg("scene"), py::arg("probe"), py::arg("pose"),
+        py::arg_v("settings", b_mode_settings{}, "b_mode_settings()"), py::arg_v("model", physical<>{}, "physical()"),
+        py::kw_only(), py::arg("policy") = "par_unseq", "A B-mode image: the whole chain in one call.");
     module.def(
         "trace",
         [](const scene& body, const Probe& probe, const pose& at, const physical<>& model, const acquisition& settings,
@@ -42,8 +42,8 @@ void bind_probe_functions(py::module_& module) {
            const std::string& policy) {
             return run(policy, [&](const auto& chosen) { return make_scan_map(chosen, probe, scan, settings); });
         },
-        py::arg("probe"), py::arg("scan"), py::arg("settings") = scan_convert_settings{}, py::kw_only(),
-        py::arg("policy") = "par_unseq", "The interpolation table of scan_convert.");
+        py::arg("probe"), py::arg("scan"), py::arg_v("settings", scan_convert_settings{}, "scan_convert_settings()"),
+        py::kw_only(), py::arg("policy") = "par_unseq", "The interpolation table of scan_convert.");
     module.def(
         "ground_truth",
         [](const scene& body, const Probe& probe, const pose& at, const label_settings& settings,
@@ -51,8 +51,9 @@ void bind_probe_functions(py::module_& module) {
             return run(policy,
                        [&](const auto& chosen) { return ground_truth(chosen, body, probe, at, settings, model); });
         },
-        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("settings"), py::arg("model") = physical<>{},
-        py::kw_only(), py::arg("policy") = "par_unseq", "Labels, surfaces, angles, shadows and depths of a frame.");
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("settings"),
+        py::arg_v("model", physical<>{}, "physical()"), py::kw_only(), py::arg("policy") = "par_unseq",
+        "Labels, surfaces, angles, shadows and depths of a frame.");
     module.def(
         "diagnose",
         [](const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
@@ -68,14 +69,16 @@ void bind_probe_functions(py::module_& module) {
                 return !only || std::find(only->begin(), only->end(), id) != only->end();
             });
         },
-        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("settings") = press_settings{},
-        py::arg("only") = py::none(), py::call_guard<py::gil_scoped_release>(),
+        py::arg("scene"), py::arg("probe"), py::arg("pose"),
+        py::arg_v("settings", press_settings{}, "press_settings()"), py::arg("only") = py::none(),
+        py::call_guard<py::gil_scoped_release>(),
         "How a probe touches a body at rest. `only`: the ids of the objects that belong to the body.");
     py::reinterpret_borrow<py::class_<any_scanner>>(module.attr("scanner"))
         .def(py::init([](const Probe& probe, const b_mode_settings& settings, const physical<>& model) {
                  return std::unique_ptr<any_scanner>(new scanner_of<Probe>{probe, settings, model});
              }),
-             py::arg("probe"), py::arg("settings") = b_mode_settings{}, py::arg("model") = physical<>{});
+             py::arg("probe"), py::arg_v("settings", b_mode_settings{}, "b_mode_settings()"),
+             py::arg_v("model", physical<>{}, "physical()"));
 }
 
 } // namespace insonify_python

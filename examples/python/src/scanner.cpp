@@ -42,7 +42,7 @@ void bind_measures(py::module_& module) {
         .member("rows", &m_mode_settings::rows, "depths; 0: the samples of the lines")
         .member("background", &m_mode_settings::background, "brightness of moments before the first one");
     py::class_<m_mode>(module, "m_mode", "One line against time.")
-        .def(py::init<const m_mode_settings&>(), py::arg("settings") = m_mode_settings{})
+        .def(py::init<const m_mode_settings&>(), py::arg_v("settings", m_mode_settings{}, "m_mode_settings()"))
         .def("add", &m_mode::add, py::arg("lines"), py::arg("line"), "Adds a line as the newest column.")
         .def_property_readonly("picture", &m_mode::picture, "an image; the newest column is at the right")
         .def_property_readonly("count", &m_mode::count, "columns that have been added")

@@ -31,14 +31,22 @@ mesh make_mesh(const float_array& positions, const index_array& faces) {
     return made;
 }
 
-py::array_t<float> matrix_of(const pose& at) {
-    py::array_t<float> made({4, 4});
+float_array matrix_of(const pose& at) {
+    float_array made({4, 4});
     auto m = made.mutable_unchecked<2>();
     for (int row = 0; row < 4; ++row)
         for (int column = 0; column < 4; ++column)
             m(row, column) = row == 3      ? (column == 3 ? 1.0F : 0.0F)
                              : column == 3 ? at.translation[row]
                                            : at.rotation[column][row];
+    return made;
+}
+
+float_array rotation_of(const pose& at) {
+    float_array made({3, 3});
+    auto m = made.mutable_unchecked<2>();
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column) m(row, column) = at.rotation[column][row];
     return made;
 }
 
@@ -55,11 +63,31 @@ pose pose_of(const float_array& matrix) {
     return made;
 }
 
+pose pose_of_parts(const std::optional<float_array>& rotation, vec3 translation) {
+    pose made{.translation = translation};
+    if (rotation) {
+        if (rotation->ndim() != 2 || rotation->shape(0) != 3 || rotation->shape(1) != 3)
+            throw usage_error{"the rotation of a pose is a 3 x 3 matrix"};
+        const auto m = rotation->unchecked<2>();
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 3; ++column) made.rotation[column][row] = m(row, column);
+    }
+    if (!is_rigid(made))
+        throw geometry_error{"the rotation of a pose must be orthonormal, without reflection, and its translation at "
+                             "most 1000 km, in metres"};
+    return made;
+}
+
 void bind_meshes(py::module_& module) {
-    py::class_<pose>(module, "pose", "Rigid transform from local to world coordinates.")
-        .def(py::init<>())
+    py::class_<pose> poses{module, "pose", "Rigid transform from local to world coordinates."};
+    bind_copies(poses);
+    poses.def(py::init<>())
         .def(py::init(&pose_of), py::arg("matrix"), "4 x 4 matrix, from local to world, metres")
+        .def(py::init(&pose_of_parts), py::arg("rotation") = py::none(), py::arg("translation") = vec3{0, 0, 0},
+             "3 x 3 rotation, by default the identity, and translation, metres")
+        .def(py::pickle(&matrix_of, &pose_of))
         .def_property_readonly("matrix", &matrix_of, "4 x 4, from local to world: a copy")
+        .def_property_readonly("rotation", &rotation_of, "3 x 3, from local to world: a copy")
         .def_property_readonly(
             "translation", [](const pose& self) { return self.translation; }, "metres")
         .def("point", &pose::point, py::arg("p"), "From local to world coordinates.")
@@ -74,8 +102,9 @@ void bind_meshes(py::module_& module) {
     module.def("look_at", &look_at, py::arg("from_"), py::arg("towards"), py::arg("lateral"),
                "Pose of a probe at `from_` that faces `towards` a point, its array along `lateral`.");
 
-    py::class_<mesh>(module, "mesh", "Indexed triangle mesh; faces are counter-clockwise seen from outside.")
-        .def(py::init(&make_mesh), py::arg("positions"), py::arg("faces"), "Copies N x 3 metres and M x 3 indices.")
+    py::class_<mesh> meshes{module, "mesh", "Indexed triangle mesh; faces are counter-clockwise seen from outside."};
+    bind_copies(meshes);
+    meshes.def(py::init(&make_mesh), py::arg("positions"), py::arg("faces"), "Copies N x 3 metres and M x 3 indices.")
         .def_property_readonly(
             "positions",
             [](const py::object& self) {
@@ -104,10 +133,6 @@ void bind_meshes(py::module_& module) {
         "A solid needle along z with its tip at (-diameter / 2, 0, 0); the bevel faces +x.");
     module.def("needle_diameter", &needle_diameter, py::arg("gauge"),
                "Outer diameter of a needle of 18 to 25 gauge, metres.");
-    module.def(
-        "load_obj", [](const std::string& path, float unit) { return load_obj(path, {.unit = unit}); }, py::arg("path"),
-        py::arg("unit"),
-        "Loads all faces of an OBJ file as one mesh; `unit` is the length of 1 in the file, such as mm.");
     module.def(
         "validate", [](const mesh& surface) { return explain(validate(surface)); }, py::arg("mesh"),
         "What is wrong with a mesh, in a sentence.");
@@ -152,9 +177,10 @@ void remove_from(const py::object& self, object_id id) {
 
 void bind_scene(py::module_& module) {
     bind_meshes(module);
-    py::class_<scene>(module, "scene", py::dynamic_attr(),
-                      "Closed surfaces, each filled with a medium, in a background.")
-        .def(py::init<const medium&>(), py::arg("background") = medium{})
+    py::class_<scene> scenes{module, "scene", py::dynamic_attr(),
+                             "Closed surfaces, each filled with a medium, in a background."};
+    bind_copies(scenes);
+    scenes.def(py::init<const medium&>(), py::arg_v("background", medium{}, "medium()"))
         .def(
             "add",
             [](scene& self, const mesh& surface, const medium& inside, int priority, const pose& at, std::string name,
@@ -166,8 +192,8 @@ void bind_scene(py::module_& module) {
                                  .fibres = fibres,
                                  .crease_angle = crease_angle});
             },
-            py::arg("mesh"), py::arg("medium"), py::kw_only(), py::arg("priority") = 0, py::arg("at") = pose{},
-            py::arg("name") = "", py::arg("fibres") = vec3{0, 0, 0},
+            py::arg("mesh"), py::arg("medium"), py::kw_only(), py::arg("priority") = 0,
+            py::arg_v("at", pose{}, "pose()"), py::arg("name") = "", py::arg("fibres") = vec3{0, 0, 0},
             py::arg("crease_angle") = object_settings{}.crease_angle,
             "Adds a closed surface and returns its id, which is also its label.")
         .def("remove", &remove_from, py::arg("id"), "Call build afterwards.")
@@ -203,7 +229,6 @@ void bind_scene(py::module_& module) {
                 return std::pair{box.lower, box.upper};
             },
             py::arg("id") = py::none(), "Lower and upper corner of all objects, or of one.")
-        .def("object_at", &object_at, py::arg("point"), "The object that gives the medium at a point, or None.")
         .def_property_readonly(
             "names",
             [](const scene& self) {
@@ -213,13 +238,6 @@ void bind_scene(py::module_& module) {
             },
             "Name of each object, by its id.")
         .def_property_readonly("is_built", &scene::is_built);
-    module.def(
-        "load_obj_scene",
-        [](const std::string& path, float unit, const medium& background) {
-            return load_obj_scene(path, {.unit = unit, .background = background});
-        },
-        py::arg("path"), py::arg("unit"), py::arg("background") = tissue::water,
-        "Loads an OBJ file; its materials are media. `unit` is the length of 1 in the file, such as mm.");
 }
 
 } // namespace insonify_python

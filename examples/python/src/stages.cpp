@@ -9,8 +9,8 @@ void bind_stages(py::module_& module) {
         [](const iq_lines& lines, const electronic_noise_settings& settings, const std::string& policy) {
             return run(policy, [&](const auto& chosen) { return add_electronic_noise(chosen, lines, settings); });
         },
-        py::arg("lines"), py::arg("settings") = electronic_noise_settings{}, py::kw_only(),
-        py::arg("policy") = "par_unseq", "Adds the noise of the receiver.");
+        py::arg("lines"), py::arg_v("settings", electronic_noise_settings{}, "electronic_noise_settings()"),
+        py::kw_only(), py::arg("policy") = "par_unseq", "Adds the noise of the receiver.");
     module.def(
         "envelope",
         [](const iq_lines& lines, const std::string& policy) {
@@ -22,15 +22,15 @@ void bind_stages(py::module_& module) {
         [](const scan_lines& lines, float frequency, const tgc_settings& settings, const std::string& policy) {
             return run(policy, [&](const auto& chosen) { return tgc(chosen, lines, frequency, settings); });
         },
-        py::arg("lines"), py::arg("frequency"), py::arg("settings") = tgc_settings{}, py::kw_only(),
+        py::arg("lines"), py::arg("frequency"), py::arg_v("settings", tgc_settings{}, "tgc_settings()"), py::kw_only(),
         py::arg("policy") = "par_unseq", "Time-gain compensation.");
     module.def(
         "log_compress",
         [](const scan_lines& lines, const log_compress_settings& settings, const std::string& policy) {
             return run(policy, [&](const auto& chosen) { return log_compress(chosen, lines, settings); });
         },
-        py::arg("lines"), py::arg("settings") = log_compress_settings{}, py::kw_only(), py::arg("policy") = "par_unseq",
-        "From amplitude to brightness, 0 black to 1 white.");
+        py::arg("lines"), py::arg_v("settings", log_compress_settings{}, "log_compress_settings()"), py::kw_only(),
+        py::arg("policy") = "par_unseq", "From amplitude to brightness, 0 black to 1 white.");
     module.def(
         "map_grey",
         [](const scan_lines& lines, const grey_map& map, const std::string& policy) {

@@ -1,0 +1,237 @@
+"""Values as Python handles them: pictures of arrays, poses, tissues, queries, files, copies."""
+import copy
+import pathlib
+import pickle
+import re
+import struct
+import zlib
+
+import numpy as np
+import pytest
+
+import insonify as us
+from insonify import deg, mm, tissue
+
+CUBE = """o block
+usemtl bone
+v 0 0 0
+v 2 0 0
+v 0 2 0
+v 0 0 2
+f 1 3 2
+f 1 2 4
+f 1 4 3
+f 2 3 4
+"""
+
+
+def read_png(path):
+    """Pixels of an 8-bit PNG file; rows of bytes. Filters: none, sub, up, average, Paeth."""
+    data, packed, at = path.read_bytes(), b"", 8
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        chunk = data[at + 8 : at + 8 + length]
+        if kind == b"IHDR":
+            columns, rows, bits, colour = struct.unpack(">IIBB", chunk[:10])
+        packed += chunk if kind == b"IDAT" else b""
+        at += length + 12
+    assert bits == 8
+    count = {0: 1, 2: 3}[colour]
+    raw = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(rows, 1 + count * columns)
+    made = np.zeros((rows + 1, count * (columns + 1)), int)  # a row above and a pixel at the left, black
+    for y, line in enumerate(raw, 1):
+        for x, value in enumerate(line[1:].astype(int), count):
+            left, up, corner = made[y, x - count], made[y - 1, x], made[y - 1, x - count]
+            paeth = min((left, up, corner), key=lambda each: abs(left + up - corner - each))
+            made[y, x] = (value + [0, left, up, (left + up) // 2, paeth][line[0]]) % 256
+    made = made[1:, count:]
+    return made if count == 1 else made.reshape(rows, columns, 3)
+
+
+def test_images_are_made_of_arrays(tmp_path):
+    values = np.random.default_rng(1).random((5, 7))
+    picture = us.image(values)
+    assert picture.size == (7, 5) and np.array_equal(picture.pixels, values.astype(np.float32))
+    values[0, 0] = -1
+    assert picture.pixels[0, 0] >= 0  # a copy
+    bytes_of = np.arange(35, dtype=np.uint8).reshape(5, 7) * 7
+    assert np.array_equal(us.image(bytes_of[:, ::-1]).pixels, bytes_of[:, ::-1] / np.float32(255))
+    colours = us.colour_image(np.dstack([bytes_of / 255] * 3))
+    assert colours.size == (7, 5) and np.array_equal(colours.pixels[..., 1], us.image(bytes_of).pixels)
+    assert us.image(np.zeros((0, 3))).size == (3, 0)
+    with pytest.raises(us.usage_error, match="rows x columns, not of 3 dimensions"):
+        us.image(np.zeros((5, 7, 3)))
+    with pytest.raises(us.usage_error, match="rows x columns x 3, not of 2 dimensions"):
+        us.colour_image(np.zeros((5, 7)))
+    with pytest.raises(us.usage_error, match="or rows x columns x 3 in colour"):
+        us.colour_image(np.zeros((5, 7, 4)))
+
+
+def test_arrays_are_written_as_png(tmp_path):
+    path = tmp_path / "of an array.png"
+    grey = np.random.default_rng(2).integers(0, 256, (13, 9)).astype(np.uint8)
+    for values in (grey, grey / 255, (grey / 255).astype(np.float32), us.image(grey)):
+        us.write_png(path, values)
+        assert np.array_equal(read_png(path), grey)
+    colours = np.random.default_rng(3).integers(0, 256, (6, 4, 3)).astype(np.uint8)
+    for values in (colours, colours / 255, us.colour_image(colours)):
+        us.write_png(str(path), values)
+        assert np.array_equal(read_png(path), colours)
+    us.write_png(path, grey > 99)
+    assert np.array_equal(read_png(path), np.where(grey > 99, 255, 0))
+    for wrong, sentence in ((np.zeros((4, 4), int), "not of int64; for labels"), (np.zeros(4), "rows x columns"), (np.zeros((4, 4, 2)), "x 3"),
+                            (np.zeros((0, 4)), "pixels"), (np.broadcast_to(0.0, (2, 20000)), "16384 pixels a side")):
+        with pytest.raises(us.usage_error, match=sentence):
+            us.write_png(path, wrong)
+
+
+def test_labels_are_saved_as_the_page_says(phantom, tmp_path):
+    body, machine = phantom(), us.scanner(us.linear_array(lines=64), us.b_mode_settings(depth=50 * mm, size=(40, 0), planes=1))
+    machine.scan(body, us.pose())
+    labels = machine.labels(body).pixels
+    assert labels.dtype == np.uint32 and us.background_label in labels
+    np.save(tmp_path / "labels.npy", labels)
+    assert np.array_equal(np.load(tmp_path / "labels.npy"), labels)
+    us.write_png(tmp_path / "labels.png", labels.astype(np.uint8))
+    seen = read_png(tmp_path / "labels.png")
+    assert np.array_equal(seen == 255, labels == us.background_label) and np.array_equal(seen == body.find("bone"), labels == body.find("bone"))
+
+
+def test_poses_of_parts():
+    turn = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
+    at = us.pose(rotation=turn, translation=(1 * mm, 2 * mm, 3 * mm))
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, (1 * mm, 2 * mm, 3 * mm)
+    assert at == us.pose(matrix) and np.array_equal(at.rotation, turn.astype(np.float32))
+    assert us.pose(rotation=at.rotation, translation=at.translation) == at
+    assert us.pose(translation=(0, 0, 1)).point((1, 0, 0)) == (1, 0, 1)
+    assert us.pose(rotation=turn.tolist()).translation == (0, 0, 0) and us.pose(at.rotation, at.translation) == at
+    assert us.pose(matrix.tolist()) == at and us.pose(matrix=matrix) == at
+    with pytest.raises(us.usage_error, match="3 x 3"):
+        us.pose(rotation=np.eye(4))
+    for wrong in (2 * np.eye(3), np.diag([1, 1, -1]), np.full((3, 3), np.nan)):
+        with pytest.raises(us.geometry_error, match="orthonormal"):
+            us.pose(rotation=wrong)
+
+
+def test_tissues_by_name():
+    assert tissue.find("bone") == tissue.bone and tissue.find("chalk") is None
+    assert len(set(tissue.names)) == len(tissue.names) > 30
+    for name in tissue.names:
+        assert tissue.find(name) == getattr(tissue, name)
+
+
+def test_queries(phantom):
+    body = phantom()  # a ball of bone, radius 8 mm, around (6, 0, 30) mm; a vein
+    bone, vein = body.find("bone"), body.find("vein")
+    assert body.medium_at((6 * mm, 0, 30 * mm)) == tissue.bone and body.medium_at((0, 0, 0)) == tissue.muscle
+    assert body.object_at((6 * mm, 0, 30 * mm)) == bone and body.object_at((0, 0, 0)) is None
+    hit = body.first_surface((6 * mm, 0, 0), (0, 0, 2))
+    assert hit.object == bone and hit.distance == pytest.approx(11 * mm, rel=2e-3)  # facets lie inside of the sphere
+    assert hit.point == pytest.approx((6 * mm, 0, 22 * mm), abs=0.03 * mm) and hit.normal[2] < -0.99
+    assert body.first_surface((6 * mm, 0, 0), (0, 0, -1)) is None
+    assert body.first_surface((6 * mm, 0, 0), (0, 0, 1), only=[vein]) is None
+    across = (-30 * mm, 0, 17 * mm), (1, 0, 0)
+    assert body.first_surface(*across).object == vein and body.first_surface(*across, only=[bone]) is None
+    near = body.nearest_surface(bone, (6 * mm, 0, 10 * mm))
+    assert near.distance == pytest.approx(12 * mm, rel=2e-3) and near.object == bone and near.face >= 0
+    with pytest.raises(us.usage_error, match="not zero"):
+        body.first_surface((0, 0, 0), (0, 0, 0))
+
+
+def test_obj_files(tmp_path):
+    path = tmp_path / "block.obj"
+    path.write_text(CUBE)
+    for given in (path, str(path)):
+        assert np.allclose(us.load_obj(given, unit=mm).positions.max(axis=0), 2 * mm)
+        body = us.load_obj_scene(given, unit=np.float64(mm), background=tissue.fat).build()
+        assert body.find("block") is not None and body.medium_at((1, 1, 1)) == tissue.fat
+        assert body.medium_at((0.2 * mm, 0.2 * mm, 0.2 * mm)) == tissue.bone
+    for load in (us.load_obj, us.load_obj_scene):
+        sentence = "unit: give the length of 1 in the file in metres, such as mm"
+        with pytest.raises(ValueError, match=f"^{sentence}$"):
+            load(path)
+        for wrong in ("mm", 0, -1, float("nan"), float("inf"), (1, 2)):
+            with pytest.raises(ValueError, match=re.escape(f"{sentence}, not {wrong!r}")):
+                load(path, unit=wrong)
+        with pytest.raises(us.io_error, match="nowhere.obj"):
+            load(pathlib.Path("nowhere.obj"), unit=mm)
+
+
+def test_signatures_are_short(phantom):
+    wrong = [lambda: us.b_mode("scene"), lambda: phantom().add("mesh"), lambda: us.load_obj_scene("a.obj", unit=mm, background="fat"),
+             lambda: us.scanner("probe"), lambda: us.tgc("lines"), lambda: us.colour_doppler("scene"), lambda: us.scene("fat")]
+    for call in wrong:
+        with pytest.raises(TypeError) as caught:
+            call()
+        longest = max(map(len, str(caught.value).splitlines()))
+        assert longest < 300, str(caught.value)
+    assert "settings: insonify.b_mode_settings = b_mode_settings()" in us.b_mode.__doc__
+    assert "background: insonify.medium = tissue.water" in us.load_obj_scene.__doc__
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
+def test_scenes_are_copied(copied, phantom):
+    body, probe, how = phantom(), us.linear_array(lines=64), us.b_mode_settings(depth=50 * mm, size=(40, 0), planes=1)
+    before = us.b_mode(body, probe, us.pose(), how)
+    held = body.positions(body.find("bone"))
+    other = copied(body)
+    assert type(other) is us.scene and other.names == body.names and other.is_built
+    assert us.b_mode(other, probe, us.pose(), how) == before
+    other.positions(other.find("bone"))[:, 2] -= 8 * mm
+    other.update()
+    other.set_medium(other.find("vein"), tissue.air)
+    assert us.b_mode(other, probe, us.pose(), how) != before and us.b_mode(body, probe, us.pose(), how) == before
+    other.remove(other.find("bone"))  # `held` is of the other scene
+    assert held.shape[1] == 3 and len(body.names) == 2
+
+
+def test_arrays_and_poses_are_copied(phantom):
+    picture = us.b_mode(phantom(), us.linear_array(lines=16), us.pose(), us.b_mode_settings(depth=20 * mm, size=(16, 0), planes=1))
+    for one in (picture, us.scan_lines(np.ones((2, 3)), depth=1 * mm), us.pose(translation=(1, 2, 3)), us.colour_image(np.ones((2, 2, 3)))):
+        assert copy.copy(one) == one and copy.deepcopy([one])[0] == one
+    other = copy.deepcopy(picture)
+    other.pixels[:] = 0.5
+    assert other != picture
+    ball = us.make_sphere((0, 0, 0), 1 * mm)
+    assert not np.shares_memory(copy.copy(ball).positions, ball.positions)
+
+
+def test_settings_and_poses_are_pickled():
+    how = us.b_mode_settings(depth=42 * mm, size=(160, 0))
+    how.compound.update, how.time_gain.curve = "one", [us.tgc_point(depth=1 * mm, gain_db=3)]
+    steered = us.look_at((1, 2, 3), (2, 2, 5), (1, 0, 0))
+    for one in (how, us.convex_array(field_of_view=50 * deg), tissue.muscle, steered, us.indentation(at=steered, depth=2 * mm), us.physical(seed=3)):
+        again = pickle.loads(pickle.dumps(one))
+        assert type(again) is type(one) and repr(again) == repr(one)
+    assert pickle.loads(pickle.dumps(how)) == how
+
+
+def test_version():
+    number = int(re.search(r"INSONIFY_VERSION (\d+)", (pathlib.Path(__file__).parents[3] / "include/insonify/core/version.hpp").read_text())[1])
+    assert us.__version__ == f"{number // 10000}.{number // 100 % 100}.{number % 100}"
+
+
+def test_the_page_lists_what_python_lacks():
+    """Each public name of the pages that the table names is either in the module or in the table."""
+    folder = pathlib.Path(__file__).resolve().parent.parent
+    rows = re.findall(r"^\| \[\w+\]\((.+)#public-names\) \| (.+) \|$", (folder / "README.md").read_text(), re.M)
+    assert len(rows) == 10
+    for page, listed in rows:
+        names = (folder / page).read_text().split("## Public names")[1].split("\n## ")[0]
+        names = [name for name in re.findall(r"`(\w+)`", names) if name not in dir(us.scene)]
+        assert re.findall(r"`(\w+)`", listed) == [name for name in dict.fromkeys(names) if not hasattr(us, name)], page
+
+
+def test_the_lines_of_the_page_run(phantom, tmp_path, monkeypatch):
+    """OBJ files and labels; the other blocks are those of the other tests."""
+    (tmp_path / "calf.obj").write_text(CUBE)
+    monkeypatch.chdir(tmp_path)
+    machine = us.scanner(us.linear_array(lines=32), us.b_mode_settings(depth=50 * mm, size=(40, 0), planes=1))
+    machine.scan(phantom(), us.pose())
+    page = (pathlib.Path(__file__).resolve().parent.parent / "README.md").read_text()
+    for title in ("## OBJ files", "## Labels"):
+        block = page.split(title)[1].split("```python\n")[1].split("```")[0]
+        exec(block, {"us": us, "np": np, "mm": mm, "tissue": tissue, "machine": machine, "body": phantom()})
+    labels = np.load("labels.npy")
+    assert np.array_equal(read_png(tmp_path / "labels.png"), labels.astype(np.uint8)) and set(np.unique(labels)) == {0, 1, us.background_label}
