@@ -70,7 +70,7 @@ def test_freeze_and_cine_loop(phantom):
         machine.show(4)
     with pytest.raises(IndexError, match="4 frames are stored"):
         machine.cine[4]
-    with pytest.raises(us.usage_error, match="call `scan` first"):
+    with pytest.raises(us.usage_error, match="there is no picture yet"):
         machine_of().labels(body)
 
 
