@@ -63,7 +63,8 @@ TEST_CASE("settings of traces out of range are refused with a sentence") {
          },
          "camera: `extent` must be two finite lengths"},
         {[&] { perspective_camera{.field_of_view = 4}.check(); }, "camera: `field_of_view` must lie between 0 and 180"},
-        {[&] { b_mode(exec::seq, one, probe, pose{}, {.tgc = -1}); }, "b_mode: `tgc` must be finite and above 0, in dB/m at 1 MHz"},
+        {[&] { b_mode(exec::seq, one, probe, pose{}, {.tgc = -1}); },
+         "b_mode: `tgc` must be finite and above 0, in dB/m at 1 MHz"},
     });
 }
 
