@@ -12,7 +12,7 @@ inline float unit_of(const std::string& length) {
     const std::size_t number_end = std::min(length.find_first_not_of("0123456789."), length.size());
     const std::string unit = length.substr(number_end);
     const float metres = unit == "mm" ? 1e-3F : unit == "cm" ? 1e-2F : unit == "m" ? 1.0F : 0.0F;
-    const float number = number_end > 0 ? std::strtof(length.c_str(), nullptr) : 1.0F;
+    const float number = number_end > 0 ? parse_number("the unit", length.substr(0, number_end)) : 1.0F;
     if (!(number * metres > 0))
         throw std::invalid_argument{"the unit is '" + length + "'; it must be a length in mm, cm or m, such as 1mm"};
     return number * metres;

@@ -1908,7 +1908,7 @@ class thread_pool {
         }
     }
 
-    // Asked once: the C library may read a file for it.
+    // Queried once: the C library may read a file for it.
     const std::uint32_t processors_ = std::max(1U, std::thread::hardware_concurrency());
     std::mutex mutex_{};
     std::atomic<std::uint32_t> offers_{0};     // number of offers

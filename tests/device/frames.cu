@@ -125,7 +125,7 @@ bool same_frame(const char* title, const scene& body, const Model& model, const 
     const double level = 10 * std::log10(difference / power + 1e-30);
     std::printf("%s, %u plane(s): difference %.0f dB, %u lines do not fit; %.2f ms\n", title, planes, level, too_long,
                 static_cast<double>(time));
-    return level < -50 && too_long == 0;
+    return level < -85 && too_long == 0;
 }
 
 int run() {
