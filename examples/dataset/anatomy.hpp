@@ -1,6 +1,7 @@
 #ifndef INSONIFY_DATASET_ANATOMY_HPP
 #define INSONIFY_DATASET_ANATOMY_HPP
 
+#include "../anatomy_check.hpp"
 #include "../nerve_block_phantom.hpp"
 #include "sample.hpp"
 #include <algorithm>
@@ -57,7 +58,7 @@ class anatomies {
             originals_.push_back(
                 load_obj_scene(file, {.unit = d.unit * 1_mm, .background = *tissue::find(d.background)}));
             files_.push_back(file);
-            check(originals_.back(), file, d.unit * 1_mm);
+            check_anatomy(originals_.back(), file, d.unit * 1_mm);
         }
         std::vector<std::string> found;
         for (std::size_t i = 0; i < originals_.size(); ++i) {
@@ -119,30 +120,6 @@ class anatomies {
     }
 
   private:
-    /// @param unit  that the file was read in, metres
-    /// @throws geometry_error  for an object that is not closed, and for a body smaller than 2 mm or larger than 3 m
-    static void check(const scene& body, const std::string& file, float unit) {
-        aabb box;
-        for (const object& one : body.objects()) {
-            if (const mesh_report report = validate(one.surface); !report.closed())
-                throw geometry_error{file + ": object '" + name_of(one) + "': " + explain(report)};
-            for (const vec3 p : one.surface.positions) box = merged(box, one.at.point(p));
-        }
-        const vec3 size = box.size();
-        const float largest = max(size.x, max(size.y, size.z));
-        if (largest >= 2_mm && largest <= 3) return;
-        struct known {
-            const char *name, *symbol;
-            float length;
-        };
-        std::string advice = "; give the unit of the file, such as --unit 1mm";
-        for (const known& other : {known{"centimetres", "cm", 1_cm}, known{"millimetres", "mm", 1_mm},
-                                   known{"metres", "m", 1_m}}) // the last that fits is the most common one
-            if (const float meant = largest / unit * other.length; meant >= 20_mm && meant <= 2.5F)
-                advice = std::string{"; is the file in "} + other.name + "? --unit 1" + other.symbol;
-        throw geometry_error{file + ": the body is " + detail::number_text(1e3F * largest) + " mm large" + advice};
-    }
-
     /// Deforms the body, but not the needle, where the probe is pressed into it.
     /// @param outside  a point in front of the surface: gel that contains it makes way
     template <transducer Probe>

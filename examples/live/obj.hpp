@@ -1,6 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_OBJ_HPP
 #define INSONIFY_EXAMPLES_LIVE_OBJ_HPP
 
+#include "../anatomy_check.hpp"
 #include "session.hpp"
 #include <stdexcept>
 #include <string>
@@ -24,16 +25,9 @@ inline float unit_of(const std::string& length) {
 /// @param background  medium around its objects
 /// @throws std::runtime_error  for a file that cannot be read, or a mesh that is open, naming the object and what to do
 inline session session_of_obj(const std::string& path, float unit, const medium& background = patient::air) {
-    scene body = load_obj_scene(path, {.unit = unit, .background = background}).build(exec::par);
-    for (const object& one : body.objects()) {
-        const mesh_report report = validate(one.surface);
-        if (!report.closed()) throw std::runtime_error{path + ": object '" + one.name + "': " + explain(report)};
-    }
-    const vec3 size = body.box().size();
-    if (const float largest = std::max({size.x, size.y, size.z}); largest < 2_mm || largest > 3)
-        throw std::runtime_error{path + ": the body is " + insonify::detail::number_text(1e3F * largest) +
-                                 " mm large; give the unit of the file, such as --unit " +
-                                 (largest < 2_mm ? "1m" : "1mm")};
+    scene body = load_obj_scene(path, {.unit = unit, .background = background});
+    check_anatomy(body, path, unit);
+    body.build(exec::par);
     return session{std::move(body)};
 }
 

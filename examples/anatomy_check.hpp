@@ -1,0 +1,34 @@
+#ifndef INSONIFY_EXAMPLES_ANATOMY_CHECK_HPP
+#define INSONIFY_EXAMPLES_ANATOMY_CHECK_HPP
+
+#include <insonify/insonify.hpp>
+#include <string>
+
+/// Refuses what cannot be an anatomy: open surfaces, and a body smaller than 2 mm or larger than 3 m, which was read in the
+/// wrong unit.
+/// @param unit  that the file was read in, metres
+/// @throws insonify::geometry_error  naming the object and what to do, or the likely unit
+inline void check_anatomy(const insonify::scene& body, const std::string& file, float unit) {
+    using namespace insonify;
+    aabb box;
+    for (const object& one : body.objects()) {
+        if (const mesh_report report = validate(one.surface); !report.closed())
+            throw geometry_error{file + ": object '" + one.name + "': " + explain(report)};
+        for (const vec3 p : one.surface.positions) box = merged(box, one.at.point(p));
+    }
+    const vec3 size = box.size();
+    const float largest = max(size.x, max(size.y, size.z));
+    if (largest >= 2_mm && largest <= 3) return;
+    struct known {
+        const char *name, *symbol;
+        float length;
+    };
+    std::string advice = "; give the unit of the file, such as --unit 1mm";
+    for (const known& other : {known{"centimetres", "cm", 1_cm}, known{"millimetres", "mm", 1_mm},
+                               known{"metres", "m", 1_m}}) // the last that fits is the most common one
+        if (const float meant = largest / unit * other.length; meant >= 20_mm && meant <= 2.5F)
+            advice = std::string{"; is the file in "} + other.name + "? --unit 1" + other.symbol;
+    throw geometry_error{file + ": the body is " + detail::number_text(1e3F * largest) + " mm large" + advice};
+}
+
+#endif
