@@ -3011,6 +3011,75 @@ class line_nodes {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#ifndef INSONIFY_ACOUSTICS_LINE_PARTS_HPP
+#define INSONIFY_ACOUSTICS_LINE_PARTS_HPP
+
+#include <cstdint>
+
+/// Parts of a line, a register at a time: see `sheet_crossings`.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Metres along a line.
+struct line_interval {
+    float begin = 0, end = 0;
+};
+
+/// Values that are linear along a line, one in each lane.
+struct linear_lanes {
+    using floats = lanes<max_simd_width>;
+    floats first, step;
+
+    INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const { return multiply_add(distance, step, first); }
+    /// Shortens an interval to its part where least <= value < most; never beyond its ends.
+    INSONIFY_FN INSONIFY_INLINE void clip(const floats& least, const floats& most, floats& begin, floats& end) const {
+        const floats size = max(abs(step), floats(1e-3F)), // no select: compilers divide on both sides of it
+            per_step = select(step < floats(0.0F), floats(-1.0F), floats(1.0F)) / size;
+        const floats a = (least - first) * per_step, b = (most - first) * per_step;
+        const floats from = min(max(begin, min(a, b)), end);
+        end = max(min(end, max(a, b)), begin);
+        begin = from;
+    }
+};
+
+/// Parts of the line within one layer of cells, or one row.
+struct part_list {
+    static constexpr std::uint32_t room = 64;
+    float begin[room], end[room], wave[room], wave_step[room], layer[room], row[room];
+    std::uint32_t of_layer[room]; // random bits
+    std::uint32_t count = 0;
+
+    INSONIFY_FN bool full() const { return count == room; }
+    INSONIFY_FN void push(line_interval within, const line_nodes::linear& displaced, float in_layer, float in_row,
+                          std::uint32_t random) {
+        begin[count] = within.begin;
+        end[count] = within.end;
+        wave[count] = displaced.first;
+        wave_step[count] = displaced.step;
+        layer[count] = in_layer;
+        row[count] = in_row;
+        of_layer[count++] = random;
+    }
+};
+
+/// A register full of a list. Behind its end all is 0, so that parts are empty.
+struct part_lanes {
+    using floats = lanes<max_simd_width>;
+    floats begin, end, layer, row;
+    linear_lanes wave;
+    INSONIFY_FN INSONIFY_INLINE part_lanes(const part_list& of, std::uint32_t i) {
+        const auto listed =
+            floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) < floats(static_cast<float>(of.count));
+        const auto at = [&](const float* list) { return select(listed, load<max_simd_width>(list + i), floats(0.0F)); };
+        begin = at(of.begin);
+        end = at(of.end);
+        layer = at(of.layer);
+        row = at(of.row);
+        wave = {at(of.wave), at(of.wave_step)};
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -3060,9 +3129,10 @@ class sheet_crossings {
         waves.for_each_piece(points.first, points.last() + 1e-3F * points.spacing,
                              [&](float begin, float end, const linear& wave) {
                                  const linear z = displaced(2, wave);
+                                 const float per_step = (z.step < 0 ? -1.0F : 1.0F) / max(std::fabs(z.step), 1e-3F);
                                  for_each_cell(z.first + begin * z.step, z.first + end * z.step, [&](float layer) {
                                      if (layers.full()) enter_rows(layers, rows, points);
-                                     const interval within = passage(z, layer, {begin, end});
+                                     const interval within = passage(z, per_step, layer, {begin, end});
                                      if (within.begin < within.end) layers.push(within, wave, layer, 0, 0);
                                  });
                              });
@@ -3074,64 +3144,8 @@ class sheet_crossings {
     using floats = lanes<max_simd_width>;
     using bits = bit_lanes<max_simd_width>;
     using linear = line_nodes::linear;
+    using interval = line_interval;
     static constexpr std::uint32_t max_cells = 256; // along one axis; of more, that many
-
-    struct interval {
-        float begin = 0, end = 0; // metres along the line
-    };
-    struct linear_lanes {
-        floats first, step;
-        INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const {
-            return multiply_add(distance, step, first);
-        }
-        // The part of an interval where |value| < limit, or 0 <= value < 1.
-        INSONIFY_FN INSONIFY_INLINE void clip(const floats& least, const floats& most, floats& begin,
-                                              floats& end) const {
-            const floats size = max(abs(step), floats(1e-3F)), // no select: compilers divide on both sides of it
-                per_step = select(step < floats(0.0F), floats(-1.0F), floats(1.0F)) / size;
-            const floats a = (least - first) * per_step, b = (most - first) * per_step;
-            begin = max(begin, min(a, b));
-            end = min(end, max(a, b));
-        }
-    };
-
-    // Parts of the line within one layer of cells, or one row.
-    struct part_list {
-        static constexpr std::uint32_t room = 64;
-        float begin[room], end[room], wave[room], wave_step[room], layer[room], row[room];
-        std::uint32_t of_layer[room]; // random bits
-        std::uint32_t count = 0;
-
-        INSONIFY_FN bool full() const { return count == room; }
-        INSONIFY_FN void push(interval within, const linear& displaced, float in_layer, float in_row,
-                              std::uint32_t random) {
-            begin[count] = within.begin;
-            end[count] = within.end;
-            wave[count] = displaced.first;
-            wave_step[count] = displaced.step;
-            layer[count] = in_layer;
-            row[count] = in_row;
-            of_layer[count++] = random;
-        }
-    };
-
-    // A register full of a list. Behind its end all is 0, so that parts are empty.
-    struct part_lanes {
-        floats begin, end, layer, row;
-        linear_lanes wave;
-        INSONIFY_FN INSONIFY_INLINE part_lanes(const part_list& of, std::uint32_t i) {
-            const auto listed =
-                floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) < floats(static_cast<float>(of.count));
-            const auto at = [&](const float* list) {
-                return select(listed, load<max_simd_width>(list + i), floats(0.0F));
-            };
-            begin = at(of.begin);
-            end = at(of.end);
-            layer = at(of.layer);
-            row = at(of.row);
-            wave = {at(of.wave), at(of.wave_step)};
-        }
-    };
 
     // A coordinate in cells where the lattice is displaced.
     INSONIFY_FN linear displaced(int axis, const linear& wave) const {
@@ -3142,19 +3156,18 @@ class sheet_crossings {
         return {multiply_add(aside, wave.first, floats(place_[axis].first)),
                 multiply_add(aside, wave.step, floats(place_[axis].step))};
     }
-    // The part of an interval where a coordinate is in a cell.
-    INSONIFY_FN static interval passage(const linear& coordinate, float cell, interval within) {
-        const float per_step = (coordinate.step < 0 ? -1.0F : 1.0F) / max(std::fabs(coordinate.step), 1e-3F);
+    // The part of an interval where a coordinate is in a cell; `per_step` is one over its change per metre, which is at least
+    // 1e-3.
+    INSONIFY_FN static interval passage(const linear& coordinate, float per_step, float cell, interval within) {
         const float a = (cell - coordinate.first) * per_step, b = (cell + 1 - coordinate.first) * per_step;
         return {max(within.begin, min(a, b)), min(within.end, max(a, b))};
     }
     template <class Visit>
     INSONIFY_FN static void for_each_cell(float from, float to, const Visit& visit) {
-        const float first = std::floor(min(from, to)), last = std::floor(max(from, to));
-        const float step = 1 + std::floor((last - first) / max_cells);
-        const float steps = (last - first) / step;
-        if (!(steps >= 0 && steps <= max_cells)) return; // a coordinate that is not finite
-        for (std::uint32_t i = 0; i <= static_cast<std::uint32_t>(steps); ++i)
+        const float first = std::floor(min(from, to)), others = std::floor(max(from, to)) - first;
+        if (!is_finite(others)) return;
+        const float step = 1 + std::floor(others * (1.0F / max_cells));
+        for (std::uint32_t i = 0; static_cast<float>(i) * step <= others; ++i)
             visit(first + static_cast<float>(i) * step);
     }
 
@@ -3216,8 +3229,8 @@ class sheet_crossings {
         floats begin, end;
     };
 
-    // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its profile ends
-    // at four standard deviations.
+    // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its profile
+    // ends at four standard deviations.
     INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<max_simd_width>& holds_sheet,
                            const gain_points& points) const {
         const floats one(1.0F), half(0.5F);
@@ -3533,13 +3546,15 @@ class sheath_gains {
     /// @param length         of the segment, metres
     /// @param surface        distance of the surface, metres from the same origin
     /// @param cosine         of the angle of incidence on it; negative where the line leaves the object, 0: no sheath
+    /// @param max_range      length of the line that the sheath may take, metres: to the middle of a thin object, where it
+    ///                       meets the sheath of the surface on the other side
     INSONIFY_FN sheath_gains(const structure::sheath_layer& of, vec3 origin, vec3 along, float fnumber,
-                             std::uint32_t key, float length, float surface, float cosine)
+                             std::uint32_t key, float length, float surface, float cosine, float max_range)
         : of_{of}, origin_{origin}, along_{along}, fnumber_{fnumber}, key_{key}, surface_{surface}, cosine_{cosine} {
         if (!(of.thickness > 0) || cosine == 0) return;
-        const float range = 2 * of.thickness / max(std::fabs(cosine), 1e-3F);
-        begin_ = max(cosine > 0 ? surface : surface - range, 0);
-        end_ = min(cosine > 0 ? surface + range : surface, length);
+        range_ = min(2 * of.thickness / max(std::fabs(cosine), 1e-3F), max_range);
+        begin_ = max(cosine > 0 ? surface : surface - range_, 0);
+        end_ = min(cosine > 0 ? surface + range_ : surface, length);
     }
 
     /// Multiplies complex amplitudes at equal steps from a distance on; metres from the origin of the segment. The arrays have
@@ -3564,7 +3579,8 @@ class sheath_gains {
                 return power_of_two<max_simd_width>(away * away * floats(-0.72134752F));
             };
             const floats both = multiply_add(line(0.85F), other_.at(here, step), line(0.1F));
-            const floats gain = multiply_add(level_.at(here, step), both, floats(1.0F));
+            const floats gain = select(abs(distance) < floats(range_),
+                                       multiply_add(level_.at(here, step), both, floats(1.0F)), floats(1.0F));
             store(load<max_simd_width>(real + i) * gain, real + i);
             store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
         }
@@ -3603,7 +3619,8 @@ class sheath_gains {
     float fnumber_;
     std::uint32_t key_;
     float surface_, cosine_;
-    float begin_ = 0, end_ = 0; // of the sheath, metres from the origin
+    float range_ = 0;           // length of the sheath, metres along the line
+    float begin_ = 0, end_ = 0; // of it, metres from the origin
     bool prepared_ = false;
     line_nodes thickness_, level_,
         other_; // relative to the mean; amplitude of the first line, and of the other relative to it
@@ -3611,6 +3628,7 @@ class sheath_gains {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <cfloat>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -3632,8 +3650,8 @@ class structured_line {
                                                                                line.own_surfaces.x)},
           before_exit_{sheath_at(line, segment, end - begin, key, line.surfaces.y - begin, -line.own_surfaces.y)} {}
 
-    /// Multiplies `count` complex amplitudes, at equal steps from a distance on, metres along the line; distances never decrease.
-    /// The arrays have room for whole registers.
+    /// Multiplies `count` complex amplitudes, at equal steps from a distance on, metres along the line; distances never
+    /// decrease. The arrays have room for whole registers.
     INSONIFY_FN void apply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
         window_.multiply(first - begin_, step, count, real, imaginary);
         behind_entry_.apply(first - begin_, step, count, real, imaginary);
@@ -3643,7 +3661,16 @@ class structured_line {
   private:
     INSONIFY_FN static sheath_gains sheath_at(const material_line& line, const rest_line& segment, float length,
                                               std::uint32_t key, float surface, float cosine) {
-        return {line.structure->of.sheath, segment.origin, segment.along, line.fnumber, key, length, surface, cosine};
+        const bool both_own = line.own_surfaces.x != 0 && line.own_surfaces.y != 0;
+        return {line.structure->of.sheath,
+                segment.origin,
+                segment.along,
+                line.fnumber,
+                key,
+                length,
+                surface,
+                cosine,
+                both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX};
     }
 
     structure_gains gains_;
@@ -3954,7 +3981,8 @@ using poisson_scatterers = cell_field<poisson_numbers>;
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run.
+/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run, but grows by 24 dB at
+/// most from one scatterer to the next.
 struct scatterer_echoes {
     float depth = 0;                  ///< of the first echo, metres
     float step = 0;                   ///< metres, 0 or more
@@ -3966,8 +3994,7 @@ struct scatterer_echoes {
     vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
 };
 
-/// The specular echo of a surface that is curved, or that repeats its echo because sound goes to and fro in a thin layer above
-/// it.
+/// The specular echo of a plane or curved surface, with its repetitions where sound goes to and fro in a thin layer above it.
 struct curved_echo {
     float depth = 0;     ///< displayed, metres
     float amplitude = 0; ///< of the whole echo, before the aperture has its part
@@ -4002,8 +4029,8 @@ struct curved_echo {
 /// reduced in cycles, in double precision, so it is accurate at any depth.
 ///
 /// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those with
-/// `curved_surface` receive the echoes of curved surfaces there. The tracer substitutes one that compensates for the kernels
-/// of later stages.
+/// `curved_surface` receive specular echoes there instead, unless all incidence is normal. The tracer substitutes one that
+/// compensates for the kernels of later stages.
 /// Source: demodulation to baseband of an echo with delay 2 z / c0.
 class echo_line {
   public:
@@ -4045,10 +4072,13 @@ class echo_line {
 
     /// Adds the echoes of scatterers.
     INSONIFY_FN void scatterers(const scatterer_echoes& run) const {
-        constexpr float min_level = 1e-15F; // -300 dB: the ratio could overflow below
-        const float ratio = run.first_level > min_level && run.last_level > 0
-                                ? std::exp2(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count))
-                                : 1.0F;
+        constexpr float min_level = 1e-15F, // -300 dB
+            max_log_ratio = 4;              // 24 dB from one to the next: higher powers could overflow
+        const float ratio =
+            run.first_level > min_level && run.last_level > 0
+                ? std::exp2(
+                      min(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count), max_log_ratio))
+                : 1.0F;
         add(run.depth, run.step, run.count, run.real, run.imaginary, run.first_level, ratio);
     }
 
@@ -4095,6 +4125,7 @@ class echo_line {
                 }
             else
                 for (std::uint32_t i = 0; i < width && i < count - first; ++i) add_pair(sample[i], here[i], next[i]);
+            if (count - first <= width) return;
             const floats next_x = carrier_x * factor_x - carrier_y * factor_y;
             carrier_y = carrier_x * factor_y + carrier_y * factor_x;
             carrier_x = next_x;
@@ -4342,8 +4373,15 @@ namespace insonify::inline INSONIFY_ABI {
 struct refracted_layer {
     float cosine = 1;         ///< of the angle of incidence at its beginning
     float length_factor = 1;  ///< length of the ray over that of the line
-    float saved = 0;          ///< metres by which the ray is ahead at the beginning: its path in this layer is shorter
+    float enters_at = 0;      ///< where the ray enters it: metres of the ray from its beginning; below 0: before
     std::uint32_t before = 0; ///< medium of the layer before
+
+    /// Length of the ray within the layer, down to a point of the line `along` metres below its beginning: 0 until the ray
+    /// enters. Above its beginning (`along` < 0) it is extrapolated.
+    INSONIFY_FN float length(float along) const {
+        const float whole = length_factor * along;
+        return max(whole - enters_at, min(whole, 0));
+    }
 };
 
 namespace detail {
@@ -4378,16 +4416,15 @@ class line_refraction {
             const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
             found.length_factor = clamp(end.z / towards, 0.25F, 4);
             // Where ray and line end on a surface that the ray grazes, it is not plane as far as they are apart.
-            const float bound = min(3 * std::sqrt(dot(ahead_, ahead_)), max_saved);
-            found.saved = clamp(dot(end, ahead_) / towards, -bound, bound);
-            const float travelled = max(found.length_factor * length - found.saved, 0);
-            ahead_ = ahead_ + travelled * direction_ - vec3{0, 0, length};
+            const float bound = min(3 * std::sqrt(dot(ahead_, ahead_)), max_entry);
+            found.enters_at = clamp(dot(end, ahead_) / towards, -bound, bound);
+            ahead_ = ahead_ + found.length(length) * direction_ - vec3{0, 0, length};
         }
         return found;
     }
 
   private:
-    static constexpr float max_saved = 0.02F; // metres: surfaces are not plane as far as that
+    static constexpr float max_entry = 0.02F; // metres: surfaces are not plane as far as that
 
     INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
 
@@ -4450,6 +4487,13 @@ struct echo_path {
     float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
     refracted_layer refraction{}; ///< of the present layer
     layer_gains gains{};          ///< of the present layer
+
+    /// Attenuation there and back, down to a point of the line, dB.
+    /// @param along      metres below the beginning of the present layer
+    /// @param per_metre  attenuation of its medium, there and back, dB/m
+    INSONIFY_FN float lost_at(float along, float per_metre) const {
+        return lost_db + per_metre * refraction.length(along);
+    }
 };
 
 namespace detail {
@@ -4481,39 +4525,6 @@ INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line&
 #ifndef INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 #define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 
-#ifndef INSONIFY_ACOUSTICS_PROPAGATION_HPP
-#define INSONIFY_ACOUSTICS_PROPAGATION_HPP
-
-
-/// How the state of the wave changes within the layers of a line, by a model's `timing` and `attenuation`.
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Attenuation there and back in a medium, dB per metre of the line.
-template <class Model>
-INSONIFY_FN float loss_per_metre(const Model& model, const traced_line& line, const medium& m, const echo_path& path) {
-    return path.refraction.length_factor * model.attenuation(m, line.frequency);
-}
-
-/// Sound enters a layer, without the transmission of its surface.
-template <class Model>
-INSONIFY_FN void enter(const Model& model, const traced_line& line, line_refraction<Model>& refraction,
-                       const layer& here, echo_path& path) {
-    path.refraction = refraction.next();
-    if (path.refraction.saved != 0)
-        path.lost_db =
-            max(path.lost_db - path.refraction.saved * model.attenuation(line.media[here.medium], line.frequency), 0);
-}
-
-/// Sound passes through a layer to its end.
-template <class Model>
-INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
-    const medium& m = line.media[here.medium];
-    path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
-    path.lost_db += (here.end - here.begin) * loss_per_metre(model, line, m, path);
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
 #ifndef INSONIFY_ACOUSTICS_STRAIGHTENED_HPP
 #define INSONIFY_ACOUSTICS_STRAIGHTENED_HPP
 
@@ -4564,7 +4575,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     const float begin = path.shown + path.gains.least_deeper();
     if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
     const float displayed = displayed_stretch(model.timing, m);
-    const float loss = loss_per_metre(model, line, m, path);
+    const float attenuation = model.attenuation(m, line.frequency); // dB/m
     const float sigma = sigma_of(line);
     float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
     if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
@@ -4603,7 +4614,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
         };
         const auto level_at = [&](float distance, const aperture_gain& gain) {
             const float arrived =
-                arriving(path.lost_db + (distance - here.begin) * loss, shown_at(distance, gain), gain.speckle);
+                arriving(path.lost_at(distance - here.begin, attenuation), shown_at(distance, gain), gain.speckle);
             return min(level * arrived, 1e20F); // keeps sums finite
         };
         const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
@@ -4620,9 +4631,29 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#ifndef INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
+#define INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
+
 #ifndef INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
 #define INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
 
+#ifndef INSONIFY_ACOUSTICS_PROPAGATION_HPP
+#define INSONIFY_ACOUSTICS_PROPAGATION_HPP
+
+
+/// How the state of the wave changes within the layers of a line, by a model's `timing` and `attenuation`.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Sound passes through a layer to its end.
+template <class Model>
+INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
+    const medium& m = line.media[here.medium];
+    path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
+    path.lost_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #include <cmath>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -4661,18 +4692,53 @@ INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, c
     if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
     layer tissue = obstacle; // beside it
     tissue.medium = behind.medium;
-    echo_path around = above;
-    around.refraction = below.refraction;
+    echo_path around = above; // straight on
+    around.refraction.enters_at = 0;
     pass(model, line, tissue, around);
-    const float through = below.passed / above.passed * amplitude_of_decibels(around.lost_db - below.lost_db);
+    const float through = below.passed / above.passed * amplitude_of_decibels(min(around.lost_db - below.lost_db, 300));
     if (!(through < 0.5F)) return false;
     const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
     if (beside == 0) return false;
     const float power = (1 - beside) * through * through + beside;
     below.shown += beside / power * (around.shown - below.shown);
     below.lost_db = around.lost_db;
+    below.refraction.enters_at = 0; // what passes beside it arrives straight
     below.passed = above.passed * std::sqrt(power);
     return true;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Follows sound along a line from layer to layer: for the echoes that a model emits, and for what arrives at each depth.
+/// @param at_surface  at_surface(i, here, path): the transmission into layer i, there and back; called where it is of another
+///                    medium than the layer above, at whose end `path` lies
+/// @param in_layer    in_layer(i, here, path): called at the beginning of each layer; false ends the walk
+template <class Model, class AtSurface, class InLayer>
+INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const AtSurface& at_surface,
+                              const InLayer& in_layer) {
+    echo_path path{}, above{}; // at the end of the layer before, and of the one before that
+    line_refraction<Model> refraction{model, line};
+    for (std::size_t i = 0; i < line.layers.size(); ++i) {
+        layer here = line.layers[i];
+        echo_path entered = path;
+        entered.refraction = refraction.next();
+        entered.gains = path.gains.next(line.gains, here);
+        if (here.medium != entered.refraction.before) {
+            here.cosine = entered.refraction.cosine;
+            entered.passed *= at_surface(i, here, path);
+            if (add_sound_beside(model, line, line.layers[i - 1], here, above, entered) &&
+                entered.gains.at_steps.empty())
+                entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
+        }
+        above = path;
+        path = entered;
+        if (!in_layer(i, here, path)) return;
+        pass(model, line, here, path);
+    }
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -5090,39 +5156,30 @@ struct physical {
     /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y, the
     /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
     INSONIFY_FN void arrivals(const traced_line& line, float spacing, view<vec2> out) const {
-        detail::line_refraction<physical> refraction{*this, line};
-        echo_path path{}, above{};
         std::size_t k = 0;
-        for (std::size_t i = 0; i < line.layers.size(); ++i) {
-            const layer& here = line.layers[i];
+        const auto transmitted = [&](std::size_t i, const layer& here, const echo_path&) {
+            const medium& before = line.media[line.layers[i - 1].medium];
+            return at_interface({before, line.media[here.medium], here.cosine, line.frequency}).transmitted;
+        };
+        detail::follow_sound(*this, line, transmitted, [&](std::size_t i, const layer& here, const echo_path& path) {
             const medium& m = line.media[here.medium];
-            echo_path entered = path;
-            detail::enter(*this, line, refraction, here, entered);
-            if (i > 0 && here.medium != entered.refraction.before) {
-                entered.passed *=
-                    at_interface({line.media[entered.refraction.before], m, entered.refraction.cosine, line.frequency})
-                        .transmitted;
-                detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered);
-            }
-            above = path;
-            path = entered;
-            const float loss = detail::loss_per_metre(*this, line, m, path),
-                        displayed = detail::displayed_stretch(timing, m);
-            const bool last = i + 1 == line.layers.size();
+            const float per_metre = attenuation(m, line.frequency), displayed = detail::displayed_stretch(timing, m);
             const auto amplitude_at = [&](float within) {
-                const float lost_db = detail::peak_loss(bandwidth, line, path.lost_db + within * loss);
-                return path.passed * amplitude_of_decibels(-lost_db);
+                return path.passed *
+                       amplitude_of_decibels(-detail::peak_loss(bandwidth, line, path.lost_at(within, per_metre)));
             };
-            float amplitude = amplitude_at(static_cast<float>(k + 1) * spacing - here.begin);
-            const float step = amplitude_of_decibels(-loss * spacing);
+            const float step = amplitude_of_decibels(-path.refraction.length_factor * per_metre * spacing);
+            const bool last = i + 1 == line.layers.size();
+            float amplitude = 0;
+            bool exponential = false; // from the step above on
             for (; k < out.size() && (last || static_cast<float>(k + 1) * spacing < here.end); ++k) {
                 const float within = static_cast<float>(k + 1) * spacing - here.begin;
-                if (bandwidth == insonify::pulse_bandwidth::broad) amplitude = amplitude_at(within);
+                amplitude = exponential ? amplitude * step : amplitude_at(within);
                 out[k] = {amplitude, path.shown + within * displayed};
-                amplitude *= step;
+                exponential = bandwidth == insonify::pulse_bandwidth::narrow && path.refraction.length(within) > 0;
             }
-            detail::pass(*this, line, here, path);
-        }
+            return k < out.size();
+        });
     }
 
     /// Adds the echoes of one line to samples that start at 0; sample k lies at displayed depth (k + 1/2) * spacing.
@@ -5134,30 +5191,18 @@ struct physical {
     /// Emits the echoes of one line to `echoes`: an `echo_line`, or another type with its members.
     template <class Echoes>
     INSONIFY_FN void emit(const traced_line& line, const Echoes& echoes) const {
-        echo_path path{}, above{}; // at the beginning of the layer, and at the end of the layer before
-        detail::line_refraction<physical> refraction{*this, line};
         detail::layer_entry entry{};
-        for (std::size_t i = 0; i < line.layers.size(); ++i) {
-            layer here = line.layers[i];
-            layer_gains gains = path.gains.next(line.gains, here);
-            echo_path entered = path;
-            detail::enter(*this, line, refraction, here, entered);
-            if (i > 0 && here.medium != entered.refraction.before) {
-                here.cosine = entered.refraction.cosine;
-                const response met = add_interface(line, line.layers[i - 1], here, path, echoes, entry);
-                entered.passed *= met.transmitted;
-                entry = {met.reflected, path.shown, path.lost_db, &line.layers[i],
-                         &line.media[entered.refraction.before]};
-                if (detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered) &&
-                    gains.at_steps.empty())
-                    gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
-            }
-            above = path;
-            path = entered;
-            path.gains = gains;
-            if (path.shown + gains.least_deeper() >= echoes.depth()) return;
-            add_layer(line, here, path, echoes);
-        }
+        const auto add_surface = [&](std::size_t i, const layer& here, const echo_path& path) {
+            const layer& above = line.layers[i - 1];
+            const response met = add_interface(line, above, here, path, echoes, entry);
+            entry = {met.reflected, path.shown, path.lost_db, &line.layers[i], &line.media[above.medium]};
+            return met.transmitted;
+        };
+        detail::follow_sound(*this, line, add_surface, [&](std::size_t, const layer& here, const echo_path& path) {
+            if (path.shown + path.gains.least_deeper() >= echoes.depth()) return false;
+            detail::emit_speckle(*this, line, here, path, echoes);
+            return true;
+        });
     }
 
     /// Emits the speckle of a layer and advances `path` to its end.
@@ -5235,10 +5280,11 @@ struct physical {
         return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
     }
 
+    // At normal incidence throughout, no surface turns from line to line.
     template <class Echoes>
-    INSONIFY_FN static void add_specular(const Echoes& echoes, const curved_echo& one) {
+    INSONIFY_FN void add_specular(const Echoes& echoes, const curved_echo& one) const {
         if constexpr (requires { echoes.curved_surface(one); })
-            if (one.curvature != vec3{0, 0, 0} || one.repeat_ratio != 0) {
+            if (angle != insonify::angle::normal || one.repeat_ratio != 0) {
                 if (one.amplitude != 0) echoes.curved_surface(one);
                 return;
             }
@@ -12937,6 +12983,11 @@ class curved_kernel {
         return polar(ratio * std::exp(-0.5F * b), 0.5F * (a * b - std::atan(a)) - phase_per_metre_ * deeper);
     }
 
+    /// |V| at its middle.
+    INSONIFY_FN float at_middle() const {
+        const float q = phase();
+        return 1 / std::sqrt(std::sqrt(1 + q * q));
+    }
     /// V. @param offset  x0, metres
     INSONIFY_FN vec2 whole(float offset) const {
         const float q = phase(), x = offset / sigma_;
@@ -13016,8 +13067,9 @@ class surface_strip {
 
 /// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
 /// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
-/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the weights of
-/// coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the ratio.
+/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the
+/// weights of coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the
+/// ratio.
 namespace insonify::inline INSONIFY_ABI {
 
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
@@ -13050,19 +13102,18 @@ struct line_kernels {
     INSONIFY_FN std::size_t index(float depth) const {
         return static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
     }
-    /// The kernels at a displayed depth, metres; without effect where there are none.
-    INSONIFY_FN kernel_sample at(float depth) const {
-        if (samples.empty()) return {};
-        kernel_sample here = samples[index(depth)];
+    /// Of independent echoes, at a displayed depth, metres: linear between the parts, as `elevation_planes::at`.
+    INSONIFY_FN float random_weight(float depth) const {
+        if (random_weights.empty()) return 1;
         const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(random_weights.size() - 1));
         const auto above = static_cast<std::size_t>(place);
         const float a = random_weights[above],
                     b = random_weights[above + 1 < random_weights.size() ? above + 1 : above];
-        const float random = a + (place - static_cast<float>(above)) * (b - a); // as `elevation_planes::at`
-        here.speckle_gain *= random;
-        here.surface_gain *= random;
-        here.uncorrelated_gain *= random;
-        return here;
+        return a + (place - static_cast<float>(above)) * (b - a);
+    }
+    /// The kernels at a displayed depth, metres; without effect where there are none.
+    INSONIFY_FN kernel_sample at(float depth) const {
+        return samples.empty() ? kernel_sample{} : samples[index(depth)];
     }
 };
 
@@ -13091,9 +13142,10 @@ class compensated_echoes {
     /// meets it emits the echo of the whole, where the surface is nearest to the probe.
     INSONIFY_FN void curved_surface(const curved_echo& one) const {
         const kernel_sample here = kernels_.at(one.depth);
-        // Depth is measured along the lines: where they diverge, a circle around their origin is plane.
-        const detail::curved_kernel across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence,
-                                           here.lateral_sigma},
+        // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but does
+        // not weaken the echo.
+        const detail::curved_kernel own{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
+            across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence, here.lateral_sigma},
             out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
         const float in_lines = across.strength(), in_planes = out_of_slice.strength();
         const auto repeat = [&](float first, vec2 amplitude) {
@@ -13102,8 +13154,8 @@ class compensated_echoes {
         };
         const auto add = [&](float first, vec2 of_line) {
             if (in_planes < 1)
-                repeat(first,
-                       ((1 - in_planes) * one.collected.y / elevation_transfer(one.depth, one.slope.y)) * of_line);
+                repeat(first, ((1 - in_planes) * raised(one.collected.y, elevation_transfer(one.depth, one.slope.y))) *
+                                  of_line);
             if (in_planes > 0) {
                 const vec2 nearest = out_of_slice.to_nearest();
                 repeat(first + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
@@ -13111,9 +13163,11 @@ class compensated_echoes {
         };
         if (in_lines < 1)
             add(one.depth,
-                {one.amplitude * (1 - in_lines) * one.collected.x / lateral_transfer(one.depth, one.slope.x), 0});
+                {one.amplitude * (1 - in_lines) * raised(one.collected.x, lateral_transfer(one.depth, one.slope.x)),
+                 0});
         if (in_lines > 0)
-            add(one.depth + across.to_nearest().y, (one.amplitude * in_lines) * across.of_line(here.line_spacing));
+            add(one.depth + across.to_nearest().y,
+                (one.amplitude * in_lines * own.at_middle() / across.at_middle()) * across.of_line(here.line_spacing));
     }
 
     /// The rms of speckle is kept. On a slope s the echoes of neighbouring lines differ in phase, q a metre: two lines d
@@ -13125,7 +13179,7 @@ class compensated_echoes {
             const kernel_sample here = kernels_.at(depth);
             const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
                        lost = 0.5F * q_squared * here.speckle_spread;
-            return here.speckle_gain *
+            return here.speckle_gain * kernels_.random_weight(depth) *
                    std::exp(0.5F * min(lost.x + lost.y + here.speckle_loss * q_squared.x * q_squared.x, 2));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
@@ -13158,13 +13212,17 @@ class compensated_echoes {
         for (int i = 0; i <= static_cast<int>(steps); ++i) {
             const float place = steps > 0 ? static_cast<float>(i) / steps : 0.5F;
             const float deeper = strip.deeper(place) + (place - 0.5F) * across;
-            echoes_.add(depth + deeper, value(deeper) * level);
+            echoes_.add(depth + deeper, value(deeper) * (level * kernels_.random_weight(depth + deeper)));
         }
     }
 
   private:
     // Limits the gain: the echo of a small or curved surface is weakened less than that of a plane.
     static constexpr float min_transfer = 0.15F;
+
+    // The part of an echo that the aperture collects, over what the kernels keep of it. Limited to twice the echo itself, because
+    // the lines and planes that meet the edge of a steep surface are too few to weaken it.
+    INSONIFY_FN static float raised(float collected, float transfer) { return min(collected / transfer, 2); }
 
     // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
     // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
@@ -14015,7 +14073,7 @@ class kernel_table {
                     plane_weights_[first + k * planes_ + i] = here.coherent[i];
                     plane_strips_[first + std::size_t{i} * depths + k] = here.strip[i];
                     random_weights_[first + std::size_t{i} * depths + k] =
-                        here.random[i] / max(here.coherent[i], 1e-12F);
+                        min(here.random[i] / max(here.coherent[i], 1e-12F), max_random_weight);
                 }
             }
             const lateral_weights across = kernel_.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
@@ -14141,6 +14199,10 @@ class kernel_table {
     }
 
     static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
+
+    // Limits the gain of planes with less than a thousandth of the coherent weight: a scatterer that is displayed at a depth
+    // where the weight is larger would be too bright.
+    static constexpr float max_random_weight = 30;
 
     std::uint32_t planes_ = 1;
     std::uint32_t lines_ = 0;
@@ -15412,6 +15474,17 @@ INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& 
             .kernels = frame.kernels.of_line(number, plane)};
 }
 
+/// Adds samples, each times a weight of its own: component by component, so that compilers vectorize it.
+template <class Sample>
+INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<Sample> sums) {
+    constexpr std::size_t parts = sizeof(Sample) / sizeof(float);
+    const auto* const from = reinterpret_cast<const float*>(samples.data());
+    auto* const to = reinterpret_cast<float*>(sums.data());
+    const std::size_t count = sums.size();
+    for (std::size_t k = 0; k < count; ++k)
+        for (std::size_t i = 0; i < parts; ++i) to[k * parts + i] += weights[k] * from[k * parts + i];
+}
+
 /// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
 ///
 /// @param plane_samples  room for the samples of one plane where there are several
@@ -15430,7 +15503,7 @@ INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame
             for (sample_type& sample : plane_samples) sample = sample_type{};
             if (!tracer(policy, task, model, scratch, plane_samples)) return false;
             const float* weight = frame.weights(number, plane);
-            for (std::size_t k = 0; k < out.size(); ++k) out[k] += weight[k] * plane_samples[k];
+            add_weighted(plane_samples, weight, out);
         }
     }
     return true;
@@ -16005,9 +16078,9 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// Computes the gains of all lines of a frame. Keeps its memory from frame to frame.
 ///
 /// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the points,
-/// and interpolated linearly in between. Only places in one and the same object are interpolated: between two of them there
-/// may be a surface that one line has crossed at a depth and its neighbour has not. Two places of one object on either side of
-/// a thin tilted sheet pass for the same; the error reaches one step of depth.
+/// about as far apart as the beam is wide, and interpolated linearly in between. Only places in one and the same object are
+/// interpolated: between two of them there may be a surface that one line has crossed at a depth and its neighbour has not.
+/// Two places of one object on either side of a thin tilted sheet pass for the same; the error reaches one step of depth.
 class aperture_shading {
   public:
     static constexpr std::uint32_t steps = sound_profile::steps;                      ///< of depth
@@ -16022,7 +16095,7 @@ class aperture_shading {
         if (!points_.shape.assign(fan, circle)) return false;
         lines_ = fan.size();
         const float wide = beam.lateral_width(beam.focus) / line_spacing(probe, beam.focus);
-        std::uint32_t stride = static_cast<std::uint32_t>(clamp(wide, 1, 16));
+        std::uint32_t stride = static_cast<std::uint32_t>(clamp(wide + 0.5F, 1, 16));
         while (circle && lines_ % stride != 0) --stride; // of a prime number of lines, each is a point
         points_.stride = stride;
         points_.first = circle ? 0 : (lines_ - 1) % stride / 2;
@@ -16144,7 +16217,8 @@ class aperture_shading {
     static float max_shift(const frame_view<Probe>& frame) {
         return half_aperture(frame, frame.depth);
     }
-    // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their direction.
+    // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their
+    // direction.
     template <transducer Probe>
     line_task task_along(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t line,
                          std::uint32_t plane) const {
@@ -16234,19 +16308,29 @@ class aperture_shading {
         const sound_profile &own = profile_of(line), &left = profile_of(points_.line_of(before)),
                             &right = profile_of(points_.line_of(after));
         aperture_gain gain{}; // where no point is of use, that of the step above holds
+        float here = 1;       // amplitude along the line alone, there and back
         for (std::uint32_t step = 0; step < steps; ++step) {
             const aperture_mean* const row = means_.data() + (plane * steps + step) * points;
             const std::uint32_t place = own.at[step].place;
             const aperture_mean &a = row[before], &b = row[after];
             const blend_of_two between{a.any && left.at[step].place == place, b.any && right.at[step].place == place,
                                        fraction};
-            if (between.any()) {
-                const float here = own.at[step].amplitude * own.at[step].amplitude;
+            const float above = here;
+            here = own.at[step].amplitude * own.at[step].amplitude;
+            if (between.any())
                 gain = {between(a.surfaces, b.surfaces) / here, between(a.speckle, b.speckle) / here,
                         between(a.shown, b.shown) - own.at[step].shown};
-            }
+            else
+                gain = limited(gain, above / here);
             gains_[(plane * lines_ + line) * steps + step] = gain;
         }
+    }
+
+    // The gain of the step above, where that has `more` times the amplitude along the line alone: no more sound arrives than
+    // there, unless the line itself brings it.
+    static aperture_gain limited(const aperture_gain& above, float more) {
+        return {min(above.surfaces, max(above.surfaces * more, 1)), min(above.speckle, max(above.speckle * more, 1)),
+                above.deeper};
     }
 
     std::uint32_t lines_ = 0;
@@ -20171,16 +20255,19 @@ inline mesh make_plane(vec3 centre, vec3 normal, float width, float thickness) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Outer diameter of a needle of a gauge from 18 to 25, metres: 1.270, 1.067, 0.908, 0.819, 0.718, 0.641, 0.566, 0.514 mm.
+/// Outer diameter of a needle of a gauge from 14 (2.11 mm) to 30 (0.31 mm), metres.
 ///
-/// Source: the nominal sizes of the Birmingham gauge, which ISO 9626 bounds within 0.03 mm.
+/// Source: the nominal sizes of the Birmingham gauge.
 /// @throws geometry_error  for another gauge
 inline float needle_diameter(std::uint32_t gauge) {
-    constexpr float diameters[] = {1.270_mm, 1.067_mm, 0.908_mm, 0.819_mm, 0.718_mm, 0.641_mm, 0.566_mm, 0.514_mm};
-    if (gauge < 18 || gauge > 25)
+    constexpr std::uint32_t thickest = 14, thinnest = 30;
+    constexpr float diameters[] = {2.108_mm, 1.829_mm, 1.651_mm, 1.473_mm, 1.270_mm, 1.067_mm,
+                                   0.908_mm, 0.819_mm, 0.718_mm, 0.641_mm, 0.566_mm, 0.514_mm,
+                                   0.464_mm, 0.413_mm, 0.362_mm, 0.337_mm, 0.312_mm};
+    if (gauge < thickest || gauge > thinnest)
         throw geometry_error{"needle_diameter: gauge " + std::to_string(gauge) +
-                             " is not in the table; give one from 18 to 25, or the diameter itself to make_needle"};
-    return diameters[gauge - 18];
+                             " is not in the table; give one from 14 to 30, or the diameter itself to make_needle"};
+    return diameters[gauge - thickest];
 }
 
 /// Optional arguments of `make_needle`.
@@ -22697,16 +22784,15 @@ struct truth_model : label_axis {
                     out[k].incidence = std::atan(length(here.slope));
                 }
             }
-            const float per_metre = model.loss(m, line.frequency), loss = bent.length_factor * per_metre;
-            if (bent.saved != 0) lost = max(lost - bent.saved * per_metre, 0);
+            const float per_metre = model.loss(m, line.frequency);
             for (std::size_t k = part.first; k < part.last; ++k) {
                 const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
                 out[k].label = here.object;
                 out[k].medium = here.medium;
-                out[k].transmitted = passed * amplitude_of_decibels(-(lost + loss * into));
+                out[k].transmitted = passed * amplitude_of_decibels(-(lost + per_metre * bent.length(into)));
                 out[k].depth = here.begin + into;
             }
-            lost += loss * (here.end - here.begin);
+            lost += per_metre * bent.length(here.end - here.begin);
         });
     }
     friend bool operator==(const truth_model&, const truth_model&) = default;
@@ -22719,8 +22805,9 @@ struct truth_model : label_axis {
 ///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///
 /// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m (there and back for
-/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray. It is the amplitude with which the model weights every echo of a line by itself, without the
-/// penumbra that the aperture gives to shadows (`straight_lines::directions`); 1 is what the probe sends.
+/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray. It
+/// is the amplitude with which the model weights every echo of a line by itself, without the penumbra that the aperture gives
+/// to shadows (`straight_lines::directions`); 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
 /// has precedence. Of several in one sample the one nearest to the probe is reported.

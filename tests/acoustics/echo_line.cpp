@@ -83,7 +83,8 @@ TEST_CASE("echo_line: a diffuse echo is the surface's random value times the rms
     CHECK(length(samples[74]) + length(samples[75]) == doctest::Approx(0.2 * std::sqrt(0.36 + 1.44)).scale(1e-30));
 }
 
-TEST_CASE("echo_line: levels of scatterers change exponentially; below -300 dB they stay as they are") {
+TEST_CASE("echo_line: levels of scatterers change exponentially, but grow by 24 dB at most; below -300 dB they do not "
+          "change") {
     const float real[] = {1, 1, 1, 1}, imaginary[] = {0, 0, 0, 0};
     const auto sum_at = [&](float first, float last, std::size_t sample) { // one scatterer per tenth sample
         std::vector<vec2> samples(64, vec2{0, 0});
@@ -100,6 +101,7 @@ TEST_CASE("echo_line: levels of scatterers change exponentially; below -300 dB t
         CHECK(sum_at(1, 0.0625F, 10 + 10 * i) ==
               doctest::Approx(std::pow(0.5, static_cast<double>(i))).epsilon(1e-3).scale(1e-30));
     CHECK(sum_at(1e-16F, 1, 40) == doctest::Approx(1e-16).epsilon(1e-3).scale(1e-30));
+    CHECK(sum_at(1e-12F, 1, 30) == doctest::Approx(256e-12).epsilon(1e-3).scale(1e-30));
     CHECK(sum_at(0.5F, 0, 40) == doctest::Approx(0.5).epsilon(1e-3).scale(1e-30));
 
     std::vector<vec2> untouched(64, vec2{0, 0});

@@ -162,8 +162,8 @@ TEST_CASE("structure: a sheath lies below the surface, 0.7 to 1.5 mm thick, and 
         std::vector<double> power(80);
         for (std::uint32_t key = 0; key < 400; ++key) {
             std::vector<float> real(80, 1.0F), imaginary(80, 1.0F);
-            detail::sheath_gains{sheath, {0.3_mm, 0.2_mm, 0}, {0, 0, 1}, structure_test::fnumber, key, 8_mm, 2_mm,
-                                 cosine}
+            detail::sheath_gains{
+                sheath, {0.3_mm, 0.2_mm, 0}, {0, 0, 1}, structure_test::fnumber, key, 8_mm, 2_mm, cosine, 1}
                 .apply(0, 0.1_mm, 80, real.data(), imaginary.data());
             for (std::size_t i = 0; i < power.size(); ++i)
                 power[i] += static_cast<double>(real[i]) * static_cast<double>(real[i]) / 400;
@@ -192,7 +192,7 @@ TEST_CASE("structure: the scatterer whose slot a surface cuts is in the sheath, 
     const float surface = 3.27_mm; // in the slot around 3.3 mm
     const auto gain_of_last = [&](std::uint32_t count) {
         std::vector<float> real(64, 1.0F), imaginary(64, 1.0F);
-        detail::sheath_gains{sheath, {0, 0, 0}, {0, 0, 1}, structure_test::fnumber, 5, surface, surface, -1}.apply(
+        detail::sheath_gains{sheath, {0, 0, 0}, {0, 0, 1}, structure_test::fnumber, 5, surface, surface, -1, 1}.apply(
             3.3_mm - 0.1_mm * static_cast<float>(count - 1), 0.1_mm, count, real.data(), imaginary.data());
         return real[count - 1];
     };

@@ -34,12 +34,14 @@ TEST_CASE("a needle is closed, has its tip where it says, and the volume of a cy
 }
 
 TEST_CASE("gauges have their nominal diameters") {
+    CHECK(needle_diameter(14) == 2.108_mm);
     CHECK(needle_diameter(18) == 1.270_mm);
     CHECK(needle_diameter(22) == 0.718_mm);
     CHECK(needle_diameter(25) == 0.514_mm);
-    for (std::uint32_t gauge = 18; gauge < 25; ++gauge) CHECK(needle_diameter(gauge) > needle_diameter(gauge + 1));
-    CHECK_THROWS_AS(needle_diameter(17), geometry_error);
-    CHECK_THROWS_AS(needle_diameter(26), geometry_error);
+    CHECK(needle_diameter(30) == 0.312_mm);
+    for (std::uint32_t gauge = 14; gauge < 30; ++gauge) CHECK(needle_diameter(gauge) > needle_diameter(gauge + 1));
+    CHECK_THROWS_AS(needle_diameter(13), geometry_error);
+    CHECK_THROWS_AS(needle_diameter(31), geometry_error);
 }
 
 TEST_CASE("a needle out of range is refused") {

@@ -1,7 +1,10 @@
 #include <insonify/acoustics/specular.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/needle.hpp>
+#include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+#include <insonify/probe/radial_array.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/tracing/paths.hpp>
@@ -199,5 +202,43 @@ TEST_CASE("behind a curved mirror sound spreads: 1 / sqrt((1 + 2 s / (a cos i)) 
             MESSAGE("radius ", radius * 1e3F, " mm, wall at ", distance * 1e3F, " mm: ", spread, " dB (expected ",
                     expected, ")");
             CHECK(std::fabs(spread - expected) < 0.3);
+        }
+}
+
+TEST_CASE("where all incidence is normal, surfaces have the level of planes under lines that diverge") {
+    using namespace curved_surfaces_test;
+    for (const float radius : {4_mm, 12_mm, 25_mm}) {
+        scene body{metal};
+        body.add(make_cylinder({0, -20_mm, 0}, {0, 20_mm, 0}, radius, 192), water); // around the apex
+        const phased_array probe{.lines = 193, .frequency = 3_MHz};
+        const iq_lines echoes = trace(exec::par_unseq, body.build(exec::par), probe, pose{},
+                                      physical<>{.angle = angle::normal}, {.depth = 40_mm});
+        const scan_lines seen = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, pulse{}, probe, {}));
+        const double level = decibels(static_cast<double>(*std::max_element(seen.values.begin(), seen.values.end())));
+        MESSAGE("cylinder of ", radius * 1e3F, " mm: ", level, " dB (expected ", decibels(1.0 / 3), ")");
+        CHECK(std::fabs(level - decibels(1.0 / 3)) < 0.5);
+    }
+}
+
+TEST_CASE("a plane has its own level under lines that diverge, however close to the probe") {
+    using namespace curved_surfaces_test;
+    const double reflected = decibels(1.0 / 3); // of twice the impedance
+    const auto level = [&](const auto& probe, float depth, std::uint32_t planes) {
+        scene body{water};
+        body.add(make_box({-80_mm, -80_mm, depth}, {80_mm, 80_mm, depth + 20_mm}), metal);
+        body.build(exec::par);
+        const iq_lines echoes =
+            trace(exec::par_unseq, body, probe, pose{}, physical<>{}, {.depth = 40_mm, .planes = planes});
+        const scan_lines seen = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, pulse{}, probe, {}));
+        return decibels(static_cast<double>(*std::max_element(seen.values.begin(), seen.values.end())));
+    };
+    for (const float depth : {4_mm, 6_mm, 12_mm, 25_mm})
+        for (const std::uint32_t planes : {1U, 5U}) {
+            const double phased = level(phased_array{.lines = 193, .frequency = 3_MHz}, depth, planes),
+                         convex = level(convex_array{.lines = 193, .radius = 10_mm, .frequency = 6_MHz}, depth, planes),
+                         radial = level(radial_array{.lines = 360, .frequency = 9_MHz}, depth, planes);
+            MESSAGE("at ", depth * 1e3F, " mm, ", planes, " planes: phased ", phased, ", convex ", convex, ", radial ",
+                    radial, " dB (expected ", reflected, ")");
+            for (const double each : {phased, convex, radial}) CHECK(std::fabs(each - reflected) < 0.5);
         }
 }

@@ -119,6 +119,23 @@ TEST_CASE("below a needle of steel, which sound passes fast, a plate is displaye
     CHECK(std::fabs(apart) < 0.02);
 }
 
+TEST_CASE("below a tilted wire there is what passes beside it, whatever the sound speed in the wire") {
+    constexpr medium attenuating{.density = 1000, .sound_speed = 1540, .attenuation = 100, .backscatter = 1};
+    const auto below = [&](float radius, float sound_speed) {
+        const vec3 along = 60_mm * vec3{std::cos(25_deg), 0, std::sin(25_deg)}, middle{0, 0, 18_mm};
+        scene made{attenuating};
+        made.add(make_cylinder(middle - along, middle + along, radius, 48),
+                 {.density = 1000 * 1540 / sound_speed, .sound_speed = sound_speed, .attenuation = 1e6F},
+                 {.crease_angle = 30_deg});
+        return power(std::move(made).build(exec::par), 1);
+    };
+    for (const float radius : {0.35_mm, 0.75_mm, 1.25_mm}) {
+        const double brighter = decibels(below(radius, 3000) / below(radius, 1540));
+        MESSAGE("wire of ", radius * 2e3F, " mm: below a fast one ", brighter, " dB brighter; expected 0");
+        CHECK(std::fabs(brighter) < 0.15);
+    }
+}
+
 TEST_CASE("below a wire of facets, whose width is unknown, it is dark") {
     const double open = power(scene{scatterers}.build(exec::par), 1);
     CHECK(decibels(power(wire{18_mm, 0.36_mm, 0, 0, 0_deg}.body(), 1) / open) < -100);

@@ -3,6 +3,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/ground_truth.hpp>
 #include <insonify/tracing/trace.hpp>
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 
@@ -132,5 +133,34 @@ TEST_CASE("through parallel oblique layers, every surface has the level of the r
         MESSAGE("surface ", i, ": ", found[i].decibels(), " dB (expected ", expected, ")");
         CHECK(std::fabs(found[i].decibels() - expected) < 0.05);
         amplitude *= 1 - r * r;
+    }
+}
+
+TEST_CASE("where the ray enters a layer after the line, what arrives does not grow with depth") {
+    using namespace refraction_test;
+    medium strong = quiet(tissue::muscle); // attenuates more than what is before it
+    strong.attenuation = 500;
+    // A wedge of bone, whose front leans by 15 degrees and whose back by `lean`.
+    for (const float lean : {-20_deg, -10_deg, 10_deg, 20_deg}) {
+        scene body{tissue::gel};
+        const auto add = [&](float depth, float angle, const medium& inside, int priority) {
+            body.add(make_box({-200_mm, -100_mm, 0}, {200_mm, 100_mm, 150_mm}), inside,
+                     {.priority = priority,
+                      .at = look_at({0, 0, depth}, {std::sin(angle), 0, depth + std::cos(angle)},
+                                    {std::cos(angle), 0, -std::sin(angle)})});
+        };
+        add(10_mm, 15_deg, quiet(tissue::bone), 1);
+        add(20_mm, lean, strong, 2);
+        add(30_mm, 0, tissue::gel, 3);
+        body.build(exec::par);
+        const ground_truth_lines truth =
+            ground_truth(exec::par, body, linear_array{.lines = 1, .width = 1_mm, .frequency = 5_MHz}, pose{},
+                         {.depth = 50_mm, .samples = 3000});
+        float most = 0;
+        for (std::uint32_t k = 0; k + 1 < 3000; ++k)
+            most = std::max(most, truth.transmitted(0, k + 1) / truth.transmitted(0, k));
+        MESSAGE("back at ", lean / 1_deg, " degrees: from one sample to the next at most ", most,
+                " times (expected 1)");
+        CHECK(most < 1.0001F);
     }
 }

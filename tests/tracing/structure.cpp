@@ -105,4 +105,33 @@ TEST_CASE("structure: echoes are the same on any number of threads, and scalar a
     CHECK(worst < 1e-4F * largest);
 }
 
+TEST_CASE("the sheaths of a thin muscle meet in its middle: each is as bright as that of a thick one down to there") {
+    const auto power = [](float thickness, float from, float to) { // mean over its depths and the middle lines
+        double sum = 0, count = 0;
+        for (std::uint32_t i = 0; i < 300; ++i) {
+            medium muscle = tissue::muscle; // as deep as displayed
+            muscle.sound_speed = 1540;
+            muscle.attenuation = muscle.roughness = 0;
+            scene body{medium{.density = muscle.density, .sound_speed = muscle.sound_speed}};
+            const vec3 other_tissue = static_cast<float>(i) * vec3{31_mm, 7_mm, 5_mm};
+            body.add(make_box(other_tissue + vec3{-60_mm, -60_mm, 0}, other_tissue + vec3{60_mm, 60_mm, thickness}),
+                     muscle, {.at = {.translation = vec3{0, 0, 20_mm} - other_tissue}, .fibres = {1, 0, 0}});
+            const iq_lines echoes = echoes_of(body.build(exec::par), pose{});
+            const float per_sample = scan.depth / static_cast<float>(scan.samples);
+            const auto first = static_cast<std::uint32_t>((20_mm + from) / per_sample),
+                       last = static_cast<std::uint32_t>((20_mm + to) / per_sample);
+            for (std::uint32_t line = 4; line < probe.lines; line += 4)
+                for (std::uint32_t k = first; k < last; ++k, ++count)
+                    sum += static_cast<double>(dot(echoes(line, k), echoes(line, k)));
+        }
+        return 10 * std::log10(sum / count);
+    };
+    for (const float thickness : {1_mm, 1.5_mm, 2_mm}) {
+        const double thin = power(thickness, 0, thickness), sheath = power(20_mm, 0, 0.5F * thickness);
+        MESSAGE("muscle of ", thickness * 1e3F, " mm: ", thin - sheath,
+                " dB above the sheath of a thick one (expected 0)");
+        CHECK(std::fabs(thin - sheath) < 2);
+    }
+}
+
 } // namespace structure_in_echoes_test

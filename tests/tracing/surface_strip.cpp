@@ -1,6 +1,7 @@
 #include <insonify/core/units.hpp>
 #include <insonify/tracing/surface_strip.hpp>
 #include <doctest/doctest.h>
+#include <initializer_list>
 
 using namespace insonify;
 using detail::surface_strip;

@@ -132,7 +132,7 @@ void bind_meshes(py::module_& module) {
         py::arg("diameter"), py::arg("length"), py::arg("bevel") = needle_settings{}.bevel,
         "A solid needle along z with its tip at (-diameter / 2, 0, 0); the bevel faces +x.");
     module.def("needle_diameter", &needle_diameter, py::arg("gauge"),
-               "Outer diameter of a needle of 18 to 25 gauge, metres.");
+               "Outer diameter of a needle of 14 to 30 gauge, metres.");
     module.def(
         "validate", [](const mesh& surface) { return explain(validate(surface)); }, py::arg("mesh"),
         "What is wrong with a mesh, in a sentence.");

@@ -7,7 +7,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run.
+/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run, but grows by 24 dB at
+/// most from one scatterer to the next.
 struct scatterer_echoes {
     float depth = 0;                  ///< of the first echo, metres
     float step = 0;                   ///< metres, 0 or more
@@ -19,8 +20,7 @@ struct scatterer_echoes {
     vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
 };
 
-/// The specular echo of a surface that is curved, or that repeats its echo because sound goes to and fro in a thin layer above
-/// it.
+/// The specular echo of a plane or curved surface, with its repetitions where sound goes to and fro in a thin layer above it.
 struct curved_echo {
     float depth = 0;     ///< displayed, metres
     float amplitude = 0; ///< of the whole echo, before the aperture has its part
@@ -55,8 +55,8 @@ struct curved_echo {
 /// reduced in cycles, in double precision, so it is accurate at any depth.
 ///
 /// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those with
-/// `curved_surface` receive the echoes of curved surfaces there. The tracer substitutes one that compensates for the kernels
-/// of later stages.
+/// `curved_surface` receive specular echoes there instead, unless all incidence is normal. The tracer substitutes one that
+/// compensates for the kernels of later stages.
 /// Source: demodulation to baseband of an echo with delay 2 z / c0.
 class echo_line {
   public:
@@ -98,10 +98,13 @@ class echo_line {
 
     /// Adds the echoes of scatterers.
     INSONIFY_FN void scatterers(const scatterer_echoes& run) const {
-        constexpr float min_level = 1e-15F; // -300 dB: the ratio could overflow below
-        const float ratio = run.first_level > min_level && run.last_level > 0
-                                ? std::exp2(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count))
-                                : 1.0F;
+        constexpr float min_level = 1e-15F, // -300 dB
+            max_log_ratio = 4;              // 24 dB from one to the next: higher powers could overflow
+        const float ratio =
+            run.first_level > min_level && run.last_level > 0
+                ? std::exp2(
+                      min(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count), max_log_ratio))
+                : 1.0F;
         add(run.depth, run.step, run.count, run.real, run.imaginary, run.first_level, ratio);
     }
 
@@ -148,6 +151,7 @@ class echo_line {
                 }
             else
                 for (std::uint32_t i = 0; i < width && i < count - first; ++i) add_pair(sample[i], here[i], next[i]);
+            if (count - first <= width) return;
             const floats next_x = carrier_x * factor_x - carrier_y * factor_y;
             carrier_y = carrier_x * factor_y + carrier_y * factor_x;
             carrier_x = next_x;

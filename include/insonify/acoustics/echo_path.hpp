@@ -24,6 +24,13 @@ struct echo_path {
     float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
     refracted_layer refraction{}; ///< of the present layer
     layer_gains gains{};          ///< of the present layer
+
+    /// Attenuation there and back, down to a point of the line, dB.
+    /// @param along      metres below the beginning of the present layer
+    /// @param per_metre  attenuation of its medium, there and back, dB/m
+    INSONIFY_FN float lost_at(float along, float per_metre) const {
+        return lost_db + per_metre * refraction.length(along);
+    }
 };
 
 namespace detail {

@@ -3,7 +3,6 @@
 
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
-#include <insonify/acoustics/propagation.hpp>
 #include <insonify/acoustics/straightened.hpp>
 #include <insonify/core/decibels.hpp>
 
@@ -18,7 +17,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     const float begin = path.shown + path.gains.least_deeper();
     if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
     const float displayed = displayed_stretch(model.timing, m);
-    const float loss = loss_per_metre(model, line, m, path);
+    const float attenuation = model.attenuation(m, line.frequency); // dB/m
     const float sigma = sigma_of(line);
     float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
     if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
@@ -57,7 +56,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
         };
         const auto level_at = [&](float distance, const aperture_gain& gain) {
             const float arrived =
-                arriving(path.lost_db + (distance - here.begin) * loss, shown_at(distance, gain), gain.speckle);
+                arriving(path.lost_at(distance - here.begin, attenuation), shown_at(distance, gain), gain.speckle);
             return min(level * arrived, 1e20F); // keeps sums finite
         };
         const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);

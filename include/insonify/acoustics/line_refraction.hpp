@@ -16,8 +16,15 @@ namespace insonify::inline INSONIFY_ABI {
 struct refracted_layer {
     float cosine = 1;         ///< of the angle of incidence at its beginning
     float length_factor = 1;  ///< length of the ray over that of the line
-    float saved = 0;          ///< metres by which the ray is ahead at the beginning: its path in this layer is shorter
+    float enters_at = 0;      ///< where the ray enters it: metres of the ray from its beginning; below 0: before
     std::uint32_t before = 0; ///< medium of the layer before
+
+    /// Length of the ray within the layer, down to a point of the line `along` metres below its beginning: 0 until the ray
+    /// enters. Above its beginning (`along` < 0) it is extrapolated.
+    INSONIFY_FN float length(float along) const {
+        const float whole = length_factor * along;
+        return max(whole - enters_at, min(whole, 0));
+    }
 };
 
 namespace detail {
@@ -52,16 +59,15 @@ class line_refraction {
             const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
             found.length_factor = clamp(end.z / towards, 0.25F, 4);
             // Where ray and line end on a surface that the ray grazes, it is not plane as far as they are apart.
-            const float bound = min(3 * std::sqrt(dot(ahead_, ahead_)), max_saved);
-            found.saved = clamp(dot(end, ahead_) / towards, -bound, bound);
-            const float travelled = max(found.length_factor * length - found.saved, 0);
-            ahead_ = ahead_ + travelled * direction_ - vec3{0, 0, length};
+            const float bound = min(3 * std::sqrt(dot(ahead_, ahead_)), max_entry);
+            found.enters_at = clamp(dot(end, ahead_) / towards, -bound, bound);
+            ahead_ = ahead_ + found.length(length) * direction_ - vec3{0, 0, length};
         }
         return found;
     }
 
   private:
-    static constexpr float max_saved = 0.02F; // metres: surfaces are not plane as far as that
+    static constexpr float max_entry = 0.02F; // metres: surfaces are not plane as far as that
 
     INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
 

@@ -43,16 +43,17 @@ INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, c
     if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
     layer tissue = obstacle; // beside it
     tissue.medium = behind.medium;
-    echo_path around = above;
-    around.refraction = below.refraction;
+    echo_path around = above; // straight on
+    around.refraction.enters_at = 0;
     pass(model, line, tissue, around);
-    const float through = below.passed / above.passed * amplitude_of_decibels(around.lost_db - below.lost_db);
+    const float through = below.passed / above.passed * amplitude_of_decibels(min(around.lost_db - below.lost_db, 300));
     if (!(through < 0.5F)) return false;
     const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
     if (beside == 0) return false;
     const float power = (1 - beside) * through * through + beside;
     below.shown += beside / power * (around.shown - below.shown);
     below.lost_db = around.lost_db;
+    below.refraction.enters_at = 0; // what passes beside it arrives straight
     below.passed = above.passed * std::sqrt(power);
     return true;
 }

@@ -5,8 +5,9 @@
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/emit_speckle.hpp>
+#include <insonify/acoustics/follow_sound.hpp>
 #include <insonify/acoustics/fresnel.hpp>
-#include <insonify/acoustics/narrow_obstacle.hpp>
+#include <insonify/acoustics/propagation.hpp>
 #include <insonify/acoustics/ringing.hpp>
 #include <insonify/acoustics/roughness.hpp>
 #include <insonify/acoustics/specular.hpp>
@@ -136,39 +137,30 @@ struct physical {
     /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y, the
     /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
     INSONIFY_FN void arrivals(const traced_line& line, float spacing, view<vec2> out) const {
-        detail::line_refraction<physical> refraction{*this, line};
-        echo_path path{}, above{};
         std::size_t k = 0;
-        for (std::size_t i = 0; i < line.layers.size(); ++i) {
-            const layer& here = line.layers[i];
+        const auto transmitted = [&](std::size_t i, const layer& here, const echo_path&) {
+            const medium& before = line.media[line.layers[i - 1].medium];
+            return at_interface({before, line.media[here.medium], here.cosine, line.frequency}).transmitted;
+        };
+        detail::follow_sound(*this, line, transmitted, [&](std::size_t i, const layer& here, const echo_path& path) {
             const medium& m = line.media[here.medium];
-            echo_path entered = path;
-            detail::enter(*this, line, refraction, here, entered);
-            if (i > 0 && here.medium != entered.refraction.before) {
-                entered.passed *=
-                    at_interface({line.media[entered.refraction.before], m, entered.refraction.cosine, line.frequency})
-                        .transmitted;
-                detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered);
-            }
-            above = path;
-            path = entered;
-            const float loss = detail::loss_per_metre(*this, line, m, path),
-                        displayed = detail::displayed_stretch(timing, m);
-            const bool last = i + 1 == line.layers.size();
+            const float per_metre = attenuation(m, line.frequency), displayed = detail::displayed_stretch(timing, m);
             const auto amplitude_at = [&](float within) {
-                const float lost_db = detail::peak_loss(bandwidth, line, path.lost_db + within * loss);
-                return path.passed * amplitude_of_decibels(-lost_db);
+                return path.passed *
+                       amplitude_of_decibels(-detail::peak_loss(bandwidth, line, path.lost_at(within, per_metre)));
             };
-            float amplitude = amplitude_at(static_cast<float>(k + 1) * spacing - here.begin);
-            const float step = amplitude_of_decibels(-loss * spacing);
+            const float step = amplitude_of_decibels(-path.refraction.length_factor * per_metre * spacing);
+            const bool last = i + 1 == line.layers.size();
+            float amplitude = 0;
+            bool exponential = false; // from the step above on
             for (; k < out.size() && (last || static_cast<float>(k + 1) * spacing < here.end); ++k) {
                 const float within = static_cast<float>(k + 1) * spacing - here.begin;
-                if (bandwidth == insonify::pulse_bandwidth::broad) amplitude = amplitude_at(within);
+                amplitude = exponential ? amplitude * step : amplitude_at(within);
                 out[k] = {amplitude, path.shown + within * displayed};
-                amplitude *= step;
+                exponential = bandwidth == insonify::pulse_bandwidth::narrow && path.refraction.length(within) > 0;
             }
-            detail::pass(*this, line, here, path);
-        }
+            return k < out.size();
+        });
     }
 
     /// Adds the echoes of one line to samples that start at 0; sample k lies at displayed depth (k + 1/2) * spacing.
@@ -180,30 +172,18 @@ struct physical {
     /// Emits the echoes of one line to `echoes`: an `echo_line`, or another type with its members.
     template <class Echoes>
     INSONIFY_FN void emit(const traced_line& line, const Echoes& echoes) const {
-        echo_path path{}, above{}; // at the beginning of the layer, and at the end of the layer before
-        detail::line_refraction<physical> refraction{*this, line};
         detail::layer_entry entry{};
-        for (std::size_t i = 0; i < line.layers.size(); ++i) {
-            layer here = line.layers[i];
-            layer_gains gains = path.gains.next(line.gains, here);
-            echo_path entered = path;
-            detail::enter(*this, line, refraction, here, entered);
-            if (i > 0 && here.medium != entered.refraction.before) {
-                here.cosine = entered.refraction.cosine;
-                const response met = add_interface(line, line.layers[i - 1], here, path, echoes, entry);
-                entered.passed *= met.transmitted;
-                entry = {met.reflected, path.shown, path.lost_db, &line.layers[i],
-                         &line.media[entered.refraction.before]};
-                if (detail::add_sound_beside(*this, line, line.layers[i - 1], here, above, entered) &&
-                    gains.at_steps.empty())
-                    gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
-            }
-            above = path;
-            path = entered;
-            path.gains = gains;
-            if (path.shown + gains.least_deeper() >= echoes.depth()) return;
-            add_layer(line, here, path, echoes);
-        }
+        const auto add_surface = [&](std::size_t i, const layer& here, const echo_path& path) {
+            const layer& above = line.layers[i - 1];
+            const response met = add_interface(line, above, here, path, echoes, entry);
+            entry = {met.reflected, path.shown, path.lost_db, &line.layers[i], &line.media[above.medium]};
+            return met.transmitted;
+        };
+        detail::follow_sound(*this, line, add_surface, [&](std::size_t, const layer& here, const echo_path& path) {
+            if (path.shown + path.gains.least_deeper() >= echoes.depth()) return false;
+            detail::emit_speckle(*this, line, here, path, echoes);
+            return true;
+        });
     }
 
     /// Emits the speckle of a layer and advances `path` to its end.
@@ -281,10 +261,11 @@ struct physical {
         return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
     }
 
+    // At normal incidence throughout, no surface turns from line to line.
     template <class Echoes>
-    INSONIFY_FN static void add_specular(const Echoes& echoes, const curved_echo& one) {
+    INSONIFY_FN void add_specular(const Echoes& echoes, const curved_echo& one) const {
         if constexpr (requires { echoes.curved_surface(one); })
-            if (one.curvature != vec3{0, 0, 0} || one.repeat_ratio != 0) {
+            if (angle != insonify::angle::normal || one.repeat_ratio != 0) {
                 if (one.amplitude != 0) echoes.curved_surface(one);
                 return;
             }

@@ -15,13 +15,15 @@ class sheath_gains {
     /// @param length         of the segment, metres
     /// @param surface        distance of the surface, metres from the same origin
     /// @param cosine         of the angle of incidence on it; negative where the line leaves the object, 0: no sheath
+    /// @param max_range      length of the line that the sheath may take, metres: to the middle of a thin object, where it
+    ///                       meets the sheath of the surface on the other side
     INSONIFY_FN sheath_gains(const structure::sheath_layer& of, vec3 origin, vec3 along, float fnumber,
-                             std::uint32_t key, float length, float surface, float cosine)
+                             std::uint32_t key, float length, float surface, float cosine, float max_range)
         : of_{of}, origin_{origin}, along_{along}, fnumber_{fnumber}, key_{key}, surface_{surface}, cosine_{cosine} {
         if (!(of.thickness > 0) || cosine == 0) return;
-        const float range = 2 * of.thickness / max(std::fabs(cosine), 1e-3F);
-        begin_ = max(cosine > 0 ? surface : surface - range, 0);
-        end_ = min(cosine > 0 ? surface + range : surface, length);
+        range_ = min(2 * of.thickness / max(std::fabs(cosine), 1e-3F), max_range);
+        begin_ = max(cosine > 0 ? surface : surface - range_, 0);
+        end_ = min(cosine > 0 ? surface + range_ : surface, length);
     }
 
     /// Multiplies complex amplitudes at equal steps from a distance on; metres from the origin of the segment. The arrays have
@@ -46,7 +48,8 @@ class sheath_gains {
                 return power_of_two<max_simd_width>(away * away * floats(-0.72134752F));
             };
             const floats both = multiply_add(line(0.85F), other_.at(here, step), line(0.1F));
-            const floats gain = multiply_add(level_.at(here, step), both, floats(1.0F));
+            const floats gain = select(abs(distance) < floats(range_),
+                                       multiply_add(level_.at(here, step), both, floats(1.0F)), floats(1.0F));
             store(load<max_simd_width>(real + i) * gain, real + i);
             store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
         }
@@ -85,7 +88,8 @@ class sheath_gains {
     float fnumber_;
     std::uint32_t key_;
     float surface_, cosine_;
-    float begin_ = 0, end_ = 0; // of the sheath, metres from the origin
+    float range_ = 0;           // length of the sheath, metres along the line
+    float begin_ = 0, end_ = 0; // of it, metres from the origin
     bool prepared_ = false;
     line_nodes thickness_, level_,
         other_; // relative to the mean; amplitude of the first line, and of the other relative to it

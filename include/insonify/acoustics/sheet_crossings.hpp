@@ -2,6 +2,7 @@
 #define INSONIFY_ACOUSTICS_SHEET_CROSSINGS_HPP
 
 #include <insonify/acoustics/line_nodes.hpp>
+#include <insonify/acoustics/line_parts.hpp>
 #include <insonify/acoustics/placed_structure.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -52,9 +53,10 @@ class sheet_crossings {
         waves.for_each_piece(points.first, points.last() + 1e-3F * points.spacing,
                              [&](float begin, float end, const linear& wave) {
                                  const linear z = displaced(2, wave);
+                                 const float per_step = (z.step < 0 ? -1.0F : 1.0F) / max(std::fabs(z.step), 1e-3F);
                                  for_each_cell(z.first + begin * z.step, z.first + end * z.step, [&](float layer) {
                                      if (layers.full()) enter_rows(layers, rows, points);
-                                     const interval within = passage(z, layer, {begin, end});
+                                     const interval within = passage(z, per_step, layer, {begin, end});
                                      if (within.begin < within.end) layers.push(within, wave, layer, 0, 0);
                                  });
                              });
@@ -66,64 +68,8 @@ class sheet_crossings {
     using floats = lanes<max_simd_width>;
     using bits = bit_lanes<max_simd_width>;
     using linear = line_nodes::linear;
+    using interval = line_interval;
     static constexpr std::uint32_t max_cells = 256; // along one axis; of more, that many
-
-    struct interval {
-        float begin = 0, end = 0; // metres along the line
-    };
-    struct linear_lanes {
-        floats first, step;
-        INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const {
-            return multiply_add(distance, step, first);
-        }
-        // The part of an interval where |value| < limit, or 0 <= value < 1.
-        INSONIFY_FN INSONIFY_INLINE void clip(const floats& least, const floats& most, floats& begin,
-                                              floats& end) const {
-            const floats size = max(abs(step), floats(1e-3F)), // no select: compilers divide on both sides of it
-                per_step = select(step < floats(0.0F), floats(-1.0F), floats(1.0F)) / size;
-            const floats a = (least - first) * per_step, b = (most - first) * per_step;
-            begin = max(begin, min(a, b));
-            end = min(end, max(a, b));
-        }
-    };
-
-    // Parts of the line within one layer of cells, or one row.
-    struct part_list {
-        static constexpr std::uint32_t room = 64;
-        float begin[room], end[room], wave[room], wave_step[room], layer[room], row[room];
-        std::uint32_t of_layer[room]; // random bits
-        std::uint32_t count = 0;
-
-        INSONIFY_FN bool full() const { return count == room; }
-        INSONIFY_FN void push(interval within, const linear& displaced, float in_layer, float in_row,
-                              std::uint32_t random) {
-            begin[count] = within.begin;
-            end[count] = within.end;
-            wave[count] = displaced.first;
-            wave_step[count] = displaced.step;
-            layer[count] = in_layer;
-            row[count] = in_row;
-            of_layer[count++] = random;
-        }
-    };
-
-    // A register full of a list. Behind its end all is 0, so that parts are empty.
-    struct part_lanes {
-        floats begin, end, layer, row;
-        linear_lanes wave;
-        INSONIFY_FN INSONIFY_INLINE part_lanes(const part_list& of, std::uint32_t i) {
-            const auto listed =
-                floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) < floats(static_cast<float>(of.count));
-            const auto at = [&](const float* list) {
-                return select(listed, load<max_simd_width>(list + i), floats(0.0F));
-            };
-            begin = at(of.begin);
-            end = at(of.end);
-            layer = at(of.layer);
-            row = at(of.row);
-            wave = {at(of.wave), at(of.wave_step)};
-        }
-    };
 
     // A coordinate in cells where the lattice is displaced.
     INSONIFY_FN linear displaced(int axis, const linear& wave) const {
@@ -134,19 +80,18 @@ class sheet_crossings {
         return {multiply_add(aside, wave.first, floats(place_[axis].first)),
                 multiply_add(aside, wave.step, floats(place_[axis].step))};
     }
-    // The part of an interval where a coordinate is in a cell.
-    INSONIFY_FN static interval passage(const linear& coordinate, float cell, interval within) {
-        const float per_step = (coordinate.step < 0 ? -1.0F : 1.0F) / max(std::fabs(coordinate.step), 1e-3F);
+    // The part of an interval where a coordinate is in a cell; `per_step` is one over its change per metre, which is at least
+    // 1e-3.
+    INSONIFY_FN static interval passage(const linear& coordinate, float per_step, float cell, interval within) {
         const float a = (cell - coordinate.first) * per_step, b = (cell + 1 - coordinate.first) * per_step;
         return {max(within.begin, min(a, b)), min(within.end, max(a, b))};
     }
     template <class Visit>
     INSONIFY_FN static void for_each_cell(float from, float to, const Visit& visit) {
-        const float first = std::floor(min(from, to)), last = std::floor(max(from, to));
-        const float step = 1 + std::floor((last - first) / max_cells);
-        const float steps = (last - first) / step;
-        if (!(steps >= 0 && steps <= max_cells)) return; // a coordinate that is not finite
-        for (std::uint32_t i = 0; i <= static_cast<std::uint32_t>(steps); ++i)
+        const float first = std::floor(min(from, to)), others = std::floor(max(from, to)) - first;
+        if (!is_finite(others)) return;
+        const float step = 1 + std::floor(others * (1.0F / max_cells));
+        for (std::uint32_t i = 0; static_cast<float>(i) * step <= others; ++i)
             visit(first + static_cast<float>(i) * step);
     }
 
@@ -208,8 +153,8 @@ class sheet_crossings {
         floats begin, end;
     };
 
-    // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its profile ends
-    // at four standard deviations.
+    // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its profile
+    // ends at four standard deviations.
     INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<max_simd_width>& holds_sheet,
                            const gain_points& points) const {
         const floats one(1.0F), half(0.5F);

@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/cell_layout.hpp>
 #include <insonify/acoustics/sheath_gains.hpp>
+#include <cfloat>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -24,8 +25,8 @@ class structured_line {
                                                                                line.own_surfaces.x)},
           before_exit_{sheath_at(line, segment, end - begin, key, line.surfaces.y - begin, -line.own_surfaces.y)} {}
 
-    /// Multiplies `count` complex amplitudes, at equal steps from a distance on, metres along the line; distances never decrease.
-    /// The arrays have room for whole registers.
+    /// Multiplies `count` complex amplitudes, at equal steps from a distance on, metres along the line; distances never
+    /// decrease. The arrays have room for whole registers.
     INSONIFY_FN void apply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
         window_.multiply(first - begin_, step, count, real, imaginary);
         behind_entry_.apply(first - begin_, step, count, real, imaginary);
@@ -35,7 +36,16 @@ class structured_line {
   private:
     INSONIFY_FN static sheath_gains sheath_at(const material_line& line, const rest_line& segment, float length,
                                               std::uint32_t key, float surface, float cosine) {
-        return {line.structure->of.sheath, segment.origin, segment.along, line.fnumber, key, length, surface, cosine};
+        const bool both_own = line.own_surfaces.x != 0 && line.own_surfaces.y != 0;
+        return {line.structure->of.sheath,
+                segment.origin,
+                segment.along,
+                line.fnumber,
+                key,
+                length,
+                surface,
+                cosine,
+                both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX};
     }
 
     structure_gains gains_;

@@ -9,16 +9,19 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Outer diameter of a needle of a gauge from 18 to 25, metres: 1.270, 1.067, 0.908, 0.819, 0.718, 0.641, 0.566, 0.514 mm.
+/// Outer diameter of a needle of a gauge from 14 (2.11 mm) to 30 (0.31 mm), metres.
 ///
-/// Source: the nominal sizes of the Birmingham gauge, which ISO 9626 bounds within 0.03 mm.
+/// Source: the nominal sizes of the Birmingham gauge.
 /// @throws geometry_error  for another gauge
 inline float needle_diameter(std::uint32_t gauge) {
-    constexpr float diameters[] = {1.270_mm, 1.067_mm, 0.908_mm, 0.819_mm, 0.718_mm, 0.641_mm, 0.566_mm, 0.514_mm};
-    if (gauge < 18 || gauge > 25)
+    constexpr std::uint32_t thickest = 14, thinnest = 30;
+    constexpr float diameters[] = {2.108_mm, 1.829_mm, 1.651_mm, 1.473_mm, 1.270_mm, 1.067_mm,
+                                   0.908_mm, 0.819_mm, 0.718_mm, 0.641_mm, 0.566_mm, 0.514_mm,
+                                   0.464_mm, 0.413_mm, 0.362_mm, 0.337_mm, 0.312_mm};
+    if (gauge < thickest || gauge > thinnest)
         throw geometry_error{"needle_diameter: gauge " + std::to_string(gauge) +
-                             " is not in the table; give one from 18 to 25, or the diameter itself to make_needle"};
-    return diameters[gauge - 18];
+                             " is not in the table; give one from 14 to 30, or the diameter itself to make_needle"};
+    return diameters[gauge - thickest];
 }
 
 /// Optional arguments of `make_needle`.

@@ -29,9 +29,9 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// Computes the gains of all lines of a frame. Keeps its memory from frame to frame.
 ///
 /// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the points,
-/// and interpolated linearly in between. Only places in one and the same object are interpolated: between two of them there
-/// may be a surface that one line has crossed at a depth and its neighbour has not. Two places of one object on either side of
-/// a thin tilted sheet pass for the same; the error reaches one step of depth.
+/// about as far apart as the beam is wide, and interpolated linearly in between. Only places in one and the same object are
+/// interpolated: between two of them there may be a surface that one line has crossed at a depth and its neighbour has not.
+/// Two places of one object on either side of a thin tilted sheet pass for the same; the error reaches one step of depth.
 class aperture_shading {
   public:
     static constexpr std::uint32_t steps = sound_profile::steps;                      ///< of depth
@@ -46,7 +46,7 @@ class aperture_shading {
         if (!points_.shape.assign(fan, circle)) return false;
         lines_ = fan.size();
         const float wide = beam.lateral_width(beam.focus) / line_spacing(probe, beam.focus);
-        std::uint32_t stride = static_cast<std::uint32_t>(clamp(wide, 1, 16));
+        std::uint32_t stride = static_cast<std::uint32_t>(clamp(wide + 0.5F, 1, 16));
         while (circle && lines_ % stride != 0) --stride; // of a prime number of lines, each is a point
         points_.stride = stride;
         points_.first = circle ? 0 : (lines_ - 1) % stride / 2;
@@ -168,7 +168,8 @@ class aperture_shading {
     static float max_shift(const frame_view<Probe>& frame) {
         return half_aperture(frame, frame.depth);
     }
-    // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their direction.
+    // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their
+    // direction.
     template <transducer Probe>
     line_task task_along(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t line,
                          std::uint32_t plane) const {
@@ -258,19 +259,29 @@ class aperture_shading {
         const sound_profile &own = profile_of(line), &left = profile_of(points_.line_of(before)),
                             &right = profile_of(points_.line_of(after));
         aperture_gain gain{}; // where no point is of use, that of the step above holds
+        float here = 1;       // amplitude along the line alone, there and back
         for (std::uint32_t step = 0; step < steps; ++step) {
             const aperture_mean* const row = means_.data() + (plane * steps + step) * points;
             const std::uint32_t place = own.at[step].place;
             const aperture_mean &a = row[before], &b = row[after];
             const blend_of_two between{a.any && left.at[step].place == place, b.any && right.at[step].place == place,
                                        fraction};
-            if (between.any()) {
-                const float here = own.at[step].amplitude * own.at[step].amplitude;
+            const float above = here;
+            here = own.at[step].amplitude * own.at[step].amplitude;
+            if (between.any())
                 gain = {between(a.surfaces, b.surfaces) / here, between(a.speckle, b.speckle) / here,
                         between(a.shown, b.shown) - own.at[step].shown};
-            }
+            else
+                gain = limited(gain, above / here);
             gains_[(plane * lines_ + line) * steps + step] = gain;
         }
+    }
+
+    // The gain of the step above, where that has `more` times the amplitude along the line alone: no more sound arrives than
+    // there, unless the line itself brings it.
+    static aperture_gain limited(const aperture_gain& above, float more) {
+        return {min(above.surfaces, max(above.surfaces * more, 1)), min(above.speckle, max(above.speckle * more, 1)),
+                above.deeper};
     }
 
     std::uint32_t lines_ = 0;

@@ -47,6 +47,11 @@ class curved_kernel {
         return polar(ratio * std::exp(-0.5F * b), 0.5F * (a * b - std::atan(a)) - phase_per_metre_ * deeper);
     }
 
+    /// |V| at its middle.
+    INSONIFY_FN float at_middle() const {
+        const float q = phase();
+        return 1 / std::sqrt(std::sqrt(1 + q * q));
+    }
     /// V. @param offset  x0, metres
     INSONIFY_FN vec2 whole(float offset) const {
         const float q = phase(), x = offset / sigma_;

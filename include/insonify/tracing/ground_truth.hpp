@@ -69,16 +69,15 @@ struct truth_model : label_axis {
                     out[k].incidence = std::atan(length(here.slope));
                 }
             }
-            const float per_metre = model.loss(m, line.frequency), loss = bent.length_factor * per_metre;
-            if (bent.saved != 0) lost = max(lost - bent.saved * per_metre, 0);
+            const float per_metre = model.loss(m, line.frequency);
             for (std::size_t k = part.first; k < part.last; ++k) {
                 const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
                 out[k].label = here.object;
                 out[k].medium = here.medium;
-                out[k].transmitted = passed * amplitude_of_decibels(-(lost + loss * into));
+                out[k].transmitted = passed * amplitude_of_decibels(-(lost + per_metre * bent.length(into)));
                 out[k].depth = here.begin + into;
             }
-            lost += loss * (here.end - here.begin);
+            lost += per_metre * bent.length(here.end - here.begin);
         });
     }
     friend bool operator==(const truth_model&, const truth_model&) = default;
@@ -91,8 +90,9 @@ struct truth_model : label_axis {
 ///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
 ///
 /// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m (there and back for
-/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray. It is the amplitude with which the model weights every echo of a line by itself, without the
-/// penumbra that the aperture gives to shadows (`straight_lines::directions`); 1 is what the probe sends.
+/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray. It
+/// is the amplitude with which the model weights every echo of a line by itself, without the penumbra that the aperture gives
+/// to shadows (`straight_lines::directions`); 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
 /// has precedence. Of several in one sample the one nearest to the probe is reported.

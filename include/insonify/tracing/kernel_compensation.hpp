@@ -10,8 +10,9 @@
 
 /// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
 /// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
-/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the weights of
-/// coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the ratio.
+/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the
+/// weights of coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the
+/// ratio.
 namespace insonify::inline INSONIFY_ABI {
 
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
@@ -44,19 +45,18 @@ struct line_kernels {
     INSONIFY_FN std::size_t index(float depth) const {
         return static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
     }
-    /// The kernels at a displayed depth, metres; without effect where there are none.
-    INSONIFY_FN kernel_sample at(float depth) const {
-        if (samples.empty()) return {};
-        kernel_sample here = samples[index(depth)];
+    /// Of independent echoes, at a displayed depth, metres: linear between the parts, as `elevation_planes::at`.
+    INSONIFY_FN float random_weight(float depth) const {
+        if (random_weights.empty()) return 1;
         const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(random_weights.size() - 1));
         const auto above = static_cast<std::size_t>(place);
         const float a = random_weights[above],
                     b = random_weights[above + 1 < random_weights.size() ? above + 1 : above];
-        const float random = a + (place - static_cast<float>(above)) * (b - a); // as `elevation_planes::at`
-        here.speckle_gain *= random;
-        here.surface_gain *= random;
-        here.uncorrelated_gain *= random;
-        return here;
+        return a + (place - static_cast<float>(above)) * (b - a);
+    }
+    /// The kernels at a displayed depth, metres; without effect where there are none.
+    INSONIFY_FN kernel_sample at(float depth) const {
+        return samples.empty() ? kernel_sample{} : samples[index(depth)];
     }
 };
 
@@ -85,9 +85,10 @@ class compensated_echoes {
     /// meets it emits the echo of the whole, where the surface is nearest to the probe.
     INSONIFY_FN void curved_surface(const curved_echo& one) const {
         const kernel_sample here = kernels_.at(one.depth);
-        // Depth is measured along the lines: where they diverge, a circle around their origin is plane.
-        const detail::curved_kernel across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence,
-                                           here.lateral_sigma},
+        // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but does
+        // not weaken the echo.
+        const detail::curved_kernel own{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
+            across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence, here.lateral_sigma},
             out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
         const float in_lines = across.strength(), in_planes = out_of_slice.strength();
         const auto repeat = [&](float first, vec2 amplitude) {
@@ -96,8 +97,8 @@ class compensated_echoes {
         };
         const auto add = [&](float first, vec2 of_line) {
             if (in_planes < 1)
-                repeat(first,
-                       ((1 - in_planes) * one.collected.y / elevation_transfer(one.depth, one.slope.y)) * of_line);
+                repeat(first, ((1 - in_planes) * raised(one.collected.y, elevation_transfer(one.depth, one.slope.y))) *
+                                  of_line);
             if (in_planes > 0) {
                 const vec2 nearest = out_of_slice.to_nearest();
                 repeat(first + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
@@ -105,9 +106,11 @@ class compensated_echoes {
         };
         if (in_lines < 1)
             add(one.depth,
-                {one.amplitude * (1 - in_lines) * one.collected.x / lateral_transfer(one.depth, one.slope.x), 0});
+                {one.amplitude * (1 - in_lines) * raised(one.collected.x, lateral_transfer(one.depth, one.slope.x)),
+                 0});
         if (in_lines > 0)
-            add(one.depth + across.to_nearest().y, (one.amplitude * in_lines) * across.of_line(here.line_spacing));
+            add(one.depth + across.to_nearest().y,
+                (one.amplitude * in_lines * own.at_middle() / across.at_middle()) * across.of_line(here.line_spacing));
     }
 
     /// The rms of speckle is kept. On a slope s the echoes of neighbouring lines differ in phase, q a metre: two lines d
@@ -119,7 +122,7 @@ class compensated_echoes {
             const kernel_sample here = kernels_.at(depth);
             const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
                        lost = 0.5F * q_squared * here.speckle_spread;
-            return here.speckle_gain *
+            return here.speckle_gain * kernels_.random_weight(depth) *
                    std::exp(0.5F * min(lost.x + lost.y + here.speckle_loss * q_squared.x * q_squared.x, 2));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
@@ -152,13 +155,17 @@ class compensated_echoes {
         for (int i = 0; i <= static_cast<int>(steps); ++i) {
             const float place = steps > 0 ? static_cast<float>(i) / steps : 0.5F;
             const float deeper = strip.deeper(place) + (place - 0.5F) * across;
-            echoes_.add(depth + deeper, value(deeper) * level);
+            echoes_.add(depth + deeper, value(deeper) * (level * kernels_.random_weight(depth + deeper)));
         }
     }
 
   private:
     // Limits the gain: the echo of a small or curved surface is weakened less than that of a plane.
     static constexpr float min_transfer = 0.15F;
+
+    // The part of an echo that the aperture collects, over what the kernels keep of it. Limited to twice the echo itself, because
+    // the lines and planes that meet the edge of a steep surface are too few to weaken it.
+    INSONIFY_FN static float raised(float collected, float transfer) { return min(collected / transfer, 2); }
 
     // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
     // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient

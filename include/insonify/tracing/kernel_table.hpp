@@ -95,7 +95,7 @@ class kernel_table {
                     plane_weights_[first + k * planes_ + i] = here.coherent[i];
                     plane_strips_[first + std::size_t{i} * depths + k] = here.strip[i];
                     random_weights_[first + std::size_t{i} * depths + k] =
-                        here.random[i] / max(here.coherent[i], 1e-12F);
+                        min(here.random[i] / max(here.coherent[i], 1e-12F), max_random_weight);
                 }
             }
             const lateral_weights across = kernel_.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
@@ -221,6 +221,10 @@ class kernel_table {
     }
 
     static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
+
+    // Limits the gain of planes with less than a thousandth of the coherent weight: a scatterer that is displayed at a depth
+    // where the weight is larger would be too bright.
+    static constexpr float max_random_weight = 30;
 
     std::uint32_t planes_ = 1;
     std::uint32_t lines_ = 0;
