@@ -4,6 +4,8 @@
 #include <insonify/tracing/moving_scatterers.hpp>
 #include <insonify/tracing/moving_surfaces.hpp>
 #include <insonify/tracing/trace.hpp>
+#include <insonify/tracing/trace_line.hpp>
+#include <algorithm>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -118,15 +120,15 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
                                           samples, view<vec2>{room});
                     return true;
                 });
-                const float* const weights = frame.planes > 1 ? frame.weights(number, plane) : nullptr;
                 for (std::uint32_t slot = 0; slot <= pulses.count; ++slot) {
                     iq_lines& lines = slot == 0 ? out.resting : out.moving[slot - 1];
-                    vec2* const to = lines.values.data() + i * samples;
-                    const vec2* const echoes = room.data() + std::size_t{slot} * samples;
-                    for (std::uint32_t k = 0; k < samples; ++k) {
-                        const vec2 echo = weights != nullptr ? weights[k] * echoes[k] : echoes[k];
-                        to[k] = plane == 0 ? echo : to[k] + echo;
-                    }
+                    const view<vec2> sums{lines.values.data() + i * samples, samples},
+                        echoes{room.data() + std::size_t{slot} * samples, samples};
+                    if (plane == 0) std::fill(sums.begin(), sums.end(), vec2{0, 0});
+                    if (frame.planes > 1)
+                        detail::add_weighted(echoes, frame.weights(number, plane), sums);
+                    else
+                        std::copy(echoes.begin(), echoes.end(), sums.begin());
                 }
             }
         }
