@@ -110,7 +110,8 @@ class anatomies {
             needle = body.add(make_needle(needle_diameter(s.gauge), 100_mm), tissue::steel,
                               {.priority = 100, .name = "needle"});
         body.build(exec::seq);
-        const auto [at, outside] = place_probe(body, box, needle, d, s);
+        const auto [skin, at, outside] = place_probe(body, box, needle, d, s);
+        body.set_background_fibres(skin.direction({1, 0, 0}), skin.direction({0, 0, 1}));
         if (needle) {
             body.place(*needle, needle_pose(s, at));
             body.update(exec::seq);
@@ -181,6 +182,7 @@ class anatomies {
 
     /// Where the probe is, and a point in front of the surface there.
     struct probe_place {
+        pose skin{}; ///< x along `lateral`, z inwards: what `at` is a turn of
         pose at{};
         vec3 outside{0, 0, 0};
     };
@@ -215,7 +217,8 @@ class anatomies {
             m[j][i] = -n;
             return pose{m, {0, 0, 0}};
         };
-        return {on_surface * turned(s.turn, 2) * turned(s.tilt, 0) * turned(s.rock, 1), place - 0.1_mm * inwards};
+        return {on_surface, on_surface * turned(s.turn, 2) * turned(s.tilt, 0) * turned(s.rock, 1),
+                place - 0.1_mm * inwards};
     }
 
     /// In the plane of the image, from the left, its tip below the middle of the face.

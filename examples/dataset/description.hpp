@@ -175,7 +175,8 @@ inline void add_options(CLI::App& app, description& d) {
     option("--anatomy", d.anatomy, "OBJ files whose materials are tissues; without: the phantom of a nerve block");
     option("--unit", d.unit, "Length of 1 in the OBJ files, such as 1mm; without a unit, mm")
         ->transform(CLI::AsNumberWithUnit(std::map<std::string, float>{{"mm", 1}, {"cm", 10}, {"m", 1000}}));
-    option("--background", d.background, "Tissue outside the objects of the OBJ files");
+    option("--background", d.background,
+           "Tissue outside the objects of the OBJ files; its layers are parallel to the skin under the probe");
     varies("--scale", d.scale, "Factor of all lengths");
     varies("--bend", d.bend, "Rms of a smooth random displacement, mm");
     option("--bend-length", d.bend_length, "Its wavelength, mm");

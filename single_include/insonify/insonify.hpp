@@ -5343,6 +5343,7 @@ inline constexpr structure heart_structure{
 };
 
 /// Subcutaneous fat: one to three wavy septa, 0.3 to 0.6 mm thick, which run nearly parallel to the skin over 20 to 50 mm.
+/// Along the beam they cannot be seen.
 inline constexpr structure fat_structure{
     .mottling = {1.5F, {8_mm, 8_mm, 4_mm}},
     .wave = 0.7_mm,
@@ -5355,7 +5356,8 @@ inline constexpr structure fat_structure{
               .spread_db = 4,
               .turn = 0.05F,
               .tilt = 0.05F,
-              .waviness = 0.2F},
+              .waviness = 0.2F,
+              .diffuse_db = -30},
 };
 
 /// Tendon and ligament: parallel fibrils, 0.2 to 0.5 mm apart, 10 to 30 mm long. Their sheets hardly wave, so the echo

@@ -134,4 +134,33 @@ TEST_CASE("the sheaths of a thin muscle meet in its middle: each is as bright as
     }
 }
 
+TEST_CASE("septa of fat that lie along the beam cannot be seen: lines differ by no more than without them") {
+    const auto deviation = [](const medium& fat) { // of the levels of lines, dB, over many places
+        double sum = 0, squares = 0, count = 0;
+        for (const vec3 across_layers : {vec3{1, 0, 0}, vec3{0, 1, 0}}) {
+            scene body{fat};
+            body.set_background_fibres({0, 0, 1}, across_layers);
+            body.build(exec::par);
+            for (int i = 0; i < 8; ++i) {
+                const iq_lines echoes =
+                    echoes_of(body, {.translation = static_cast<float>(i) * vec3{31_mm, 17_mm, 9_mm}});
+                for (std::uint32_t line = 0; line < probe.lines; ++line, ++count) {
+                    double power = 0;
+                    for (std::uint32_t k = 0; k < scan.samples; ++k)
+                        power += static_cast<double>(dot(echoes(line, k), echoes(line, k)));
+                    const double level = 10 * std::log10(power);
+                    sum += level;
+                    squares += level * level;
+                }
+            }
+        }
+        return std::sqrt(squares / count - sum / count * (sum / count));
+    };
+    medium none = tissue::fat;
+    none.structure.septa = {};
+    const double with = deviation(tissue::fat), without = deviation(none);
+    MESSAGE("deviation from line to line ", with, " dB, without septa ", without);
+    CHECK(with < without + 0.2);
+}
+
 } // namespace structure_in_echoes_test
