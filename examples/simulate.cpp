@@ -70,10 +70,7 @@ scene load(const simulate_options& chosen) {
             known += std::string{known.empty() ? "" : ", "} + each.name;
         throw usage_error{"--background: there is no tissue '" + chosen.background + "'; known are " + known};
     }
-    scene body = load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background});
-    const auto direction = [](const std::array<float, 3>& of) { return vec3{of[0], of[1], of[2]}; };
-    body.set_background_fibres(direction(chosen.fibres), direction(chosen.layers));
-    return body;
+    return load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background});
 }
 
 pose pose_of(const simulate_options& chosen, const scene& body) {
@@ -83,6 +80,15 @@ pose pose_of(const simulate_options& chosen, const scene& body) {
     if (chosen.file.empty()) return pose{};
     const aabb box = body.box();
     return look_at({box.centre().x, box.lower.y - 10_mm, box.centre().z}, box.centre(), lateral);
+}
+
+/// The structure of the background, by default as below skin that the probe stands on.
+void place_background(const simulate_options& chosen, const pose& at, scene& body) {
+    const auto direction = [](const std::optional<std::array<float, 3>>& given, vec3 otherwise) {
+        return given ? vec3{(*given)[0], (*given)[1], (*given)[2]} : otherwise;
+    };
+    body.set_background_fibres(direction(chosen.fibres, at.direction({1, 0, 0})),
+                               direction(chosen.layers, at.direction({0, 0, 1})));
 }
 
 std::size_t count_triangles(const scene& body) {
@@ -147,6 +153,7 @@ void run(const simulate_options& chosen, const Probe& probe) {
     scene body = stage("load", [&](const auto&) { return load(chosen); });
     stage("build", [&](const auto& policy) { return body.build(policy).objects().size(); });
     const pose at = pose_of(chosen, body);
+    if (!chosen.file.empty()) place_background(chosen, at, body);
     const diagnosis found = stage("diagnose", [&](const auto&) { return diagnose(body, probe, at, scan); });
     const vec3 from = at.translation / 1_mm;
     std::printf("  %zu objects, %zu triangles, seen from (%g, %g, %g) mm: %g mm deep, %u lines, %g MHz\n",

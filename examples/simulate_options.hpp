@@ -14,7 +14,7 @@ struct simulate_options {
     std::string file{}; ///< empty: the built-in phantom
     float unit = 1;
     std::string background = "fat";
-    std::array<float, 3> fibres{1, 0, 0}, layers{0, 0, 1}; ///< of the background
+    std::optional<std::array<float, 3>> fibres{}, layers{}; ///< of the background
     std::string probe{};
     std::optional<std::uint32_t> lines{};
     std::optional<float> width{}, radius{}, field_of_view{}, frequency{}, depth{};
@@ -53,8 +53,8 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         ->transform(length)
         ->check(positive_number());
     add("--background", into.background, "TISSUE", "medium around the objects of the file (fat)");
-    add("--fibres", into.fibres, "X,Y,Z", "direction of the fibres of that medium (1,0,0)")->delimiter(',');
-    add("--layers", into.layers, "X,Y,Z", "direction across its layers, such as towards the skin (0,0,1)")
+    add("--fibres", into.fibres, "X,Y,Z", "direction of the fibres of that medium (along the array)")->delimiter(',');
+    add("--layers", into.layers, "X,Y,Z", "direction across its layers, from the skin inwards (away from the probe)")
         ->delimiter(',');
     add("--output", into.output, "FOLDER", "folder that the images are written to (out)");
     add("--size", into.size, "WxH", "image size in pixels; 0 keeps the aspect ratio (768x0)")->delimiter('x');
