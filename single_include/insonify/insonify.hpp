@@ -15390,132 +15390,13 @@ class slice_finder {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
-#ifndef INSONIFY_TRACING_SOUND_PROFILE_HPP
-#define INSONIFY_TRACING_SOUND_PROFILE_HPP
+#ifndef INSONIFY_TRACING_SLICE_SEGMENTS_HPP
+#define INSONIFY_TRACING_SLICE_SEGMENTS_HPP
 
-#include <array>
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// A model from which `aperture_gains` can be computed: see `physical::arrivals`.
-template <class Model>
-concept states_arrivals = requires(const Model& model, const traced_line& line, view<vec2> out) {
-    model.arrivals(line, 1.0F, out);
-};
-
-/// What arrives at one depth of a line.
-struct sound_at_depth {
-    float amplitude = 0;     ///< one way
-    float shown = 0;         ///< displayed depth, metres
-    std::uint32_t place = 0; ///< what the depth lies in: see `layer::place`
-};
-
-/// What arrives along a line, at equal steps of depth: element k at (k + 1) * spacing.
-struct sound_profile {
-    static constexpr std::uint32_t steps = 64;
-
-    std::array<sound_at_depth, steps> at{};
-
-    /// @param line     as the probe sends it, or turned about its origin
-    /// @param room     with the crossings of the line
-    /// @param spacing  of the steps, metres
-    /// @return         the layers, a part of `room`; none where it is too small
-    template <class Line, class Model>
-    view<const layer> find(const line_task& task, const Line& line, const Model& model, line_scratch& room,
-                           float spacing) {
-        traced_line traced = task.line;
-        traced.layers =
-            stack_layers(task.scene, line, task.max_depth, room.found, room.layers, !takes_normal_incidence<Model>());
-        if (traced.layers.empty()) return {};
-        vec2 both_ways[steps];
-        model.arrivals(traced, spacing, view<vec2>{both_ways, steps});
-        std::size_t i = 0;
-        for (std::uint32_t k = 0; k < steps; ++k) {
-            // A step on a surface lies behind it, as in `physical::arrivals`.
-            while (i + 1 < traced.layers.size() && traced.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
-            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, traced.layers[i].place};
-        }
-        return traced.layers;
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
-#ifndef INSONIFY_TRACING_TRACE_LINE_HPP
-#define INSONIFY_TRACING_TRACE_LINE_HPP
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Whether samples can be weighted and added.
-template <class Sample>
-inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
-
-/// The task of a tracer: one line of one plane.
-template <transducer Probe>
-INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
-                              std::uint32_t plane) {
-    return {.scene = scene,
-            .line = {.media = scene.media,
-                     .frequency = frame.probe.frequency,
-                     .places = scene.places,
-                     .structures = scene.structures,
-                     .frame = frame.line(number, plane),
-                     .aperture = frame.aperture,
-                     .plane = plane,
-                     .pulse_sigma = frame.pulse_sigma,
-                     .frame_number = frame.frame_number,
-                     .displacements = scene.displacements},
-            .number = number,
-            .plane = plane,
-            .planes = frame.planes,
-            .max_depth = frame.max_depth,
-            .spacing = frame.spacing,
-            .kernels = frame.kernels.of_line(number, plane)};
-}
-
-/// Adds samples, each times a weight of its own: component by component, so that compilers vectorize it.
-template <class Sample>
-INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<Sample> sums) {
-    constexpr std::size_t parts = sizeof(Sample) / sizeof(float);
-    const auto* const from = reinterpret_cast<const float*>(samples.data());
-    auto* const to = reinterpret_cast<float*>(sums.data());
-    const std::size_t count = sums.size();
-    for (std::size_t k = 0; k < count; ++k)
-        for (std::size_t i = 0; i < parts; ++i) to[k * parts + i] += weights[k] * from[k * parts + i];
-}
-
-/// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
-///
-/// @param plane_samples  room for the samples of one plane where there are several
-/// @param out            the samples of the line; whatever they held is overwritten
-/// @return               false where the scratch is too small; the samples are then undefined
-template <class Policy, transducer Probe, class Tracer, acoustic_model Model>
-INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame, const scene_view& scene,
-                            const Tracer& tracer, const Model& model, std::uint32_t number, line_scratch& scratch,
-                            view<typename Model::sample_type> plane_samples, view<typename Model::sample_type> out) {
-    using sample_type = typename Model::sample_type;
-    for (sample_type& sample : out) sample = sample_type{};
-    for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-        const line_task task = task_of(frame, scene, number, plane);
-        if (frame.planes == 1) return tracer(policy, task, model, scratch, out);
-        if constexpr (is_average_v<sample_type>) {
-            for (sample_type& sample : plane_samples) sample = sample_type{};
-            if (!tracer(policy, task, model, scratch, plane_samples)) return false;
-            const float* weight = frame.weights(number, plane);
-            add_weighted(plane_samples, weight, out);
-        }
-    }
-    return true;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
 #ifndef INSONIFY_TRACING_TURNED_FAN_HPP
 #define INSONIFY_TRACING_TURNED_FAN_HPP
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -15654,21 +15535,30 @@ INSONIFY_FN inline surface_incidence incidence_at(const turned_line& line, float
     return met.cosine > steep_cosine ? met : incidence_at(turned, length, one, face);
 }
 
+/// Points in the coordinates of a fan, one in each lane.
+struct point_lanes {
+    using floats = lanes<simd_width>;
+    floats x, y;
+};
+
 /// The lines of a fan, all turned or shifted alike.
 class turned_fan {
   public:
     void assign(const line_fan& fan, const face_shape& shape, const line_turn& turn) {
         shape_ = shape;
         turn_ = turn;
-        lines_.resize(fan.size());
-        for (std::uint32_t i = 0; i < fan.size(); ++i) {
-            const vec2 along = fan[i].along;
-            if (turn.is_shift)
-                lines_[i] = {fan[i].origin + turn.shift * shape.across, along};
-            else
-                lines_[i] = {
-                    fan[i].origin,
-                    {along.x * turn.cosine + along.y * turn.sine, along.y * turn.cosine - along.x * turn.sine}};
+        size_ = fan.size();
+        for (std::vector<float>& each : lines_) each.resize(size_ + simd_width);
+        for (std::uint32_t i = 0; i < size_ + simd_width; ++i) {
+            const line_fan::line& straight = fan[std::min(i, size_ - 1)];
+            const vec2 along = straight.along;
+            const line_fan::line turned = turn.is_shift
+                                              ? line_fan::line{straight.origin + turn.shift * shape.across, along}
+                                              : line_fan::line{straight.origin,
+                                                               {along.x * turn.cosine + along.y * turn.sine,
+                                                                along.y * turn.cosine - along.x * turn.sine}};
+            lines_[0][i] = turned.origin.x, lines_[1][i] = turned.origin.y;
+            lines_[2][i] = turned.along.x, lines_[3][i] = turned.along.y;
         }
     }
 
@@ -15676,20 +15566,43 @@ class turned_fan {
     line_turn turn(std::uint32_t line) const {
         line_turn own = turn_;
         if (!own.is_shift) return own;
-        const vec2 along = lines_[line].along;
+        const vec2 along{lines_[2][line], lines_[3][line]};
         own.sine = dot(shape_.across, along);
         own.cosine = shape_.across.x * along.y - shape_.across.y * along.x;
         return own;
     }
-    const std::vector<line_fan::line>& lines() const { return lines_; }
+    /// The lines from `first` on; the last line fills the lanes beyond it.
+    line_fan::neighbours<simd_width> from(std::uint32_t first) const {
+        const auto at = [&](int k) { return load<simd_width>(lines_[k].data() + first); };
+        return {at(0), at(1), at(2), at(3)};
+    }
 
-    /// Moves a point across the lines so that the turned line through it becomes the straight one: what a turned line
+    /// Moves points across the lines so that the turned line through each becomes the straight one: what a turned line
     /// crosses is what the straight one crosses after points were moved.
+    INSONIFY_INLINE point_lanes straightened(const point_lanes& p) const {
+        using floats = point_lanes::floats;
+        if (turn_.is_shift) {
+            const vec2 shift = turn_.shift * shape_.across;
+            return {p.x - floats(shift.x), p.y - floats(shift.y)};
+        }
+        const floats sine(turn_.sine), cosine(turn_.cosine);
+        if (shape_.radius == 0) {
+            const floats depth = p.y - floats(turn_.incline) * p.x;
+            return {p.x - depth * (sine / floats(turn_.depth_per_metre())), p.y};
+        }
+        // By the angle of `line_turn::around`.
+        const floats one(1.0F), distance = sqrt(p.x * p.x + p.y * p.y);
+        const floats a = max(min(floats(turn_.radius * turn_.sine) / max(distance, floats(1e-9F)), one), -one),
+                     b = sqrt(one - a * a);
+        const floats by_x = sine * b - cosine * a, by_y = cosine * b + sine * a;
+        return {p.x * by_y - p.y * by_x, p.x * by_x + p.y * by_y};
+    }
     vec2 straightened(vec2 p) const {
-        if (turn_.is_shift) return p - turn_.shift * shape_.across;
-        if (shape_.radius == 0) return {p.x - (p.y - turn_.incline * p.x) * turn_.sine / turn_.depth_per_metre(), p.y};
-        const vec2 by = turn_.around(length(p));
-        return {p.x * by.y - p.y * by.x, p.x * by.x + p.y * by.y};
+        const point_lanes moved = straightened(point_lanes{point_lanes::floats(p.x), point_lanes::floats(p.y)});
+        float x[simd_width], y[simd_width];
+        store(moved.x, x);
+        store(moved.y, y);
+        return {x[0], y[0]};
     }
 
     /// Calls visit(from, to) for the parts of a segment that `straightened` keeps in order: those outside the circle around the
@@ -15708,6 +15621,16 @@ class turned_fan {
         if (leaves < 1) visit(from + leaves * along, to);
     }
 
+    /// Bit i: whether `for_each_outer_part` may divide segment i.
+    INSONIFY_INLINE std::uint32_t divided(const point_lanes& from, const point_lanes& to) const {
+        using floats = point_lanes::floats;
+        const float radius = shape_.radius * std::fabs(turn_.sine);
+        if (radius == 0) return 0;
+        const floats x = to.x - from.x, y = to.y - from.y, a = x * x + y * y, b = from.x * x + from.y * y,
+                     c = from.x * from.x + from.y * from.y - floats(radius * radius);
+        return bits_of(floats(0.0F) <= b * b - a * c);
+    }
+
     /// How many straight lines the turned line that ends in one of them has crossed on its way to a depth.
     float lines_crossed(float depth, std::uint32_t line) const {
         if (turn_.is_shift) {
@@ -15722,8 +15645,176 @@ class turned_fan {
   private:
     face_shape shape_{};
     line_turn turn_{};
-    std::vector<line_fan::line> lines_{};
+    std::uint32_t size_ = 0;
+    std::vector<float> lines_[4] =
+        {}; // x and y of the origins, x and y of the directions; the last is repeated at the end
 };
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The segments of one slice by the sum of the depths of their ends, which lie in flat arrays so that a register takes several.
+/// Keeps its memory from frame to frame.
+class slice_segments {
+  public:
+    static constexpr int width = simd_width;
+
+    void clear() { order_.clear(); }
+    void add(const cut_segment& one) { order_.push_back({one.from.y + one.to.y, &one}); }
+    /// Sorts the segments, after the last was added.
+    void sort() {
+        std::sort(order_.begin(), order_.end(), [](const deep& a, const deep& b) { return a.depth < b.depth; });
+        const std::size_t padded = (order_.size() + width - 1) / width * width;
+        for (std::vector<float>& ends : ends_) ends.assign(padded, 0);
+        for (std::size_t i = 0; i < order_.size(); ++i) {
+            const cut_segment& one = *order_[i].segment;
+            ends_[0][i] = one.from.x, ends_[1][i] = one.from.y, ends_[2][i] = one.to.x, ends_[3][i] = one.to.y;
+        }
+    }
+
+    std::size_t size() const { return order_.size(); }
+    const cut_segment& operator[](std::size_t i) const { return *order_[i].segment; }
+
+    /// The ends of `width` segments from the i-th on; behind the last, 0.
+    point_lanes from(std::size_t i) const { return {load<width>(&ends_[0][i]), load<width>(&ends_[1][i])}; }
+    point_lanes to(std::size_t i) const { return {load<width>(&ends_[2][i]), load<width>(&ends_[3][i])}; }
+
+  private:
+    struct deep {
+        float depth = 0;
+        const cut_segment* segment = nullptr;
+    };
+    std::vector<deep> order_{};
+    std::vector<float> ends_[4] = {};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_TRACING_SOUND_PROFILE_HPP
+#define INSONIFY_TRACING_SOUND_PROFILE_HPP
+
+#include <array>
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// A model from which `aperture_gains` can be computed: see `physical::arrivals`.
+template <class Model>
+concept states_arrivals = requires(const Model& model, const traced_line& line, view<vec2> out) {
+    model.arrivals(line, 1.0F, out);
+};
+
+/// What arrives at one depth of a line.
+struct sound_at_depth {
+    float amplitude = 0;     ///< one way
+    float shown = 0;         ///< displayed depth, metres
+    std::uint32_t place = 0; ///< what the depth lies in: see `layer::place`
+};
+
+/// What arrives along a line, at equal steps of depth: element k at (k + 1) * spacing.
+struct sound_profile {
+    static constexpr std::uint32_t steps = 64;
+
+    std::array<sound_at_depth, steps> at{};
+
+    /// @param line     as the probe sends it, or turned about its origin
+    /// @param room     with the crossings of the line
+    /// @param spacing  of the steps, metres
+    /// @return         the layers, a part of `room`; none where it is too small
+    template <class Line, class Model>
+    view<const layer> find(const line_task& task, const Line& line, const Model& model, line_scratch& room,
+                           float spacing) {
+        traced_line traced = task.line;
+        traced.layers =
+            stack_layers(task.scene, line, task.max_depth, room.found, room.layers, !takes_normal_incidence<Model>());
+        if (traced.layers.empty()) return {};
+        vec2 both_ways[steps];
+        model.arrivals(traced, spacing, view<vec2>{both_ways, steps});
+        std::size_t i = 0;
+        for (std::uint32_t k = 0; k < steps; ++k) {
+            // A step on a surface lies behind it, as in `physical::arrivals`.
+            while (i + 1 < traced.layers.size() && traced.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
+            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, traced.layers[i].place};
+        }
+        return traced.layers;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#ifndef INSONIFY_TRACING_TRACE_LINE_HPP
+#define INSONIFY_TRACING_TRACE_LINE_HPP
+
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Whether samples can be weighted and added.
+template <class Sample>
+inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
+
+/// The task of a tracer: one line of one plane.
+template <transducer Probe>
+INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
+                              std::uint32_t plane) {
+    return {.scene = scene,
+            .line = {.media = scene.media,
+                     .frequency = frame.probe.frequency,
+                     .places = scene.places,
+                     .structures = scene.structures,
+                     .frame = frame.line(number, plane),
+                     .aperture = frame.aperture,
+                     .plane = plane,
+                     .pulse_sigma = frame.pulse_sigma,
+                     .frame_number = frame.frame_number,
+                     .displacements = scene.displacements},
+            .number = number,
+            .plane = plane,
+            .planes = frame.planes,
+            .max_depth = frame.max_depth,
+            .spacing = frame.spacing,
+            .kernels = frame.kernels.of_line(number, plane)};
+}
+
+/// Adds samples, each times a weight of its own: component by component, so that compilers vectorize it.
+template <class Sample>
+INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<Sample> sums) {
+    constexpr std::size_t parts = sizeof(Sample) / sizeof(float);
+    const auto* const from = reinterpret_cast<const float*>(samples.data());
+    auto* const to = reinterpret_cast<float*>(sums.data());
+    const std::size_t count = sums.size();
+    for (std::size_t k = 0; k < count; ++k)
+        for (std::size_t i = 0; i < parts; ++i) to[k * parts + i] += weights[k] * from[k * parts + i];
+}
+
+/// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
+///
+/// @param plane_samples  room for the samples of one plane where there are several
+/// @param out            the samples of the line; whatever they held is overwritten
+/// @return               false where the scratch is too small; the samples are then undefined
+template <class Policy, transducer Probe, class Tracer, acoustic_model Model>
+INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame, const scene_view& scene,
+                            const Tracer& tracer, const Model& model, std::uint32_t number, line_scratch& scratch,
+                            view<typename Model::sample_type> plane_samples, view<typename Model::sample_type> out) {
+    using sample_type = typename Model::sample_type;
+    for (sample_type& sample : out) sample = sample_type{};
+    for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+        const line_task task = task_of(frame, scene, number, plane);
+        if (frame.planes == 1) return tracer(policy, task, model, scratch, out);
+        if constexpr (is_average_v<sample_type>) {
+            for (sample_type& sample : plane_samples) sample = sample_type{};
+            if (!tracer(policy, task, model, scratch, plane_samples)) return false;
+            const float* weight = frame.weights(number, plane);
+            add_weighted(plane_samples, weight, out);
+        }
+    }
+    return true;
+}
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
@@ -15747,12 +15838,6 @@ struct shading_points {
 
     std::uint32_t size() const { return fan.size() - 2 * beyond; }
     std::uint32_t line_of(std::uint32_t point) const { return first + point * stride; }
-};
-
-/// A segment of a slice, with the sum of the depths of its ends.
-struct deep_segment {
-    float depth = 0;
-    const cut_segment* segment = nullptr;
 };
 
 /// The lines of all points turned or shifted alike, in each plane by an amount of its own, and what arrives along them. Keeps
@@ -15783,24 +15868,13 @@ class turned_lines {
     const sound_at_depth* sound(std::size_t row) const { return sound_.data() + row * lines_; }
 
     /// Finds where the lines cross the segments of the slices.
-    /// @param segments  by depth, so that the crossings of each line are nearly sorted
-    void find_crossings(const shading_points& points, const std::vector<deep_segment>& segments) {
+    /// @param slices  of each plane, sorted, so that the crossings of each line nearly are
+    void find_crossings(const shading_points& points, view<const slice_segments> slices) {
         constexpr int width = simd_width;
         ends_.assign(std::size_t{points.planes} * lines_ + 1, 0);
         crossed_.clear();
-        for (const deep_segment& deep : segments) {
-            const cut_segment& one = *deep.segment;
-            const turned_fan& fan = fans_[one.slice];
-            fan.for_each_outer_part(one.from, one.to, [&](vec2 outer_from, vec2 outer_to) {
-                const vec2 from = fan.straightened(outer_from), to = fan.straightened(outer_to);
-                points.fan.for_each_crossed(
-                    from, points.fan.gap(from), to, points.fan.gap(to), [&](std::uint32_t first, std::uint32_t last) {
-                        crossed_.push_back({&one, first, last});
-                        std::uint32_t* const count = ends_.data() + std::size_t{one.slice} * lines_ + 1;
-                        for (std::uint32_t line = first; line < last; ++line) ++count[line];
-                    });
-            });
-        }
+        for (std::uint32_t plane = 0; plane < points.planes; ++plane)
+            find_crossed(points.fan, fans_[plane], slices[plane], ends_.data() + std::size_t{plane} * lines_ + 1);
         for (std::size_t slot = 0; slot + 1 < ends_.size(); ++slot) ends_[slot + 1] += ends_[slot];
         crossings_.resize(ends_.back());
         // The end of each line's predecessor is where its own crossings begin; it moves on to its own end as they come in.
@@ -15809,12 +15883,16 @@ class turned_lines {
             std::uint32_t* const end = ends_.data() + std::size_t{one.slice} * lines_;
             for (std::uint32_t line = crossed.first; line < crossed.last; line += width) {
                 float distance[width];
-                store(line_fan::neighbours<width>::from(fans_[one.slice].lines(), line).intersect(one.from, one.to),
-                      distance);
+                store(fans_[one.slice].from(line).intersect(one.from, one.to), distance);
                 for (std::uint32_t i = line; i < crossed.last && i < line + width; ++i)
                     crossings_[end[i]++] = {distance[i - line], one.object, one.primitive};
             }
         }
+    }
+
+    /// Whether a line of the fan reaches any point: those beyond the points on the right do not where it is shifted to the right.
+    bool reaches_points(const shading_points& points, std::uint32_t line, std::uint32_t plane) const {
+        return fans_[plane].turn(line).shift > 0 ? line < points.beyond + points.size() : line >= points.beyond;
     }
 
     /// Finds what arrives along one line of the fan in one plane.
@@ -15841,6 +15919,41 @@ class turned_lines {
         const cut_segment* segment = nullptr;
         std::uint32_t first = 0, last = 0;
     };
+
+    // Adds the lines that cross each segment to `crossed_`, and to the number of crossings of each line.
+    void find_crossed(const line_fan& straight, const turned_fan& turned, const slice_segments& segments,
+                      std::uint32_t* counts) {
+        constexpr int width = simd_width;
+        for (std::size_t begin = 0; begin < segments.size(); begin += width) {
+            const point_lanes from = segments.from(begin), to = segments.to(begin);
+            const point_lanes first = turned.straightened(from), last = turned.straightened(to);
+            const auto places_first = straight.places_of<width>(first.x, first.y),
+                       places_last = straight.places_of<width>(last.x, last.y);
+            const std::uint32_t divided = turned.divided(from, to);
+            float ends[4][width];
+            store(first.x, ends[0]), store(first.y, ends[1]), store(last.x, ends[2]), store(last.y, ends[3]);
+            const std::size_t end = std::min<std::size_t>(width, segments.size() - begin);
+            for (std::uint32_t i = 0; i < end; ++i) {
+                const cut_segment& one = segments[begin + i];
+                const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
+                const std::uint32_t gap_p = straight.gap(places_first, i), gap_q = straight.gap(places_last, i);
+                const auto add = [&](std::uint32_t from_line, std::uint32_t to_line) {
+                    crossed_.push_back({&one, from_line, to_line});
+                    for (std::uint32_t line = from_line; line < to_line; ++line) ++counts[line];
+                };
+                if ((divided >> i & 1U) == 0) {
+                    straight.for_each_crossed(p, gap_p, q, gap_q, add);
+                    continue;
+                }
+                turned.for_each_outer_part(one.from, one.to, [&](vec2 a, vec2 b) {
+                    const vec2 a_moved = a == one.from ? p : turned.straightened(a),
+                               b_moved = b == one.to ? q : turned.straightened(b);
+                    straight.for_each_crossed(a_moved, a == one.from ? gap_p : straight.gap(a_moved), b_moved,
+                                              b == one.to ? gap_q : straight.gap(b_moved), add);
+                });
+            }
+        }
+    }
 
     // The crossings of one line, at the depths of their points. A turned line begins where that of the point does, in the same
     // objects; a shifted one begins in the objects whose surfaces it crosses an odd number of times.
@@ -16154,12 +16267,13 @@ class aperture_shading {
         });
         if (sliced) sort_segments(slices.segments());
         exec::for_each_block(policy, count, 1, 500 * static_cast<float>(points), [&](std::size_t k, std::size_t) {
-            if (sliced) turned_[k].find_crossings(points_, segments_);
+            if (sliced) turned_[k].find_crossings(points_, {segments_, max_elevation_planes});
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
                 for (std::uint32_t line = 0; line < points_.fan.size(); ++line)
-                    turned_[k].find_sound(
-                        task_along(frame, scene, line, plane), points_, line, model, spacing_,
-                        [&](vec3 direction) { return frame.tilt(direction, plane); }, sliced ? &slices : nullptr);
+                    if (turned_[k].reaches_points(points_, line, plane))
+                        turned_[k].find_sound(
+                            task_along(frame, scene, line, plane), points_, line, model, spacing_,
+                            [&](vec3 direction) { return frame.tilt(direction, plane); }, sliced ? &slices : nullptr);
         });
         exec::for_each_block(policy, std::size_t{frame.planes} * steps, 1, 3000, [&](std::size_t row, std::size_t) {
             const auto place = [&](std::uint32_t point) {
@@ -16286,12 +16400,11 @@ class aperture_shading {
     }
 
     void sort_segments(const slice_cut& cut) {
-        segments_.clear();
+        for (slice_segments& slice : segments_) slice.clear();
         cut.for_each_segment([&](const cut_segment& one) {
-            if (!one.again) segments_.push_back({one.from.y + one.to.y, &one});
+            if (!one.again) segments_[one.slice].add(one);
         });
-        std::sort(segments_.begin(), segments_.end(),
-                  [](const deep_segment& one, const deep_segment& other) { return one.depth < other.depth; });
+        for (slice_segments& slice : segments_) slice.sort();
     }
 
     // The gains of one line: what arrives at the nearest points through the aperture, divided by what arrives along the line.
@@ -16340,7 +16453,7 @@ class aperture_shading {
     shading_points points_{};
     std::vector<sound_profile> profiles_{}; // each line by itself, by plane and line
     std::vector<kept_layers> layers_{};     // of each block of lines, by plane and line
-    std::vector<deep_segment> segments_{};  // of all slices, by depth
+    slice_segments segments_[max_elevation_planes] = {};
     std::vector<turned_lines> turned_{};
     std::vector<aperture_average> averages_{}; // one for each plane and step
     std::vector<aperture_mean> means_{};       // by plane, step and point

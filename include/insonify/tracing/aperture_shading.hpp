@@ -103,12 +103,13 @@ class aperture_shading {
         });
         if (sliced) sort_segments(slices.segments());
         exec::for_each_block(policy, count, 1, 500 * static_cast<float>(points), [&](std::size_t k, std::size_t) {
-            if (sliced) turned_[k].find_crossings(points_, segments_);
+            if (sliced) turned_[k].find_crossings(points_, {segments_, max_elevation_planes});
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
                 for (std::uint32_t line = 0; line < points_.fan.size(); ++line)
-                    turned_[k].find_sound(
-                        task_along(frame, scene, line, plane), points_, line, model, spacing_,
-                        [&](vec3 direction) { return frame.tilt(direction, plane); }, sliced ? &slices : nullptr);
+                    if (turned_[k].reaches_points(points_, line, plane))
+                        turned_[k].find_sound(
+                            task_along(frame, scene, line, plane), points_, line, model, spacing_,
+                            [&](vec3 direction) { return frame.tilt(direction, plane); }, sliced ? &slices : nullptr);
         });
         exec::for_each_block(policy, std::size_t{frame.planes} * steps, 1, 3000, [&](std::size_t row, std::size_t) {
             const auto place = [&](std::uint32_t point) {
@@ -235,12 +236,11 @@ class aperture_shading {
     }
 
     void sort_segments(const slice_cut& cut) {
-        segments_.clear();
+        for (slice_segments& slice : segments_) slice.clear();
         cut.for_each_segment([&](const cut_segment& one) {
-            if (!one.again) segments_.push_back({one.from.y + one.to.y, &one});
+            if (!one.again) segments_[one.slice].add(one);
         });
-        std::sort(segments_.begin(), segments_.end(),
-                  [](const deep_segment& one, const deep_segment& other) { return one.depth < other.depth; });
+        for (slice_segments& slice : segments_) slice.sort();
     }
 
     // The gains of one line: what arrives at the nearest points through the aperture, divided by what arrives along the line.
@@ -289,7 +289,7 @@ class aperture_shading {
     shading_points points_{};
     std::vector<sound_profile> profiles_{}; // each line by itself, by plane and line
     std::vector<kept_layers> layers_{};     // of each block of lines, by plane and line
-    std::vector<deep_segment> segments_{};  // of all slices, by depth
+    slice_segments segments_[max_elevation_planes] = {};
     std::vector<turned_lines> turned_{};
     std::vector<aperture_average> averages_{}; // one for each plane and step
     std::vector<aperture_mean> means_{};       // by plane, step and point

@@ -3,6 +3,7 @@
 
 #include <insonify/probe/line_fan.hpp>
 #include <insonify/scene/layers.hpp>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -141,21 +142,30 @@ INSONIFY_FN inline surface_incidence incidence_at(const turned_line& line, float
     return met.cosine > steep_cosine ? met : incidence_at(turned, length, one, face);
 }
 
+/// Points in the coordinates of a fan, one in each lane.
+struct point_lanes {
+    using floats = lanes<simd_width>;
+    floats x, y;
+};
+
 /// The lines of a fan, all turned or shifted alike.
 class turned_fan {
   public:
     void assign(const line_fan& fan, const face_shape& shape, const line_turn& turn) {
         shape_ = shape;
         turn_ = turn;
-        lines_.resize(fan.size());
-        for (std::uint32_t i = 0; i < fan.size(); ++i) {
-            const vec2 along = fan[i].along;
-            if (turn.is_shift)
-                lines_[i] = {fan[i].origin + turn.shift * shape.across, along};
-            else
-                lines_[i] = {
-                    fan[i].origin,
-                    {along.x * turn.cosine + along.y * turn.sine, along.y * turn.cosine - along.x * turn.sine}};
+        size_ = fan.size();
+        for (std::vector<float>& each : lines_) each.resize(size_ + simd_width);
+        for (std::uint32_t i = 0; i < size_ + simd_width; ++i) {
+            const line_fan::line& straight = fan[std::min(i, size_ - 1)];
+            const vec2 along = straight.along;
+            const line_fan::line turned = turn.is_shift
+                                              ? line_fan::line{straight.origin + turn.shift * shape.across, along}
+                                              : line_fan::line{straight.origin,
+                                                               {along.x * turn.cosine + along.y * turn.sine,
+                                                                along.y * turn.cosine - along.x * turn.sine}};
+            lines_[0][i] = turned.origin.x, lines_[1][i] = turned.origin.y;
+            lines_[2][i] = turned.along.x, lines_[3][i] = turned.along.y;
         }
     }
 
@@ -163,20 +173,43 @@ class turned_fan {
     line_turn turn(std::uint32_t line) const {
         line_turn own = turn_;
         if (!own.is_shift) return own;
-        const vec2 along = lines_[line].along;
+        const vec2 along{lines_[2][line], lines_[3][line]};
         own.sine = dot(shape_.across, along);
         own.cosine = shape_.across.x * along.y - shape_.across.y * along.x;
         return own;
     }
-    const std::vector<line_fan::line>& lines() const { return lines_; }
+    /// The lines from `first` on; the last line fills the lanes beyond it.
+    line_fan::neighbours<simd_width> from(std::uint32_t first) const {
+        const auto at = [&](int k) { return load<simd_width>(lines_[k].data() + first); };
+        return {at(0), at(1), at(2), at(3)};
+    }
 
-    /// Moves a point across the lines so that the turned line through it becomes the straight one: what a turned line
+    /// Moves points across the lines so that the turned line through each becomes the straight one: what a turned line
     /// crosses is what the straight one crosses after points were moved.
+    INSONIFY_INLINE point_lanes straightened(const point_lanes& p) const {
+        using floats = point_lanes::floats;
+        if (turn_.is_shift) {
+            const vec2 shift = turn_.shift * shape_.across;
+            return {p.x - floats(shift.x), p.y - floats(shift.y)};
+        }
+        const floats sine(turn_.sine), cosine(turn_.cosine);
+        if (shape_.radius == 0) {
+            const floats depth = p.y - floats(turn_.incline) * p.x;
+            return {p.x - depth * (sine / floats(turn_.depth_per_metre())), p.y};
+        }
+        // By the angle of `line_turn::around`.
+        const floats one(1.0F), distance = sqrt(p.x * p.x + p.y * p.y);
+        const floats a = max(min(floats(turn_.radius * turn_.sine) / max(distance, floats(1e-9F)), one), -one),
+                     b = sqrt(one - a * a);
+        const floats by_x = sine * b - cosine * a, by_y = cosine * b + sine * a;
+        return {p.x * by_y - p.y * by_x, p.x * by_x + p.y * by_y};
+    }
     vec2 straightened(vec2 p) const {
-        if (turn_.is_shift) return p - turn_.shift * shape_.across;
-        if (shape_.radius == 0) return {p.x - (p.y - turn_.incline * p.x) * turn_.sine / turn_.depth_per_metre(), p.y};
-        const vec2 by = turn_.around(length(p));
-        return {p.x * by.y - p.y * by.x, p.x * by.x + p.y * by.y};
+        const point_lanes moved = straightened(point_lanes{point_lanes::floats(p.x), point_lanes::floats(p.y)});
+        float x[simd_width], y[simd_width];
+        store(moved.x, x);
+        store(moved.y, y);
+        return {x[0], y[0]};
     }
 
     /// Calls visit(from, to) for the parts of a segment that `straightened` keeps in order: those outside the circle around the
@@ -195,6 +228,16 @@ class turned_fan {
         if (leaves < 1) visit(from + leaves * along, to);
     }
 
+    /// Bit i: whether `for_each_outer_part` may divide segment i.
+    INSONIFY_INLINE std::uint32_t divided(const point_lanes& from, const point_lanes& to) const {
+        using floats = point_lanes::floats;
+        const float radius = shape_.radius * std::fabs(turn_.sine);
+        if (radius == 0) return 0;
+        const floats x = to.x - from.x, y = to.y - from.y, a = x * x + y * y, b = from.x * x + from.y * y,
+                     c = from.x * from.x + from.y * from.y - floats(radius * radius);
+        return bits_of(floats(0.0F) <= b * b - a * c);
+    }
+
     /// How many straight lines the turned line that ends in one of them has crossed on its way to a depth.
     float lines_crossed(float depth, std::uint32_t line) const {
         if (turn_.is_shift) {
@@ -209,7 +252,9 @@ class turned_fan {
   private:
     face_shape shape_{};
     line_turn turn_{};
-    std::vector<line_fan::line> lines_{};
+    std::uint32_t size_ = 0;
+    std::vector<float> lines_[4] =
+        {}; // x and y of the origins, x and y of the directions; the last is repeated at the end
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

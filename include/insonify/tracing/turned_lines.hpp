@@ -3,6 +3,7 @@
 
 #include <insonify/tracing/scratch_memory.hpp>
 #include <insonify/tracing/slice_finder.hpp>
+#include <insonify/tracing/slice_segments.hpp>
 #include <insonify/tracing/sound_profile.hpp>
 #include <insonify/tracing/trace_line.hpp>
 #include <insonify/tracing/turned_fan.hpp>
@@ -26,12 +27,6 @@ struct shading_points {
 
     std::uint32_t size() const { return fan.size() - 2 * beyond; }
     std::uint32_t line_of(std::uint32_t point) const { return first + point * stride; }
-};
-
-/// A segment of a slice, with the sum of the depths of its ends.
-struct deep_segment {
-    float depth = 0;
-    const cut_segment* segment = nullptr;
 };
 
 /// The lines of all points turned or shifted alike, in each plane by an amount of its own, and what arrives along them. Keeps
@@ -62,24 +57,13 @@ class turned_lines {
     const sound_at_depth* sound(std::size_t row) const { return sound_.data() + row * lines_; }
 
     /// Finds where the lines cross the segments of the slices.
-    /// @param segments  by depth, so that the crossings of each line are nearly sorted
-    void find_crossings(const shading_points& points, const std::vector<deep_segment>& segments) {
+    /// @param slices  of each plane, sorted, so that the crossings of each line nearly are
+    void find_crossings(const shading_points& points, view<const slice_segments> slices) {
         constexpr int width = simd_width;
         ends_.assign(std::size_t{points.planes} * lines_ + 1, 0);
         crossed_.clear();
-        for (const deep_segment& deep : segments) {
-            const cut_segment& one = *deep.segment;
-            const turned_fan& fan = fans_[one.slice];
-            fan.for_each_outer_part(one.from, one.to, [&](vec2 outer_from, vec2 outer_to) {
-                const vec2 from = fan.straightened(outer_from), to = fan.straightened(outer_to);
-                points.fan.for_each_crossed(
-                    from, points.fan.gap(from), to, points.fan.gap(to), [&](std::uint32_t first, std::uint32_t last) {
-                        crossed_.push_back({&one, first, last});
-                        std::uint32_t* const count = ends_.data() + std::size_t{one.slice} * lines_ + 1;
-                        for (std::uint32_t line = first; line < last; ++line) ++count[line];
-                    });
-            });
-        }
+        for (std::uint32_t plane = 0; plane < points.planes; ++plane)
+            find_crossed(points.fan, fans_[plane], slices[plane], ends_.data() + std::size_t{plane} * lines_ + 1);
         for (std::size_t slot = 0; slot + 1 < ends_.size(); ++slot) ends_[slot + 1] += ends_[slot];
         crossings_.resize(ends_.back());
         // The end of each line's predecessor is where its own crossings begin; it moves on to its own end as they come in.
@@ -88,12 +72,16 @@ class turned_lines {
             std::uint32_t* const end = ends_.data() + std::size_t{one.slice} * lines_;
             for (std::uint32_t line = crossed.first; line < crossed.last; line += width) {
                 float distance[width];
-                store(line_fan::neighbours<width>::from(fans_[one.slice].lines(), line).intersect(one.from, one.to),
-                      distance);
+                store(fans_[one.slice].from(line).intersect(one.from, one.to), distance);
                 for (std::uint32_t i = line; i < crossed.last && i < line + width; ++i)
                     crossings_[end[i]++] = {distance[i - line], one.object, one.primitive};
             }
         }
+    }
+
+    /// Whether a line of the fan reaches any point: those beyond the points on the right do not where it is shifted to the right.
+    bool reaches_points(const shading_points& points, std::uint32_t line, std::uint32_t plane) const {
+        return fans_[plane].turn(line).shift > 0 ? line < points.beyond + points.size() : line >= points.beyond;
     }
 
     /// Finds what arrives along one line of the fan in one plane.
@@ -120,6 +108,41 @@ class turned_lines {
         const cut_segment* segment = nullptr;
         std::uint32_t first = 0, last = 0;
     };
+
+    // Adds the lines that cross each segment to `crossed_`, and to the number of crossings of each line.
+    void find_crossed(const line_fan& straight, const turned_fan& turned, const slice_segments& segments,
+                      std::uint32_t* counts) {
+        constexpr int width = simd_width;
+        for (std::size_t begin = 0; begin < segments.size(); begin += width) {
+            const point_lanes from = segments.from(begin), to = segments.to(begin);
+            const point_lanes first = turned.straightened(from), last = turned.straightened(to);
+            const auto places_first = straight.places_of<width>(first.x, first.y),
+                       places_last = straight.places_of<width>(last.x, last.y);
+            const std::uint32_t divided = turned.divided(from, to);
+            float ends[4][width];
+            store(first.x, ends[0]), store(first.y, ends[1]), store(last.x, ends[2]), store(last.y, ends[3]);
+            const std::size_t end = std::min<std::size_t>(width, segments.size() - begin);
+            for (std::uint32_t i = 0; i < end; ++i) {
+                const cut_segment& one = segments[begin + i];
+                const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
+                const std::uint32_t gap_p = straight.gap(places_first, i), gap_q = straight.gap(places_last, i);
+                const auto add = [&](std::uint32_t from_line, std::uint32_t to_line) {
+                    crossed_.push_back({&one, from_line, to_line});
+                    for (std::uint32_t line = from_line; line < to_line; ++line) ++counts[line];
+                };
+                if ((divided >> i & 1U) == 0) {
+                    straight.for_each_crossed(p, gap_p, q, gap_q, add);
+                    continue;
+                }
+                turned.for_each_outer_part(one.from, one.to, [&](vec2 a, vec2 b) {
+                    const vec2 a_moved = a == one.from ? p : turned.straightened(a),
+                               b_moved = b == one.to ? q : turned.straightened(b);
+                    straight.for_each_crossed(a_moved, a == one.from ? gap_p : straight.gap(a_moved), b_moved,
+                                              b == one.to ? gap_q : straight.gap(b_moved), add);
+                });
+            }
+        }
+    }
 
     // The crossings of one line, at the depths of their points. A turned line begins where that of the point does, in the same
     // objects; a shifted one begins in the objects whose surfaces it crosses an odd number of times.
