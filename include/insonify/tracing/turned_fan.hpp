@@ -154,10 +154,10 @@ class turned_fan {
     void assign(const line_fan& fan, const face_shape& shape, const line_turn& turn) {
         shape_ = shape;
         turn_ = turn;
-        size_ = fan.size();
-        for (std::vector<float>& each : lines_) each.resize(size_ + simd_width);
-        for (std::uint32_t i = 0; i < size_ + simd_width; ++i) {
-            const line_fan::line& straight = fan[std::min(i, size_ - 1)];
+        const std::uint32_t padded = fan.size() + simd_width;
+        for (std::vector<float>& each : lines_) each.resize(padded);
+        for (std::uint32_t i = 0; i < padded; ++i) {
+            const line_fan::line& straight = fan[std::min(i, fan.size() - 1)];
             const vec2 along = straight.along;
             const line_fan::line turned = turn.is_shift
                                               ? line_fan::line{straight.origin + turn.shift * shape.across, along}
@@ -252,9 +252,7 @@ class turned_fan {
   private:
     face_shape shape_{};
     line_turn turn_{};
-    std::uint32_t size_ = 0;
-    std::vector<float> lines_[4] =
-        {}; // x and y of the origins, x and y of the directions; the last is repeated at the end
+    std::vector<float> lines_[4] = {}; // x, y of origins; x, y of directions; the last line is repeated at the end
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
