@@ -22,7 +22,7 @@ INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const
         layer here = line.layers[i];
         echo_path entered = path;
         entered.refraction = refraction.next();
-        entered.gains = path.gains.next(line.gains, here);
+        entered.gains = path.gains.next(line.gains, here, line.media[here.medium]);
         if (here.medium != entered.refraction.before) {
             here.cosine = entered.refraction.cosine;
             entered.passed *= at_surface(i, here, path);

@@ -98,8 +98,8 @@ struct aperture_gains {
 /// they lie. At the first surface of the layer, those of the layer above apply.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
-    /// Layers thinner than this, in metres, take the gains of the layer above, unless that is in shadow: what arrives in a
-    /// needle comes through it, not past it.
+    /// Layers thinner than this, in metres of displayed depth, take the gains of the layer above, unless that is in shadow:
+    /// what arrives in a needle comes through it, not past it. In steel that is 3.8 mm.
     static constexpr float thinnest = 1e-3F;
 
     view<const aperture_gain> at_steps{}; ///< those within the layer
@@ -126,14 +126,14 @@ struct layer_gains {
     /// At the end of the layer.
     INSONIFY_FN const aperture_gain& last() const { return at_steps.empty() ? before : at_steps[at_steps.size() - 1]; }
 
-    /// Those of the next layer.
-    INSONIFY_FN layer_gains next(const aperture_gains& all, const layer& here) const {
+    /// Those of the next layer, of a medium.
+    INSONIFY_FN layer_gains next(const aperture_gains& all, const layer& here, const medium& m) const {
         layer_gains own{.per_step = 1 / all.spacing, .before = last()};
         const auto steps_above = [&](float distance) {
             return static_cast<std::size_t>(clamp(distance * own.per_step, 0, static_cast<float>(all.at_steps.size())));
         };
         const bool is_lit_above = own.before.surfaces > 0.5F && own.before.surfaces < 2;
-        if (is_lit_above && here.end - here.begin < thinnest) return own;
+        if (is_lit_above && (here.end - here.begin) * displayed_stretch(m) < thinnest) return own;
         const std::size_t begin = steps_above(here.begin + clearance), end = steps_above(here.end - clearance);
         own.at_steps = {all.at_steps.data() + begin, begin < end ? end - begin : 0};
         own.first = static_cast<float>(begin + 1) * all.spacing;

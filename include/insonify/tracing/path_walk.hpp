@@ -91,7 +91,7 @@ class path_walk {
         walk.skip_departure(now.own_surface);
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
-            now.path.gains = now.path.gains.next(line_.gains, above);
+            now.path.gains = now.path.gains.next(line_.gains, above, line_.media[above.medium]);
             model_.add_layer(line_, above, now.path, echoes_);
             if (walk.at_end()) break;
             layer below = walk.beyond();
