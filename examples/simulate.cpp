@@ -6,6 +6,7 @@
 #include "progress.hpp"
 #include "simulate_options.hpp"
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -84,11 +85,17 @@ pose pose_of(const simulate_options& chosen, const scene& body) {
 
 /// The structure of the background, by default as below skin that the probe stands on.
 void place_background(const simulate_options& chosen, const pose& at, scene& body) {
-    const auto direction = [](const std::optional<std::array<float, 3>>& given, vec3 otherwise) {
-        return given ? vec3{(*given)[0], (*given)[1], (*given)[2]} : otherwise;
+    const auto direction = [](const std::array<float, 3>& of) { return vec3{of[0], of[1], of[2]}; };
+    const vec3 array = at.direction({1, 0, 0}), inwards = at.direction({0, 0, 1});
+    // Along a direction that was given, the other cannot be.
+    const auto unless_parallel = [](vec3 usual, vec3 given, vec3 instead) {
+        return std::fabs(dot(usual, given)) < 0.99F * length(given) ? usual : instead;
     };
-    body.set_background_fibres(direction(chosen.fibres, at.direction({1, 0, 0})),
-                               direction(chosen.layers, at.direction({0, 0, 1})));
+    const vec3 layers = chosen.layers   ? direction(*chosen.layers)
+                        : chosen.fibres ? unless_parallel(inwards, direction(*chosen.fibres), array)
+                                        : inwards;
+    const vec3 fibres = chosen.fibres ? direction(*chosen.fibres) : unless_parallel(array, layers, inwards);
+    body.set_background_fibres(fibres, layers);
 }
 
 std::size_t count_triangles(const scene& body) {

@@ -14560,17 +14560,6 @@ class line_fan {
     struct neighbours {
         lanes<N> origin_x, origin_y, along_x, along_y;
 
-        /// Those from `first` on; the last line fills the lanes beyond it.
-        static neighbours from(const std::vector<line>& lines, std::size_t first) {
-            const auto each = [&](auto value) {
-                return each_lane<N>([&](int i) {
-                    return value(lines[std::min(first + static_cast<std::size_t>(i), lines.size() - 1)]);
-                });
-            };
-            return {each([](const line& l) { return l.origin.x; }), each([](const line& l) { return l.origin.y; }),
-                    each([](const line& l) { return l.along.x; }), each([](const line& l) { return l.along.y; })};
-        }
-
         /// Distance along each line at which the segment from p to q crosses it, given that it does.
         INSONIFY_INLINE lanes<N> intersect(vec2 p, vec2 q) const {
             const lanes<N> zero(0.0F), one(1.0F);
@@ -14657,7 +14646,12 @@ class line_fan {
     /// The lines from `first` on; the last line fills the lanes beyond it.
     template <int N>
     neighbours<N> from(std::size_t first) const {
-        return neighbours<N>::from(lines_, first);
+        const auto each = [&](auto value) {
+            return each_lane<N>(
+                [&](int i) { return value(lines_[std::min(first + static_cast<std::size_t>(i), lines_.size() - 1)]); });
+        };
+        return {each([](const line& l) { return l.origin.x; }), each([](const line& l) { return l.origin.y; }),
+                each([](const line& l) { return l.along.x; }), each([](const line& l) { return l.along.y; })};
     }
 
     /// Search keys of N points for `gap`.
