@@ -280,4 +280,74 @@ TEST_CASE("scanner: a copy goes on by itself; times of the stages add up") {
     CHECK(machine.echoes().depth == 30_mm);
 }
 
+// Where the strongest echo lies, on the lines that are said to be its own.
+template <class Scanner>
+static vec2 place_of_strongest(const Scanner& machine, const iq_lines& echoes, float& loudest) {
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < echoes.values.size(); ++i)
+        if (length(echoes.values[i]) > length(echoes.values[at])) at = i;
+    loudest = length(echoes.values[at]);
+    const float depth =
+        (static_cast<float>(at % echoes.samples) + 0.5F) * echoes.depth / static_cast<float>(echoes.samples);
+    const vec3 place = machine.beam(static_cast<float>(at / echoes.samples)).at(depth);
+    return {place.x, place.z};
+}
+
+TEST_CASE("scanner: the echoes lie on the lines of their probe, whatever the number of lines and looks") {
+    medium water = tissue::water;
+    water.sound_speed = display_speed; // depth is displayed as it is
+    const auto check = [&](const auto& array, std::uint32_t angles, bool interpolates,
+                           enum compound_settings::update update) {
+        b_mode_settings how{.depth = 40_mm, .planes = 1, .compound = {.angles = angles, .update = update}};
+        how.interpolates_lines = interpolates;
+        const vec3 centre = array.beam(static_cast<float>(array.lines / 3)).at(22_mm); // on a line of the probe
+        const vec2 target{centre.x, centre.z};
+        scene body{water};
+        body.add(make_sphere(centre, 0.3_mm, 3), tissue::steel);
+        body.build(exec::par);
+        scanner machine{array, how};
+        CHECK_THROWS_WITH_AS(machine.echo_probe(), doctest::Contains("there is no picture yet"), usage_error);
+        for (std::uint32_t frame = 0; frame < (update == compound_settings::update::one ? angles : 1); ++frame) {
+            machine.scan(exec::par_unseq, body, pose{});
+            const auto& on = machine.echo_probe();
+            CHECK(on.lines == machine.echoes().count);
+            if (update == compound_settings::update::all && angles % 2 == 1) {
+                CHECK(on.steering == 0);
+                CHECK(machine.echoes().depth == 40_mm);
+            }
+            float loudest = 0, own_loudest = 0;
+            const vec2 found = place_of_strongest(on, machine.echoes(), loudest);
+            CHECK(length(found - target) < 0.6_mm); // the radius of the ball, and a line
+            const steered own{array, on.steering};
+            const iq_lines resampled = resample_lines(exec::par_unseq, machine.echoes(), on, own);
+            CHECK(resampled.count == array.lines);
+            CHECK(length(place_of_strongest(own, resampled, own_loudest) - target) < 0.6_mm);
+            if (on.steering == 0) CHECK(std::fabs(own_loudest / loudest - 1) < 0.02F); // the ball is on a line of both
+        }
+    };
+    const linear_array few{.lines = 64, .width = 38_mm}, many{.lines = 300, .width = 38_mm};
+    const convex_array round{.lines = 96, .radius = 40_mm};
+    using update = enum compound_settings::update;
+    for (const std::uint32_t angles : {1U, 2U, 3U, 4U, 5U}) {
+        check(few, angles, false, update::all);
+        check(many, angles, true, update::all);
+        check(round, angles, false, update::all);
+    }
+    check(few, 3, false, update::one);
+}
+
+TEST_CASE("scanner: the echoes of a compounded frame are those of its straight look, to the bit") {
+    const scene body = phantom();
+    b_mode_settings how = usual;
+    how.noise.level_db = no_level_db; // each look has its own
+    scanner alone{probe, how};
+    alone.scan(exec::par_unseq, body, pose{});
+    for (const std::uint32_t angles : {3U, 7U}) {
+        how.compound.angles = angles;
+        scanner machine{probe, how};
+        for (int frame = 0; frame < 2; ++frame) machine.scan(exec::par_unseq, body, pose{});
+        CHECK(machine.echoes() == alone.echoes());
+    }
+}
+
 } // namespace scanner_test

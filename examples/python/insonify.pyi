@@ -721,6 +721,7 @@ class scanner:
     at: pose
     cine: cine_loop
     cine_length: int
+    echo_beams: np.ndarray
     echoes: iq_lines
     def forget(self) -> None: ...
     def freeze(self) -> None: ...

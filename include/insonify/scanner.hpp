@@ -14,6 +14,7 @@
 #include <insonify/tracing/label.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <concepts>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -102,7 +103,19 @@ class scanner {
     const image& picture() const& { return display_.picture; }           ///< the last picture
     image picture() && { return std::move(display_.picture); }           ///< the last picture
     const scan_lines& lines() const { return display_.lines; } ///< brightness along the lines of the last picture
-    const iq_lines& echoes() const { return echoes_; }     ///< of the last look acquired, after noise, before time gain
+    /// Complex echoes of the last frame acquired, after noise, before time gain, on the lines of `echo_probe`.
+    ///
+    /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
+    /// one next to it towards -x. With `update::one`, those of the look that this frame acquired.
+    const iq_lines& echoes() const { return echoes_; }
+    /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
+    ///
+    ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
+    /// @throws usage_error  before the first picture
+    const steered<refined<Probe>>& echo_probe() const {
+        check_picture();
+        return *echo_probe_;
+    }
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
     const pose& at() const { return at_; }                 ///< of the probe, for the last picture
     const stage_times& times() const { return times_; }    ///< of the last picture
@@ -144,6 +157,11 @@ class scanner {
     template <class Policy>
     scan_lines acquire_look(const Policy& policy, const scene& body, const pose& at, std::uint32_t number,
                             const look_probe& look, acquisition scan, const tgc_settings& gain, scan_lines recycled);
+    // Whether a look of a frame is that of `echoes`.
+    bool keeps_echoes(std::uint32_t look) const {
+        const compound_settings& looks = settings.compound;
+        return looks.update == compound_settings::update::one || look == (looks.angles - 1) / 2;
+    }
     template <class Policy>
     const tgc_settings& time_gain_of(const Policy& policy, const scene& body, const pose& at);
 
@@ -159,7 +177,9 @@ class scanner {
     detail::clip_watch<Probe> watch_{};
     detail::frame_display<Probe> display_{};
     cine_loop<stored_frame<Probe>> cine_{};
-    iq_lines echoes_{};
+    iq_lines echoes_{};       // of one look of a frame
+    iq_lines other_echoes_{}; // of the others
+    std::optional<look_probe> echo_probe_{};
     iq_lines resampled_{};
     label_lines label_lines_{};
     label_image labels_{};
@@ -261,21 +281,23 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
         settings.interpolates_lines ? min(rays_per_line(probe, settings.depth, 0.25F), look.rays) : look.rays;
     const refined<Probe> straight{probe, rays};
     const look_probe traced{straight, look.steering};
+    iq_lines& echoes = keeps_echoes(number) ? echoes_ : other_echoes_;
+    if (keeps_echoes(number)) echo_probe_.emplace(look);
     std::swap(tracing_.plan, plans_[number]);
-    echoes_ = trace(policy, body, traced, at, model, scan, tracing_, std::move(echoes_), how);
+    echoes = trace(policy, body, traced, at, model, scan, tracing_, std::move(echoes), how);
     std::swap(tracing_.plan, plans_[number]);
     times_.trace += clock.lap();
-    echoes_ = add_near_field(policy, std::move(echoes_), body, straight, at, settings.near_field, near_field_);
-    echoes_ = convolve(policy, std::move(echoes_), nominal_pulse(probe), traced, {}, convolution_);
+    echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field, near_field_);
+    echoes = convolve(policy, std::move(echoes), nominal_pulse(probe), traced, {}, convolution_);
     if (traced.lines != look.lines) {
-        resampled_ = resample_lines(policy, echoes_, traced, look, std::move(resampled_));
-        std::swap(echoes_, resampled_);
+        resampled_ = resample_lines(policy, echoes, traced, look, std::move(resampled_));
+        std::swap(echoes, resampled_);
     }
-    echoes_ = add_electronic_noise(
-        policy, std::move(echoes_),
+    echoes = add_electronic_noise(
+        policy, std::move(echoes),
         {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});
     times_.convolve += clock.lap();
-    return tgc(policy, envelope(policy, echoes_, std::move(recycled)), probe.frequency, gain);
+    return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain);
 }
 
 // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.

@@ -74,6 +74,12 @@ double error_of(const iq_lines& a, const iq_lines& b) {
     return std::sqrt(difference / all);
 }
 
+template <class Probe>
+Probe probe_with(Probe probe, std::uint32_t lines) {
+    probe.lines = lines;
+    return probe;
+}
+
 } // namespace
 
 TEST_CASE("resample_lines: lines half a beam width apart say what is between them, at any angle") {
@@ -89,6 +95,19 @@ TEST_CASE("resample_lines: lines half a beam width apart say what is between the
         MESSAGE(name, ", ", angle * 180 / pi, " degrees: error ", 20 * std::log10(error), " dB, allowed ", expected);
         CHECK(20 * std::log10(error) < expected);
     };
+    const auto to_fewer = [](const std::string& name, const auto& probe, float angle, double expected) {
+        const auto traced = with_lines(probe, 200, angle), wanted = with_lines(probe, 125, angle);
+        const double sigma = static_cast<double>(line_spacing(traced, 0.5F * depth)) / 1.18;
+        const auto carrier = static_cast<double>(probe.frequency);
+        const steered own{probe_with(probe, 125), angle};
+        const double error = error_of(resample_lines(exec::par_unseq, echoes_of(traced, sigma, carrier), traced, own),
+                                      echoes_of(wanted, sigma, carrier));
+        MESSAGE(name, " to fewer lines: error ", 20 * std::log10(error), " dB, allowed ", expected);
+        CHECK(20 * std::log10(error) < expected);
+    };
+    to_fewer("linear", plane, 0, -30);
+    to_fewer("convex", round, 0, -30);
+    to_fewer("linear", plane, 3_deg, -28);
     measure("linear", plane, 0, -30);
     measure("convex", round, 0, -30);
     for (const float angle : {3_deg, -3_deg}) measure("linear", plane, angle, -28);
@@ -134,6 +153,9 @@ TEST_CASE("resample_lines: every policy gives the same to the bit, and lines of 
         CHECK(std::memcmp(seen.values.data(), other.values.data(), seen.values.size() * sizeof(vec2)) == 0);
     CHECK_THROWS_WITH_AS(resample_lines(exec::seq, echoes, dense, sparse),
                          "resample_lines: the echoes must have as many lines as the probe that was traced",
+                         usage_error);
+    CHECK_THROWS_WITH_AS(resample_lines(exec::seq, echoes, sparse, linear_array{.lines = 40}),
+                         "resample_lines: the probes are steered differently; both must have the same `steering`",
                          usage_error);
 }
 

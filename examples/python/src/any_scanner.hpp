@@ -41,6 +41,7 @@ class any_scanner {
     virtual const image& picture() const = 0;
     virtual const scan_lines& lines() const = 0;
     virtual const iq_lines& echoes() const = 0;
+    virtual std::vector<ray> echo_beams() const = 0; ///< the lines of the echoes, in the frame of the probe
     virtual const scan_map& map() const = 0;
     virtual const pose& at() const = 0;
     virtual const stage_times& times() const = 0;
@@ -92,6 +93,12 @@ class scanner_of final : public any_scanner {
     const image& picture() const override { return own_.picture(); }
     const scan_lines& lines() const override { return own_.lines(); }
     const iq_lines& echoes() const override { return own_.echoes(); }
+    std::vector<ray> echo_beams() const override {
+        std::vector<ray> beams;
+        for (std::uint32_t line = 0; line < own_.echo_probe().lines; ++line)
+            beams.push_back(own_.echo_probe().beam(static_cast<float>(line)));
+        return beams;
+    }
     const scan_map& map() const override { return own_.map(); }
     const pose& at() const override { return own_.at(); }
     const stage_times& times() const override { return own_.times(); }

@@ -59,6 +59,16 @@ void bind_measures(py::module_& module) {
         py::arg("map"), py::arg("outline"), "Area and circumference of a polygon of pixel coordinates, N x 2.");
 }
 
+py::array_t<float> echo_beams(const any_scanner& self) {
+    const std::vector<ray> beams = self.echo_beams();
+    py::array_t<float> made{std::vector<py::ssize_t>{static_cast<py::ssize_t>(beams.size()), 2, 3}};
+    float* to = made.mutable_data();
+    for (const ray& beam : beams)
+        for (const vec3 part : {beam.origin, beam.direction})
+            for (int axis = 0; axis < 3; ++axis) *to++ = part[axis];
+    return made;
+}
+
 } // namespace
 
 void bind_scanner(py::module_& module) {
@@ -113,7 +123,9 @@ void bind_scanner(py::module_& module) {
         .def_property_readonly("lines", py::cpp_function(&any_scanner::lines, copy),
                                "a copy of the brightness along the traced lines")
         .def_property_readonly("echoes", py::cpp_function(&any_scanner::echoes, copy),
-                               "a copy of the complex echoes of the last look")
+                               "a copy of the complex echoes of the last frame's straight look, on lines of their own")
+        .def_property_readonly("echo_beams", &echo_beams,
+                               "origin and direction of each line of the echoes, lines x 2 x 3, in the probe's frame")
         .def_property_readonly("map", py::cpp_function(&any_scanner::map, settings),
                                "pixels of the last picture to points of the slice")
         .def_property_readonly("at", py::cpp_function(&any_scanner::at, copy),

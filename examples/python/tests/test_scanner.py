@@ -50,6 +50,23 @@ def test_pictures_stay_when_the_next_is_drawn(phantom):
     assert how.gain_db == 9  # keeps its scanner
 
 
+@pytest.mark.parametrize("angles", [1, 2, 3])
+def test_echoes_say_where_their_lines_lie(angles):
+    water = us.medium(density=1000, sound_speed=1540)
+    body, target = us.scene(water), np.array([-6 * mm, 0, 22 * mm])
+    body.add(us.make_sphere(tuple(target), 0.3 * mm, 3), tissue.steel)
+    body.build()
+    machine = machine_of(us.linear_array(lines=64), compound=us.compound_settings(angles=angles))
+    with pytest.raises(us.usage_error, match="there is no picture yet"):
+        machine.echo_beams
+    machine.scan(body, us.pose())
+    echoes, beams = np.abs(np.asarray(machine.echoes.values)), machine.echo_beams
+    assert beams.shape == (machine.echoes.count, 2, 3) and machine.echoes.count > 64
+    line, sample = np.unravel_index(echoes.argmax(), echoes.shape)
+    place = beams[line, 0] + beams[line, 1] * (sample + 0.5) * machine.echoes.depth / machine.echoes.samples
+    assert np.linalg.norm(place - target) < 0.6 * mm  # the radius of the ball, and a line
+
+
 def test_freeze_and_cine_loop(phantom):
     body, machine = phantom(), machine_of()
     machine.cine_length = 4

@@ -24,26 +24,31 @@ inline float lanczos_weight(float distance) {
 
 } // namespace detail
 
-/// Echoes on the lines of a probe from those on fewer lines of it, after `convolve`: a beam has no detail finer than its
-/// width, so lines half of that apart say what is between them (`rays_per_line`).
+/// Echoes on the lines of a probe from those on fewer or more lines of it, after `convolve`: a beam has no detail finer
+/// than its width, so lines half of that apart say what is between them (`rays_per_line`).
 ///
-///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)}, wanted{probe, 1};
-///     echoes = resample_lines(policy, echoes, traced, wanted); // ... of trace and convolve with `traced`
+///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)};
+///     echoes = resample_lines(policy, echoes, traced, probe); // ... of trace and convolve with `traced`
 ///
 /// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of the
 /// field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
 /// @param traced    the probe of `lines`
-/// @param wanted    that of the result: the same face and field of view
+/// @param wanted    that of the result: the same face, field of view and steering
 /// @param recycled  lines whose memory is reused
-/// @throws usage_error  for lines that are not those of the probe
-template <exec::policy Policy, transducer Probe>
-iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Probe& traced, const Probe& wanted,
+/// @throws usage_error  for lines that are not those of the probe, or probes that are steered differently
+template <exec::policy Policy, transducer Traced, transducer Wanted>
+iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Traced& traced, const Wanted& wanted,
                         iq_lines recycled = {}) {
     if (lines.count != traced.lines || lines.samples == 0 ||
         lines.values.size() != std::size_t{lines.count} * lines.samples)
         throw usage_error{"resample_lines: the echoes must have as many lines as the probe that was traced"};
     check_depth(lines.depth, "resample_lines");
     wanted.check();
+    const auto middle_direction = [](const auto& probe) {
+        return probe.beam(0.5F * static_cast<float>(probe.lines) - 0.5F).direction;
+    };
+    if (!(length(middle_direction(wanted) - middle_direction(traced)) < 1e-3F))
+        throw usage_error{"resample_lines: the probes are steered differently; both must have the same `steering`"};
     iq_lines made = std::move(recycled);
     made.reshape(wanted.lines, lines.samples, lines.depth);
     const bool around = is_full_circle(traced);
