@@ -18471,26 +18471,31 @@ inline float lanczos_weight(float distance) {
 
 } // namespace detail
 
-/// Echoes on the lines of a probe from those on fewer lines of it, after `convolve`: a beam has no detail finer than its
-/// width, so lines half of that apart say what is between them (`rays_per_line`).
+/// Echoes on the lines of a probe from those on fewer or more lines of it, after `convolve`: a beam has no detail finer
+/// than its width, so lines half of that apart say what is between them (`rays_per_line`).
 ///
-///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)}, wanted{probe, 1};
-///     echoes = resample_lines(policy, echoes, traced, wanted); // ... of trace and convolve with `traced`
+///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)};
+///     echoes = resample_lines(policy, echoes, traced, probe); // ... of trace and convolve with `traced`
 ///
 /// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of the
 /// field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
 /// @param traced    the probe of `lines`
-/// @param wanted    that of the result: the same face and field of view
+/// @param wanted    that of the result: the same face, field of view and steering
 /// @param recycled  lines whose memory is reused
-/// @throws usage_error  for lines that are not those of the probe
-template <exec::policy Policy, transducer Probe>
-iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Probe& traced, const Probe& wanted,
+/// @throws usage_error  for lines that are not those of the probe, or probes that are steered differently
+template <exec::policy Policy, transducer Traced, transducer Wanted>
+iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Traced& traced, const Wanted& wanted,
                         iq_lines recycled = {}) {
     if (lines.count != traced.lines || lines.samples == 0 ||
         lines.values.size() != std::size_t{lines.count} * lines.samples)
         throw usage_error{"resample_lines: the echoes must have as many lines as the probe that was traced"};
     check_depth(lines.depth, "resample_lines");
     wanted.check();
+    const auto middle_direction = [](const auto& probe) {
+        return probe.beam(0.5F * static_cast<float>(probe.lines) - 0.5F).direction;
+    };
+    if (!(length(middle_direction(wanted) - middle_direction(traced)) < 1e-3F))
+        throw usage_error{"resample_lines: the probes are steered differently; both must have the same `steering`"};
     iq_lines made = std::move(recycled);
     made.reshape(wanted.lines, lines.samples, lines.depth);
     const bool around = is_full_circle(traced);
@@ -18531,6 +18536,7 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Probe
 } // namespace insonify::inline INSONIFY_ABI
 #endif
 #include <concepts>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -18619,7 +18625,19 @@ class scanner {
     const image& picture() const& { return display_.picture; }           ///< the last picture
     image picture() && { return std::move(display_.picture); }           ///< the last picture
     const scan_lines& lines() const { return display_.lines; } ///< brightness along the lines of the last picture
-    const iq_lines& echoes() const { return echoes_; }     ///< of the last look acquired, after noise, before time gain
+    /// Complex echoes of the last frame acquired, after noise, before time gain, on the lines of `echo_probe`.
+    ///
+    /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
+    /// one next to it towards -x. With `update::one`, those of the look that this frame acquired.
+    const iq_lines& echoes() const { return echoes_; }
+    /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
+    ///
+    ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
+    /// @throws usage_error  before the first picture
+    const steered<refined<Probe>>& echo_probe() const {
+        check_picture();
+        return *echo_probe_;
+    }
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
     const pose& at() const { return at_; }                 ///< of the probe, for the last picture
     const stage_times& times() const { return times_; }    ///< of the last picture
@@ -18661,6 +18679,11 @@ class scanner {
     template <class Policy>
     scan_lines acquire_look(const Policy& policy, const scene& body, const pose& at, std::uint32_t number,
                             const look_probe& look, acquisition scan, const tgc_settings& gain, scan_lines recycled);
+    // Whether a look of a frame is that of `echoes`.
+    bool keeps_echoes(std::uint32_t look) const {
+        const compound_settings& looks = settings.compound;
+        return looks.update == compound_settings::update::one || look == (looks.angles - 1) / 2;
+    }
     template <class Policy>
     const tgc_settings& time_gain_of(const Policy& policy, const scene& body, const pose& at);
 
@@ -18676,7 +18699,9 @@ class scanner {
     detail::clip_watch<Probe> watch_{};
     detail::frame_display<Probe> display_{};
     cine_loop<stored_frame<Probe>> cine_{};
-    iq_lines echoes_{};
+    iq_lines echoes_{};       // of one look of a frame
+    iq_lines other_echoes_{}; // of the others
+    std::optional<look_probe> echo_probe_{};
     iq_lines resampled_{};
     label_lines label_lines_{};
     label_image labels_{};
@@ -18778,21 +18803,23 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
         settings.interpolates_lines ? min(rays_per_line(probe, settings.depth, 0.25F), look.rays) : look.rays;
     const refined<Probe> straight{probe, rays};
     const look_probe traced{straight, look.steering};
+    iq_lines& echoes = keeps_echoes(number) ? echoes_ : other_echoes_;
+    if (keeps_echoes(number)) echo_probe_.emplace(look);
     std::swap(tracing_.plan, plans_[number]);
-    echoes_ = trace(policy, body, traced, at, model, scan, tracing_, std::move(echoes_), how);
+    echoes = trace(policy, body, traced, at, model, scan, tracing_, std::move(echoes), how);
     std::swap(tracing_.plan, plans_[number]);
     times_.trace += clock.lap();
-    echoes_ = add_near_field(policy, std::move(echoes_), body, straight, at, settings.near_field, near_field_);
-    echoes_ = convolve(policy, std::move(echoes_), nominal_pulse(probe), traced, {}, convolution_);
+    echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field, near_field_);
+    echoes = convolve(policy, std::move(echoes), nominal_pulse(probe), traced, {}, convolution_);
     if (traced.lines != look.lines) {
-        resampled_ = resample_lines(policy, echoes_, traced, look, std::move(resampled_));
-        std::swap(echoes_, resampled_);
+        resampled_ = resample_lines(policy, echoes, traced, look, std::move(resampled_));
+        std::swap(echoes, resampled_);
     }
-    echoes_ = add_electronic_noise(
-        policy, std::move(echoes_),
+    echoes = add_electronic_noise(
+        policy, std::move(echoes),
         {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});
     times_.convolve += clock.lap();
-    return tgc(policy, envelope(policy, echoes_, std::move(recycled)), probe.frequency, gain);
+    return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain);
 }
 
 // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
