@@ -12,6 +12,7 @@
 #include "input.hpp"
 #include <algorithm>
 #include <iterator>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -190,9 +191,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         }
         body.build(exec::seq);
         const bool some_rest = in.below(2) != 0; // the others are handed out for moving
-        for (const object& one : body.objects())
-            if (!some_rest || in.below(2) != 0)
-                for (vec3& p : body.positions(one.id)) p = in.empty() ? p : in.point(); // NaN, too
+        for (const object& one : body.objects()) {
+            if (some_rest && in.below(2) == 0) continue;
+            const std::vector<vec3> before = one.surface.positions;
+            const std::span<vec3> now = body.positions(one.id);
+            for (vec3& p : now) p = in.empty() ? p : in.point();
+            const bool finite = std::all_of(now.begin(), now.end(), [](vec3 p) { return is_finite(p); });
+            try {
+                body.update(exec::seq);
+                fuzz::require(finite, "a frame that is not finite is refused");
+            } catch (const geometry_error&) {
+                fuzz::require(!finite && one.surface.positions == before, "a frame that is refused leaves the last one");
+            }
+        }
         body.update(exec::seq);
         if (wedge)
             check_frame(body, convex_array{.lines = 7, .radius = 0.5F, .field_of_view = 1, .frequency = frequency}, at,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace insonify;
@@ -176,6 +177,38 @@ TEST_CASE("diagnose names open surfaces, even where the picture shows something"
          "The surface of object 'bone' is not closed: The surface is open along 3 edges: fill the hole in a mesh "
          "editor, "
          "or the medium leaks out.");
+}
+
+TEST_CASE("diagnose reports an object that a frame has turned inside out") {
+    scene body = bone_at({0, 0, 30_mm});
+    const object_id bone = *body.find("bone");
+    const auto mirror = [&] {
+        for (vec3& p : body.positions(bone)) p.x = -p.x;
+        body.update(exec::seq);
+    };
+    CHECK_FALSE(body.is_inside_out(bone));
+    mirror();
+    CHECK(body.is_inside_out(bone));
+    const std::string sentence =
+        "The vertices of object 'bone' were moved so that it is inside out: its faces point the other way than when it was "
+        "added; check the simulation, or the formula, that moves it.";
+    says(diagnose(body, probe, pose{}, {.depth = 60_mm}), diagnosis::problem::inside_out, sentence);
+    body.build(exec::seq); // it is still
+    says(diagnose(body, probe, pose{}, {.depth = 60_mm}), diagnosis::problem::inside_out, sentence);
+    mirror();
+    CHECK(diagnose(body, probe, pose{}, {.depth = 60_mm}).problems.empty());
+    for (vec3& p : body.positions(bone)) p.z = 30_mm - 1e-6F * (p.z - 30_mm); // flat, as a vessel that has collapsed
+    body.update(exec::seq);
+    CHECK_FALSE(body.is_inside_out(bone));
+
+    mesh inwards = make_sphere({0, 0, 30_mm}, 10_mm, 3); // as it was added, which changes no picture
+    for (uvec3& face : inwards.faces) std::swap(face.x, face.y);
+    body.remove(bone);
+    const object_id other = body.add(inwards, tissue::bone);
+    body.build(exec::seq);
+    CHECK(diagnose(body, probe, pose{}, {.depth = 60_mm}).problems.empty());
+    CHECK_FALSE(body.is_inside_out(other));
+    CHECK_THROWS_AS(body.is_inside_out(bone), usage_error);
 }
 
 TEST_CASE("the distance to a sector is that to its edge") {

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <doctest/doctest.h>
+#include <span>
+#include <utility>
 #include <vector>
 
 using namespace insonify;
@@ -51,7 +53,7 @@ bool reaches(const hit& found, const ray& r, std::size_t faces) {
 
 TEST_CASE("a thousand scenes of random bits are built, moved and traced") {
     std::uint64_t faces = 0, hits = 0;
-    std::size_t bad_hits = 0, differing_answers = 0, bad_values = 0, bad_labels = 0;
+    std::size_t bad_hits = 0, differing_answers = 0, bad_values = 0, bad_labels = 0, bad_frames = 0, refused = 0;
     for (std::uint64_t seed = 0; seed < 1000; ++seed) {
         chance any{seed};
         scene body{tissue::water};
@@ -69,14 +71,26 @@ TEST_CASE("a thousand scenes of random bits are built, moved and traced") {
                 differing_answers += tree.any(r) == !all.empty() ? 0 : 1;
             }
             if (i == 0) validate(m);
-            // A scene takes finite vertices only, but anything may be written into them later.
+            // A scene takes finite vertices only, also in later frames.
             mesh at_rest = m;
             for (vec3& p : at_rest.positions) p = {hash_uniform(seed, any.bits()), 0, 0};
             const object_id id = body.add(at_rest, tissue::all[any.below(std::size(tissue::all))].value);
             body.build(exec::seq);
             std::copy(m.positions.begin(), m.positions.end(), body.positions(id).begin());
+            const bool finite = std::all_of(m.positions.begin(), m.positions.end(), [](vec3 p) { return is_finite(p); });
+            if (finite) continue;
+            if (i % 2 == 0)
+                CHECK_THROWS_AS(body.build(exec::seq), geometry_error);
+            else
+                CHECK_THROWS_AS(body.update(exec::seq), geometry_error);
+            bad_frames += std::as_const(body)[id].surface.positions == at_rest.positions ? 0 : 1;
+            ++refused;
+            const std::span<vec3> now = body.positions(id);
+            for (std::size_t k = 0; k < now.size(); ++k)
+                if (is_finite(m.positions[k])) now[k] = m.positions[k];
         }
         body.build(exec::seq);
+        for (const object& one : body.objects()) body.positions(one.id); // by a linear pass first
         body.update(exec::seq);
         const linear_array probe{.lines = 4, .frequency = min_frequency};
         const acquisition scan{.depth = 1 + 9 * hash_uniform(seed, 0), .samples = 16};
@@ -93,6 +107,8 @@ TEST_CASE("a thousand scenes of random bits are built, moved and traced") {
     CHECK(differing_answers == 0);
     CHECK(bad_values == 0);
     CHECK(bad_labels == 0);
+    CHECK(bad_frames == 0);
+    CHECK(refused > 5000);
     CHECK(faces > 2'000'000);
     CHECK(hits > 1000);
 }

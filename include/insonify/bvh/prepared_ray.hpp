@@ -7,11 +7,6 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// False for NaN; reads the bits, so that it holds under -ffast-math too.
-INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
-    return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
-}
-
 /// A ray with the constants of its box and triangle tests.
 ///
 /// It crosses the side of a box at coordinate s at the distance s * inverse + entry (or + exit). `entry` and `exit` differ

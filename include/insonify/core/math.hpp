@@ -72,6 +72,11 @@ INSONIFY_FN inline vec3 abs(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), st
 
 namespace detail {
 
+/// False for NaN; tests the bits, as `is_finite`.
+INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
+    return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
+}
+
 /// Two axes that form an orthonormal basis with a direction.
 /// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017.
 struct orthonormal_basis {

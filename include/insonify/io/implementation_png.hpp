@@ -21,8 +21,7 @@ void check_pixels(const Picture& picture) {
 }
 
 inline unsigned char byte_of(float value) {
-    const bool is_nan = (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) > 0x7F800000U;
-    return static_cast<unsigned char>(is_nan ? 0.0F : clamp(value, 0, 1) * 255 + 0.5F);
+    return static_cast<unsigned char>(is_number(value) ? clamp(value, 0, 1) * 255 + 0.5F : 0.0F);
 }
 
 /// @param bytes  of each pixel as many as `channels`, row by row

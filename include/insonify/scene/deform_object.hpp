@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SCENE_DEFORM_OBJECT_HPP
 #define INSONIFY_SCENE_DEFORM_OBJECT_HPP
 
+#include <insonify/scene/check_object.hpp>
 #include <insonify/scene/inverse_map.hpp>
 #include <insonify/scene/inverse_tetrahedra.hpp>
 #include <insonify/scene/object_state.hpp>
@@ -54,13 +55,14 @@ bool deform_object(const Policy& policy, object& one, object_state& state, const
     if (state.rest.empty()) state.rest = now;
     state.follows = map != nullptr;
     state.rest_at = one.at;
-    const bool was_displaced = std::exchange(state.displaced, false);
+    const bool was_displaced = std::exchange(state.displaced, map != nullptr); // also where the map throws
     if (map != nullptr)
         state.displaced = displace_vertices(policy, *map, one.at, state.rest, state.located, now);
     else
         std::copy(state.rest.begin(), state.rest.end(), now.begin());
     if (!state.displaced && !was_displaced && !state.moved) return false;
-    state.follow(policy, one);
+    if (!state.read(policy, one)) refuse_frame(one, find_not_finite(now));
+    state.accept(one);
     return true;
 }
 

@@ -4,6 +4,7 @@
 #include <insonify/geometry/validate.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/plausible.hpp>
+#include <insonify/scene/check_object.hpp>
 #include <insonify/scene/field_distance.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/scene/path_attenuation.hpp>
@@ -30,6 +31,7 @@ struct diagnosis {
         too_shallow,  ///< the lines end before the first surface
         beside,       ///< the objects are beside the field of view
         open_surface, ///< a mesh does not enclose a volume
+        inside_out,   ///< an object has been turned inside out since it was added
         attenuation,  ///< takes more than automatic gain restores: most of the picture is dark
     };
     std::vector<problem> problems{}; ///< the most likely cause first
@@ -55,11 +57,6 @@ inline std::string shown(float metres) {
     char text[48];
     std::snprintf(text, sizeof text, value < 999.5 ? "%.3g" : "%.0f", value);
     return std::string{text} + unit;
-}
-
-/// An object by its name, or by its id where it has none.
-inline std::string named(const std::string& name, std::uint32_t id) {
-    return name.empty() ? "object " + std::to_string(id) : "object '" + name + "'";
 }
 
 /// The surfaces that the lines of a probe would cross without a limit of depth.
@@ -160,7 +157,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     for (const object& one : body.objects())
         if (body.awaits_update(one.id))
             return report(problem::not_updated, "The positions of " +
-                                                    named(one.name, static_cast<std::uint32_t>(one.id)) +
+                                                    named(one.name, one.id) +
                                                     " were handed out since the last update; call update(policy).");
     if (body.media().size() == 1)
         report(problem::one_medium, "Every object has the medium of the background, so no surface echoes; give the "
@@ -170,7 +167,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     const line_survey lines = survey(flat, probe, at);
     const std::string start = lines.starts_in == nullptr
                                   ? "the background"
-                                  : named(body[object_id{lines.starts_in->id}].name, lines.starts_in->id);
+                                  : named(body[object_id{lines.starts_in->id}].name, object_id{lines.starts_in->id});
     if (blocks_sound(flat.media[lines.starts_in == nullptr ? 0 : lines.starts_in->medium]))
         report(problem::inside,
                "The probe is in " + start +
@@ -204,8 +201,12 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     }
     for (const object& one : body.objects())
         if (const mesh_report mesh = validate(one.surface); !mesh.closed())
-            report(problem::open_surface, "The surface of " + named(one.name, static_cast<std::uint32_t>(one.id)) +
+            report(problem::open_surface, "The surface of " + named(one.name, one.id) +
                                               " is not closed: " + explain(mesh));
+        else if (body.is_inside_out(one.id))
+            report(problem::inside_out, "The vertices of " + named(one.name, one.id) +
+                                            " were moved so that it is inside out: its faces point the other way than "
+                                            "when it was added; check the simulation, or the formula, that moves it.");
     if (found.problems.empty()) {
         constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
         const path_survey half = survey_paths(flat, probe, at, scan.depth / 2);

@@ -36,9 +36,13 @@ struct object_state {
     smooth_surface normals{};          ///< of smooth surfaces
     aabb local_box{};                  ///< in object coordinates, as built or updated
     aabb box{};                        ///< in the world
+    double volume = 0;                 ///< enclosed when it was added, m^3; below 0 where faces point inwards
     std::uint32_t medium = 0;          ///< index into the scene's media
     std::uint32_t updates_at_rest = 0; ///< since the vertices last moved
     bool moved = false;                ///< the positions were handed out for writing since the last update
+    std::vector<vec3> accepted{};      ///< positions after the last update; empty: they were never handed out
+    std::vector<vec3> incoming{};      ///< those that `read` has read, before they are accepted
+    aabb incoming_box{};               ///< around them
     bool tree_is_current = false;      ///< the tree and the normals fit the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
     fibre_grid fibres{};               ///< where they are curved
@@ -63,8 +67,11 @@ struct object_state {
         place_structure(of, at_rest);
     }
 
-    /// Takes over what belongs to the deformation of an earlier state.
-    void keep_rest(object_state& of) {
+    /// Takes over what does not depend on the build from an earlier state, whose positions were read.
+    void keep(object_state& of) {
+        volume = of.volume;
+        accepted = std::move(of.incoming);
+        incoming = std::move(of.accepted);
         rest = std::move(of.rest);
         located = std::move(of.located);
         rest_at = of.rest_at;
@@ -86,14 +93,46 @@ struct object_state {
         return own;
     }
 
-    /// Follows vertices that have moved, without touching the tree and the normals.
+    /// The positions are handed out for writing.
+    void hand_out(const object& of) {
+        if (accepted.empty()) accepted = of.surface.positions;
+        moved = true;
+    }
+    /// Whether they ever were.
+    bool handed_out() const { return !accepted.empty(); }
+
+    /// Reads the positions, which `accept` or `refuse` must follow. One pass. @return  whether all are finite
     template <class Policy>
-    void follow(const Policy& policy, const object& of) {
+    bool read(const Policy& policy, const object& of) {
+        constexpr std::size_t parts = 16;
+        const view<const vec3> points{of.surface.positions};
+        incoming.resize(accepted.size());
+        point_bounds part[parts];
+        const std::size_t block = std::max(points.size() / parts + 1, std::size_t{8192});
+        exec::for_each_block(policy, points.size(), block, 0.5F, [&](std::size_t begin, std::size_t end) {
+            part[begin / block] =
+                bounds_of({points.data() + begin, end - begin}, handed_out() ? incoming.data() + begin : nullptr);
+        });
+        point_bounds whole;
+        for (const point_bounds& one : part) whole = merged(whole, one);
+        incoming_box = whole.box;
+        return whole.finite;
+    }
+
+    /// Follows the positions that were read, without touching the tree and the normals.
+    void accept(const object& of) {
         if (groups.empty()) groups = face_groups{mesh_view{of.surface}};
-        local_box = bounds_of(policy, of.surface.positions);
+        accepted.swap(incoming);
+        local_box = incoming_box;
         box = placed_box(local_box, of.at);
         tree_is_current = moved = false;
         updates_at_rest = 0;
+    }
+
+    /// Returns the positions to where they were after the last update.
+    void refuse(object& of) {
+        std::copy(accepted.begin(), accepted.end(), of.surface.positions.begin());
+        moved = false;
     }
 
     /// Refits the tree, or rebuilds it where refitting has degraded it: see `bvh_storage::update`. Computes the normals.
@@ -110,19 +149,6 @@ struct object_state {
         mesh_view surface{of.surface};
         if (!at_rest.empty()) surface.positions = at_rest;
         return structure_axes(surface, local_box, of.fibres(local_box.centre()));
-    }
-
-    template <class Policy>
-    static aabb bounds_of(const Policy& policy, view<const vec3> points) {
-        constexpr std::size_t parts = 16;
-        aabb part[parts];
-        const std::size_t block = std::max(points.size() / parts + 1, std::size_t{8192});
-        exec::for_each_block(policy, points.size(), block, 0.5F, [&](std::size_t begin, std::size_t end) {
-            part[begin / block] = detail::bounds_of(view<const vec3>{points.data() + begin, end - begin});
-        });
-        aabb whole;
-        for (const aabb& box : part) whole = merged(whole, box);
-        return whole;
     }
 };
 

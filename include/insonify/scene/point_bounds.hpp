@@ -2,41 +2,58 @@
 #define INSONIFY_SCENE_POINT_BOUNDS_HPP
 
 #include <insonify/core/view.hpp>
-#include <insonify/execution/simd.hpp>
+#include <insonify/execution/simd_bits.hpp>
 #include <insonify/geometry/aabb.hpp>
 #include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The box around all finite points; empty where there are none.
-inline aabb bounds_of(view<const vec3> points) {
+/// What one pass over points finds.
+struct point_bounds {
+    aabb box{};         ///< around them, where all are finite
+    bool finite = true; ///< whether all are
+};
+
+/// Bounds of two sets of points.
+inline point_bounds merged(const point_bounds& a, const point_bounds& b) {
+    return {merged(a.box, b.box), a.finite && b.finite};
+}
+
+/// Bounds points and copies them, in one pass. @param copy  as many; null: none is made
+inline point_bounds bounds_of(view<const vec3> points, vec3* copy) {
     // Coordinates interleave in three registers: x y z x, y z x y, z x y z.
     constexpr int width = simd_width;
     using floats = lanes<width>;
     floats lower[3] = {floats(FLT_MAX), floats(FLT_MAX), floats(FLT_MAX)};
     floats upper[3] = {floats(-FLT_MAX), floats(-FLT_MAX), floats(-FLT_MAX)};
+    bit_lanes<width> wild{};
     const std::size_t whole = points.size() / width * width;
-    for (std::size_t begin = 0; begin < whole; begin += width)
-        for (std::ptrdiff_t k = 0; k < 3; ++k) {
+    for (std::size_t begin = 0; begin < whole; begin += width) {
+        const auto add = [&](std::ptrdiff_t k) {
             const floats p = load<width>(&points[begin].x + k * width);
-            lower[k] = select(p < lower[k], p, lower[k]); // a NaN is never taken
-            upper[k] = select(upper[k] < p, p, upper[k]);
-        }
+            wild |= not_finite<width>(p);
+            lower[k] = min(lower[k], p);
+            upper[k] = max(upper[k], p);
+            if (copy != nullptr) store(p, &copy[begin].x + k * width);
+        };
+        add(0), add(1), add(2); // not a loop, which g++ -O2 does not unroll
+    }
     float lowest[3 * width], highest[3 * width];
     for (std::ptrdiff_t k = 0; k < 3; ++k) {
         store(lower[k], lowest + k * width);
         store(upper[k], highest + k * width);
     }
-    aabb box;
-    for (int i = 0; i < 3 * width; i += 3)
-        box =
-            merged(box, aabb{{lowest[i], lowest[i + 1], lowest[i + 2]}, {highest[i], highest[i + 1], highest[i + 2]}});
-    for (std::size_t i = whole; i < points.size(); ++i) box = merged(box, points[i]);
-    if (is_finite(box) || points.empty()) return box;
-    box = {};
-    for (const vec3& p : points)
-        if (is_finite(p)) box = merged(box, p);
-    return box;
+    point_bounds found;
+    for (int i = 0; i < width; ++i) {
+        found.box = merged(found.box, aabb{{lowest[3 * i], lowest[3 * i + 1], lowest[3 * i + 2]},
+                                           {highest[3 * i], highest[3 * i + 1], highest[3 * i + 2]}});
+        found.finite = found.finite && wild[i] >> 31 == 0;
+    }
+    for (std::size_t i = whole; i < points.size(); ++i) {
+        found = merged(found, {merged(aabb{}, points[i]), is_finite(points[i])});
+        if (copy != nullptr) copy[i] = points[i];
+    }
+    return found;
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail

@@ -52,9 +52,13 @@ inline const object_view* top_at(const scene_view& flat, vec3 point) {
     return top == media_stack::none ? nullptr : &flat.objects[top];
 }
 
-inline void check_point(vec3 point, const char* caller) {
-    if (!is_finite(point))
-        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
+/// @throws usage_error  for a ray that would miss everything
+inline void check_ray(const ray& r, const char* caller) {
+    const vec3 along = abs(r.direction);
+    if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
+        !is_number(r.min_distance) || !is_number(r.max_distance))
+        throw usage_error{std::string{caller} + ": the ray needs a finite origin, a finite direction that is not 0, and "
+                                                "limits that are not NaN"};
 }
 
 } // namespace detail
@@ -82,9 +86,11 @@ inline medium medium_at(const scene& body, vec3 point) {
 ///
 /// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
 /// @param accepts  bool(object_id): objects for which it returns false are passed through
-/// @throws usage_error  for a scene that was not built
+/// @throws usage_error  for an origin or a direction that is not finite, a direction of length 0, a limit that is NaN, or a
+///                      scene that was not built
 template <std::predicate<object_id> Filter = any_object>
 std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
+    detail::check_ray(r, "first_surface");
     const scene_view flat = body.view_for_rays(exec::par);
     hit first;
     std::uint32_t rank = 0;

@@ -13,6 +13,7 @@
 #include <insonify/scene/object_state.hpp>
 #include <insonify/scene/scene_views.hpp>
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string>
@@ -59,7 +60,7 @@ class scene {
     /// The span is valid until `add`, `remove` or assignment. @throws usage_error  for an unknown id
     std::span<vec3> positions(object_id id) {
         const std::size_t index = index_of(id);
-        states_[index].moved = true;
+        states_[index].hand_out(objects_[index]);
         return objects_[index].surface.positions;
     }
     /// The same to be read. @throws usage_error  for an unknown id
@@ -88,7 +89,8 @@ class scene {
     /// Makes the scene ready to trace: builds all trees and ranks the objects.
     ///
     /// Where it throws, as for lack of memory, the scene is unchanged.
-    /// @throws geometry_error  for a function of `fibres` that returns no direction
+    /// @throws geometry_error  for vertices that were moved and are not finite, see `update`, or a function of `fibres` that
+    ///                         returns no direction
     template <exec::policy Policy>
     scene& build(const Policy& policy) & {
         rebuild(threads{policy});
@@ -103,10 +105,11 @@ class scene {
 
     /// Follows the vertices that moved since the last frame.
     ///
-    /// Cost: one pass over the vertices that moved. Trees are not touched: slices need none, and the scene brings a tree up
-    /// to date when rays first need it, or once its object has been at rest for a few updates. Allocates only where an
-    /// object moves for the first time.
-    /// @throws usage_error  where `build` was not called since the last `add` or `remove`
+    /// Cost: one pass over the vertices that moved, which also checks and copies them. Trees are not touched: slices need
+    /// none, and the scene brings a tree up to date when rays first need it, or once its object has been at rest for a few
+    /// updates. Allocates only where an object moves for the first time.
+    /// @throws geometry_error  for a vertex that is not finite; then all objects are where they were after the last update
+    /// @throws usage_error     where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     void update(const Policy& policy) {
         follow(threads{policy});
@@ -143,8 +146,10 @@ class scene {
     }
 
     /// Where the tissue of an object, or of the background, that is now at a point was at rest; both in the world.
-    /// @throws usage_error  for an unknown id  @throws geometry_error  where the map of `deform` folds over
+    /// @throws usage_error  for an unknown id or a point that is not finite
+    /// @throws geometry_error  where the map of `deform` folds over
     vec3 rest_of(vec3 now, std::optional<object_id> of = std::nullopt) const {
+        detail::check_point(now, "rest_of");
         if (!of) return deformation_.rest_of(now);
         const std::size_t index = index_of(*of);
         if (!states_[index].follows) return now;
@@ -178,6 +183,14 @@ class scene {
     }
     /// The box around one object, in the world. @throws usage_error  for an unknown id
     aabb box(object_id id) const { return states_[index_of(id)].box; }
+
+    /// Whether an object was turned inside out since it was added, as by a simulation that diverges: the volume that its
+    /// faces enclose has changed its sign. One pass over the faces, which must be closed. @throws usage_error  for an unknown id
+    bool is_inside_out(object_id id) const {
+        const std::size_t index = index_of(id);
+        const double was = states_[index].volume, now = enclosed_volume(objects_[index].surface);
+        return was != 0 && std::fabs(now) > 0.01 * std::fabs(was) && (now < 0) != (was < 0); // flat ones are not
+    }
 
     /// Whether `build` was called since the last `add` or `remove`.
     bool is_built() const { return built_; }
@@ -219,6 +232,9 @@ class scene {
   private:
     using threads = detail::any_policy<false>; // one instantiation for all policies
 
+    // Reads the positions of some objects. @throws geometry_error  as `update`, with all of them back at the former ones
+    template <class Which>
+    void read_positions(const threads& policy, const Which& which);
     void follow(const threads& policy);  // the work of `update`
     void rebuild(const threads& policy); // the work of `build`
     template <class Map, class Follows>

@@ -7,9 +7,10 @@
 namespace insonify::inline INSONIFY_ABI {
 
 inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
-    detail::check_object(surface, inside, settings);
     const object_id id{next_id_};
+    detail::check_object(surface, inside, settings, id);
     states_.resize(objects_.size() + 1);
+    states_.back().volume = enclosed_volume(surface);
     objects_.push_back({.id = id,
                         .name = std::move(settings.name),
                         .surface = std::move(surface),
@@ -33,7 +34,7 @@ inline void scene::set_background_fibres(vec3 along, vec3 flat) {
 
 inline void scene::set_medium(object_id id, const medium& inside) {
     const std::size_t index = index_of(id);
-    detail::check_medium(inside, "set_medium: the medium of object '" + objects_[index].name + "'");
+    detail::check_medium(inside, "set_medium: the medium of " + detail::named(objects_[index].name, id));
     const medium before = std::exchange(objects_[index].inside, inside);
     try {
         if (built_) media_ = detail::distinct_media(background_, objects_, states_);
@@ -45,13 +46,26 @@ inline void scene::set_medium(object_id id, const medium& inside) {
     expire();
 }
 
+template <class Which>
+void scene::read_positions(const threads& policy, const Which& which) {
+    const object* refused = nullptr;
+    for (std::size_t i = 0; i < objects_.size(); ++i)
+        if (which(states_[i]) && !states_[i].read(policy, objects_[i]) && refused == nullptr) refused = &objects_[i];
+    if (refused == nullptr) return;
+    const std::size_t vertex = detail::find_not_finite(refused->surface.positions);
+    for (std::size_t i = 0; i < objects_.size(); ++i)
+        if (which(states_[i])) states_[i].refuse(objects_[i]);
+    detail::refuse_frame(*refused, vertex);
+}
+
 inline void scene::follow(const threads& policy) {
     require_built();
+    read_positions(policy, [](const detail::object_state& state) { return state.moved; });
     constexpr std::uint32_t updates_worth_a_tree = 2;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
         detail::object_state& state = states_[i];
         if (state.moved) {
-            state.follow(policy, objects_[i]);
+            state.accept(objects_[i]);
             views_.reset_slices();
         } else if (state.tree_is_current || ++state.updates_at_rest < updates_worth_a_tree) {
             continue;
@@ -63,11 +77,12 @@ inline void scene::follow(const threads& policy) {
 }
 
 inline void scene::rebuild(const threads& policy) {
+    read_positions(policy, [](const detail::object_state& state) { return state.handed_out(); });
     std::vector<detail::object_state> states(objects_.size());
     for (std::size_t i = 0; i < objects_.size(); ++i) states[i].build(policy, objects_[i], states_[i].rest);
     std::vector<std::uint32_t> by_rank = detail::ranked(objects_);
     std::vector<medium> media = detail::distinct_media(background_, objects_, states);
-    for (std::size_t i = 0; i < objects_.size(); ++i) states[i].keep_rest(states_[i]);
+    for (std::size_t i = 0; i < objects_.size(); ++i) states[i].keep(states_[i]);
     states_ = std::move(states);
     by_rank_ = std::move(by_rank);
     media_ = std::move(media);
@@ -79,6 +94,7 @@ template <class Map, class Follows>
 void scene::deform_those(const threads& policy, const Map& map, const Follows& follows) {
     require_built();
     try {
+        read_positions(policy, [](const detail::object_state& state) { return state.moved; });
         detail::check_map(policy, map, box());
         std::atomic<bool> any_moved{false};
         exec::for_each_block(policy, objects_.size(), 1, 100e3F, [&](std::size_t i, std::size_t) {
