@@ -1,6 +1,9 @@
 #include "refusals.hpp"
 #include <cstdint>
 #include <doctest/doctest.h>
+#include <limits>
+#include <string>
+#include <vector>
 
 using namespace insonify;
 
@@ -167,6 +170,40 @@ TEST_CASE("pictures and their settings out of range are refused with a sentence"
         {[&] { map_grey(exec::seq, square, {.contrast = 2}); }, "grey_map: `contrast` must be from 0 to 1"},
         {[&] { write_png("a.png", image{}); }, "write_png: size 0x0 has no pixels; it must be at least 1x1"},
     });
+}
+
+TEST_CASE("numbers that are not finite are refused where they enter, also those of flow and of gain") {
+    const float infinite = std::numeric_limits<float>::infinity();
+    const scene one = body();
+    const flow_lines flow{{4, 64, 20_mm}};
+    const std::vector<vec2> echoes(256, vec2{1, 0});
+    const image grey{{16, 16}};
+    for (const float bad : {nan, infinite, -infinite}) {
+        check<geometry_error>(
+            {{[&] { automatic_tgc(exec::seq, one, probe, {.translation = {0, bad, 0}}, 20_mm); },
+              "automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at"}});
+        pressed_face low;
+        low.height[3] = bad;
+        const std::string finite = "`left`, `right` and `height` finite";
+        const std::string spectrum = "spectrum_of: the prf and the largest velocity must be finite and above 0";
+        const std::string picture = "doppler_picture: `min_power_db` and `min_velocity` must be finite";
+        const std::string overlay = "colour_overlay: `power_range_db` must be above 0, `max_velocity` at least 0";
+        check<usage_error>({
+            {[&] { pressed_face{.left = bad}.check(); }, finite},
+            {[&] { pressed_face{.right = bad}.check(); }, finite},
+            {[&] { low.check(); }, finite},
+            {[&] { spectrum_of(exec::seq, echoes, bad, 0.3F, 0, {}); }, spectrum},
+            {[&] { spectrum_of(exec::seq, echoes, 4e3F, bad, 0, {}); }, spectrum},
+            {[&] { spectrum_of(exec::seq, echoes, 4e3F, 0.3F, bad, {}); }, spectrum},
+            {[&] { doppler_picture(exec::seq, flow, probe, {.min_power_db = bad}); }, picture},
+            {[&] { doppler_picture(exec::seq, flow, probe, {.min_velocity = bad}); }, picture},
+            {[&] { colour_overlay(exec::seq, grey, flow, probe, {.max_velocity = bad}); }, overlay},
+            {[&] { colour_overlay(exec::seq, grey, flow, probe, {.power_range_db = bad}); }, overlay},
+            {[&] { colour_overlay(exec::seq, grey, flow, probe, {.min_power_db = bad}); }, overlay},
+            {[&] { colour_overlay(exec::seq, grey, flow, probe, {.min_velocity = bad}); }, overlay},
+            {[&] { colour_overlay(exec::seq, grey, flow, probe, {.max_grey = bad}); }, overlay},
+        });
+    }
 }
 
 } // namespace errors_test

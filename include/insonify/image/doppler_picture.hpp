@@ -13,6 +13,12 @@ struct doppler_picture_settings {
     float min_power_db = -126; ///< weaker echoes show no flow; electronic noise is at -135 dB. 0 dB is a perfect mirror
     float min_velocity = 0;    ///< slower flow is not shown, m/s
 
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (!is_finite(min_power_db) || !is_finite(min_velocity))
+            throw usage_error{"doppler_picture: `min_power_db` and `min_velocity` must be finite"};
+    }
+
     friend bool operator==(const doppler_picture_settings&, const doppler_picture_settings&) = default;
 };
 
@@ -28,6 +34,14 @@ struct colour_overlay_settings {
     float min_power_db = -126;               ///< see `doppler_picture_settings`
     float min_velocity = 0;                  ///< likewise, m/s
     float max_grey = 0.6F; ///< priority: brighter tissue is shown in grey, 0 (never colour) to 1 (always colour)
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (!is_finite(min_power_db) || !is_finite(min_velocity) || !is_finite(max_velocity) || !(max_velocity >= 0) ||
+            !is_finite(power_range_db) || !(power_range_db > 0) || !is_finite(max_grey))
+            throw usage_error{"colour_overlay: `power_range_db` must be above 0, `max_velocity` at least 0, and both, "
+                              "`min_power_db`, `min_velocity` and `max_grey` finite"};
+    }
 
     friend bool operator==(const colour_overlay_settings&, const colour_overlay_settings&) = default;
 };
@@ -92,6 +106,7 @@ INSONIFY_FN inline float power_of_decibels(float level) { return std::exp2(0.332
 template <exec::policy Policy, transducer Probe>
 image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe& probe,
                       const doppler_picture_settings& settings = {}) {
+    settings.check();
     const scan_map map =
         make_scan_map(policy, probe, detail::acquisition_of<flow_sample>(lines), {.size = settings.size});
     image picture{map.size};
@@ -110,10 +125,11 @@ image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe
 ///
 /// @param grey   an image of the same probe and depth
 /// @param probe  that the lines are of
-/// @throws usage_error  for lines that are empty or not those of the probe, or an image of another size
+/// @throws usage_error  for lines that are empty or not those of the probe, an image of another size, or a setting out of range
 template <exec::policy Policy, transducer Probe>
 colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
                             const colour_overlay_settings& settings = {}) {
+    settings.check();
     const scan_map map = make_scan_map(policy, probe, detail::acquisition_of<flow_sample>(lines), {.size = grey.size});
     if (grey.pixels.size() != map.first.size())
         throw usage_error{"colour_overlay: the image has no pixels, or not as many as its size says"};

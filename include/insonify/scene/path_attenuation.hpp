@@ -71,10 +71,13 @@ path_survey survey_paths(const scene_view& flat, const Probe& probe, const pose&
 /// dB/(cm MHz)). Lines with more than 256 surfaces do not count.
 /// @param depth  of the picture, metres
 /// @throws usage_error  for a scene that is not built, or a setting out of range
+/// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
 float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float depth) {
     probe.check();
     check_depth(depth, "automatic_tgc");
+    if (!is_rigid(at))
+        throw geometry_error{"automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at"};
     const detail::path_survey passed = detail::survey_paths(body.view_for_rays(policy), probe, at, depth);
     return clamp(passed.length > 0 ? passed.attenuation : body.background().attenuation, 50, 100);
 }

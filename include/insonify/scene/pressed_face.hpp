@@ -50,13 +50,14 @@ struct pressed_face {
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
-        bool valid = is_rigid(at) && elevation > 0 && decay > 0 && recovery > 0;
+        bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 && recovery > 0;
+        for (const float z : height) valid = valid && is_finite(z);
         for (const std::array<float, columns>& row : depth)
             for (const float one : row) valid = valid && one >= 0 && one < decay;
         if (!valid)
             throw usage_error{
-                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, `elevation` "
-                "and `recovery` above 0, and `at` a rigid pose"};
+                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, `left`, "
+                "`right` and `height` finite, `elevation` and `recovery` above 0, and `at` a rigid pose"};
     }
 
     friend bool operator==(const pressed_face&, const pressed_face&) = default;

@@ -104,11 +104,13 @@ inline void subtract_projections(std::vector<vec2>& series, const std::vector<st
 /// @param prf           pulse repetition frequency, hertz
 /// @param max_velocity  that does not alias, m/s: see `max_doppler_velocity`
 /// @param start         time of the first pulse, seconds
-/// @throws usage_error  for a setting out of range, or fewer pulses than a window
+/// @throws usage_error  for a number or a setting out of range, or fewer pulses than a window
 template <exec::policy Policy>
 doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echoes, float prf, float max_velocity,
                              float start, const spectrum_settings& settings) {
     settings.check();
+    if (!is_finite(prf) || !(prf > 0) || !is_finite(max_velocity) || !(max_velocity > 0) || !is_finite(start))
+        throw usage_error{"spectrum_of: the prf and the largest velocity must be finite and above 0, `start` finite"};
     if (echoes.size() < settings.window)
         throw usage_error{
             detail::joined({"spectrum_of: ", std::to_string(echoes.size()), " pulses are fewer than the window of ",
