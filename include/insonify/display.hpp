@@ -64,7 +64,8 @@ class frame_display {
         const tgc_settings wanted{.attenuation = settings.tgc > 0 ? settings.tgc : frame.gain.attenuation,
                                   .max_db = settings.time_gain.max_db,
                                   .sliders = settings.time_gain.sliders,
-                                  .curve = settings.time_gain.curve};
+                                  .curve = settings.time_gain.curve,
+                                  .bandwidth = frame.gain.bandwidth};
         lines = frame.amplitudes;
         lines = regain(policy, std::move(lines), frame.probe->frequency, frame.gain, wanted);
         lines = log_compress(policy, std::move(lines),

@@ -65,11 +65,14 @@ const iq_ensemble& doppler_ensemble(const Policy& policy, const scene& body, con
     sent.burst = settings.burst;
     const std::uint32_t frame = mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
     constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
-    trace_ensemble(
-        detail::any_policy{policy}, body, probe, at, model,
-        {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame}, field,
-        {.start = settings.time, .interval = 1 / settings.prf, .count = settings.pulses, .first = settings.first},
-        slowest * settings.from, own.tracing, own.traced);
+    trace_ensemble(detail::any_policy{policy}, body, probe, at, model,
+                   {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame}, field,
+                   {.start = settings.time,
+                    .interval = 1 / settings.prf,
+                    .count = settings.pulses,
+                    .first = settings.first,
+                    .burst = settings.burst},
+                   slowest * settings.from, own.tracing, own.traced);
     const auto formed = [&](iq_lines echoes) {
         return convolve(policy, std::move(echoes), sent, probe, {}, own.convolution);
     };

@@ -22,6 +22,18 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
+/// The bandwidth of the pulse whose losses time gain restores: that of the probe, or 0 where a model attenuates a single frequency.
+template <class Model, transducer Probe>
+float restored_bandwidth(const Model& model, const Probe& probe) {
+    if constexpr (requires { model.bandwidth == pulse_bandwidth::broad; })
+        if (model.bandwidth == pulse_bandwidth::broad) return fractional_bandwidth(probe);
+    return 0;
+}
+
+} // namespace detail
+
 /// How long the stages of a frame took, seconds.
 struct stage_times {
     double trace = 0;    ///< echoes, with all tables
@@ -309,6 +321,7 @@ const tgc_settings& scanner<Probe, Model, Tracer>::time_gain_of(const Policy& po
     gain_.max_db = settings.time_gain.max_db;
     gain_.sliders = settings.time_gain.sliders;
     gain_.curve = settings.time_gain.curve;
+    gain_.bandwidth = detail::restored_bandwidth(model, probe);
     gain_.attenuation = settings.tgc > 0 ? settings.tgc
                         : settings.time_gain.chosen == time_gain::choice::every_frame
                             ? choose()

@@ -21,7 +21,7 @@ TEST_CASE("the paper's base scene, physically: bone echoes at the level and the 
         body.build(exec::par);
         const acquisition scan{.depth = 40_mm, .samples = 4000};
         const auto found = physical_test::echoes_of(
-            trace(exec::par, body, physical_test::probe(row.frequency), pose{}, physical<>{}, scan), 7);
+            trace(exec::par, body, physical_test::probe(row.frequency), pose{}, physical_test::carrier_alone, scan), 7);
         REQUIRE(found.size() == 2);
         MESSAGE("V22 at ", row.frequency / 1e6F, " MHz: ", found[0].decibels(), " dB at ", found[0].depth * 1e3,
                 " mm, ", found[1].decibels(), " dB at ", found[1].depth * 1e3, " mm; expected ", row.top, ", 19.494, ",
@@ -43,9 +43,10 @@ TEST_CASE("the second echo of layered media is that of a wave simulation, to 0.0
                  medium{.density = 1065, .sound_speed = 1580, .attenuation = 100, .attenuation_power = 1.05F});
         body.add(physical_test::slab(20_mm, 50_mm), medium{.density = 1910, .sound_speed = 3500});
         body.build(exec::par);
-        const auto found = physical_test::echoes_of(trace(exec::par, body, physical_test::probe(row.frequency), pose{},
-                                                          physical<>{}, {.depth = 24_mm, .samples = 2400}),
-                                                    3);
+        const auto found =
+            physical_test::echoes_of(trace(exec::par, body, physical_test::probe(row.frequency), pose{},
+                                           physical_test::carrier_alone, {.depth = 24_mm, .samples = 2400}),
+                                     3);
         REQUIRE(found.size() == 2);
         MESSAGE("V23: ", found[1].decibels(), " dB, expected ", row.second);
         CHECK(std::fabs(found[1].decibels() - static_cast<double>(row.second)) < 0.05);

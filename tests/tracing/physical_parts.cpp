@@ -40,7 +40,7 @@ TEST_CASE("every part of the model can be a user's own, and works in it") {
     const auto first = [&](const auto& model) {
         return echoes_test::echoes_of(trace(exec::seq, body, probe, pose{}, model, scan), 0).at(0).amplitude;
     };
-    const auto plain = physical{}
+    const auto plain = physical{.bandwidth = pulse_bandwidth::narrow}
                            .with_specular(physical_test::everything{})
                            .with_roughness(physical_test::polished{})
                            .with_attenuation(physical_test::lossless{})
@@ -95,7 +95,8 @@ TEST_CASE("a model changes its law, its texture and its options, and keeps the r
     const physical<fresnel, no_scatterers> oblique{.specular = {.lobe = specular_return::lobe::aperture}};
     CHECK(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, oblique, scan).values ==
           std::vector<vec2>(16 * 4000, vec2{0, 0})); // 17 degrees off: beside the aperture
-    const physical<fresnel, no_scatterers> broad{.bandwidth = pulse_bandwidth::broad}, narrow{};
+    const physical<fresnel, no_scatterers> broad{.bandwidth = pulse_bandwidth::broad},
+        narrow{.bandwidth = pulse_bandwidth::narrow};
     scene lossy{medium{.density = 1000, .sound_speed = 1540, .attenuation = 50}};
     lossy.add(physical_test::slab(40_mm, 60_mm), tissue::air);
     lossy.build(exec::par);
@@ -109,4 +110,5 @@ TEST_CASE("a model changes its law, its texture and its options, and keeps the r
     CHECK(level(narrow) == doctest::Approx(-20).epsilon(1e-3).scale(1e-30));
     CHECK(level(broad) > -18.5 - 0.4); // B = 0.644 for 2.5 cycles: a little less than the 18.5 dB of B = 0.6
     CHECK(level(broad) < -18.0);
+    CHECK(level(physical<fresnel, no_scatterers>{}) == level(broad)); // the default
 }

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_TESTS_TRACING_PHYSICAL_SCENES_HPP
 #define INSONIFY_TESTS_TRACING_PHYSICAL_SCENES_HPP
 
+#include <insonify/acoustics/physical.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
@@ -20,6 +21,9 @@ inline medium of_impedance(float rayl, float speed, float attenuation) {
 }
 
 inline constexpr linear_array probe(float frequency) { return {.lines = 16, .width = 10_mm, .frequency = frequency}; }
+
+// Attenuates the carrier alone, as closed forms for a single frequency do.
+inline constexpr physical<> carrier_alone{.bandwidth = pulse_bandwidth::narrow};
 
 // One scatterer in the middle of what it is asked for.
 struct one_scatterer {

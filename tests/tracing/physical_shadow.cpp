@@ -23,9 +23,10 @@ TEST_CASE("blocks cast the shadow of their transmission and attenuation") { // V
             if (with == 1) body.add(physical_test::slab(10_mm, 30_mm), bone);
             body.add(physical_test::slab(40_mm, 60_mm), tissue::air);
             body.build(exec::par);
-            const auto found = physical_test::echoes_of(trace(exec::par, body, physical_test::probe(row.frequency),
-                                                              pose{}, physical<>{}, {.depth = 45_mm, .samples = 4500}),
-                                                        5);
+            const auto found =
+                physical_test::echoes_of(trace(exec::par, body, physical_test::probe(row.frequency), pose{},
+                                               physical_test::carrier_alone, {.depth = 45_mm, .samples = 4500}),
+                                         5);
             REQUIRE(found.size() == (with == 1 ? 3 : 1));
             level[with] = found.back().decibels();
         }
@@ -68,8 +69,8 @@ TEST_CASE("a cyst that attenuates little enhances what lies behind it") { // V16
         if (with == 1) body.add(physical_test::slab(10_mm, 30_mm), cyst);
         body.add(physical_test::slab(40_mm, 60_mm), tissue::air);
         body.build(exec::par);
-        level[with] = physical_test::echoes_of(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, physical<>{},
-                                                     {.depth = 45_mm, .samples = 4500}),
+        level[with] = physical_test::echoes_of(trace(exec::par, body, physical_test::probe(5_MHz), pose{},
+                                                     physical_test::carrier_alone, {.depth = 45_mm, .samples = 4500}),
                                                5)
                           .back()
                           .decibels();

@@ -13,8 +13,8 @@ enum class timing { sound_speed, uniform };
 /// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
 enum class angle { oblique, normal };
 
-/// Bandwidth of the pulse under attenuation: a single frequency, or a Gaussian spectrum, which loses less
-/// (`attenuated`). The downshift of its centre is neglected.
+/// Bandwidth of the pulse under attenuation: a single frequency, as of a long burst, or the spectrum of the pulse, which loses
+/// less (`attenuated`). The downshift of its centre is neglected.
 enum class pulse_bandwidth { narrow, broad };
 
 /// State of the wave at a point of its path.
@@ -49,10 +49,12 @@ INSONIFY_FN inline float sigma_of(const traced_line& line) {
     return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
 }
 
-/// The loss at the peak of the pulse, dB. @param lost_db  that of its centre frequency
+/// The loss at the peak of the pulse, dB; that of the carrier for a line that states neither bandwidth nor pulse.
+/// @param lost_db  that of the carrier
 INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float lost_db) {
-    if (bandwidth == pulse_bandwidth::narrow) return lost_db;
-    const float fractional = axial_sigma(sigma_of(line), line.frequency); // axial_sigma is its own inverse
+    if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return lost_db;
+    const float fractional =
+        line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
     return attenuated(lost_db, line.frequency, fractional).loss_db;
 }
 

@@ -3,6 +3,7 @@
 
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
+#include <insonify/acoustics/propagation.hpp>
 #include <insonify/acoustics/straightened.hpp>
 #include <insonify/core/decibels.hpp>
 
@@ -28,7 +29,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     // Amplitude there and back at displayed depth `shown`, no less than the floor.
     const auto arriving = [&](float lost_db, float shown, float gain) {
         const float direct =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-peak_loss(model.bandwidth, line, lost_db)), gain);
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-pulse_loss(model, line, lost_db)), gain);
         if (model.shadow_floor_db == -FLT_MAX) return direct;
         return max(direct, amplitude_of_decibels(model.shadow_floor_db - shown * background_loss));
     };

@@ -151,8 +151,10 @@ struct traced_line {
     line_frame frame{};                        ///< in the world
     line_aperture aperture{};                  ///< of the receiving array
     std::uint32_t plane = 0;                   ///< of the frame's elevation planes, the middle one first
-    float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
-    aperture_gains gains{}; ///< corrections for the width of the aperture
+    float pulse_sigma = 0; ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
+    float bandwidth =
+        0; ///< fractional, of the pulse under attenuation; 0: that of `pulse_sigma`, or a single frequency
+    aperture_gains gains{};                        ///< corrections for the width of the aperture
     std::uint32_t frame_number = 0;                ///< speckle of flowing media depends on it
     view<const displacement_view> displacements{}; ///< of the tissue of each place; empty: all of it is at rest
 

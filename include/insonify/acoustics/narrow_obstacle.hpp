@@ -46,7 +46,9 @@ INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, c
     echo_path around = above; // straight on
     around.refraction.enters_at = 0;
     pass(model, line, tissue, around);
-    const float through = below.passed / above.passed * amplitude_of_decibels(min(around.lost_db - below.lost_db, 300));
+    const float through = below.passed / above.passed *
+                          amplitude_of_decibels(min(
+                              pulse_loss(model, line, around.lost_db) - pulse_loss(model, line, below.lost_db), 300));
     if (!(through < 0.5F)) return false;
     const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
     if (beside == 0) return false;

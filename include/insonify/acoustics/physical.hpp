@@ -23,9 +23,9 @@ namespace insonify::inline INSONIFY_ABI {
 ///     diffuse    T A sqrt(r^2 (1 - exp(-4 k^2 h^2 cos^2 i)) 0.166 / (Fx Fy)) cos i, rms
 ///     speckle    T A backscatter 10^(texture_db / 20), rms                   `gaussian_field`
 ///
-/// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation there and back
-/// (`echo_loss`). r is the pressure reflection at the angle of incidence i, k the wave number in 1/m, h the rms height
-/// in m; phi and F are tilt and F-number in the slice plane (x) and out of it (y).
+/// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation of the peak of the
+/// pulse there and back (`echo_loss`, `attenuated`). r is the pressure reflection at the angle of incidence i, k the wave number
+/// in 1/m, h the rms height in m; phi and F are tilt and F-number in the slice plane (x) and out of it (y).
 ///
 /// Amplitude 1 is the echo of a perfect mirror at normal incidence without attenuation. `echo_line` defines how an echo
 /// is written to the samples. Source: see each law.
@@ -45,7 +45,7 @@ struct physical {
     Specular specular{};                                     ///< fraction of specular echoes that the aperture collects
     insonify::timing timing = insonify::timing::sound_speed; ///< depth at which echoes are displayed
     insonify::angle angle = insonify::angle::oblique;        ///< of incidence
-    insonify::pulse_bandwidth bandwidth = insonify::pulse_bandwidth::narrow; ///< of the pulse under attenuation
+    insonify::pulse_bandwidth bandwidth = insonify::pulse_bandwidth::broad; ///< of the pulse under attenuation
     float texture_db = -55;           ///< level of the speckle of liver relative to a perfect mirror
     float shadow_floor_db = -FLT_MAX; ///< lower bound on the level of speckle relative to the background alone
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
@@ -133,6 +133,10 @@ struct physical {
     }
     /// Attenuation of an echo per metre of a medium, there and back, dB/m; the frequency is in hertz.
     INSONIFY_FN float loss(const medium& m, float frequency) const { return attenuation(m, frequency); }
+    /// What the peak of the pulse of a line loses, dB. @param lost_db  what its carrier would lose alone
+    INSONIFY_FN float pulse_loss(const traced_line& line, float lost_db) const {
+        return detail::peak_loss(bandwidth, line, lost_db);
+    }
 
     /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y, the
     /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
@@ -145,19 +149,28 @@ struct physical {
         detail::follow_sound(*this, line, transmitted, [&](std::size_t i, const layer& here, const echo_path& path) {
             const medium& m = line.media[here.medium];
             const float per_metre = attenuation(m, line.frequency), displayed = detail::displayed_stretch(timing, m);
-            const auto amplitude_at = [&](float within) {
-                return path.passed *
-                       amplitude_of_decibels(-detail::peak_loss(bandwidth, line, path.lost_at(within, per_metre)));
-            };
-            const float step = amplitude_of_decibels(-path.refraction.length_factor * per_metre * spacing);
+            const auto loss_at = [&](float within) { return pulse_loss(line, path.lost_at(within, per_metre)); };
             const bool last = i + 1 == line.layers.size();
-            float amplitude = 0;
-            bool exponential = false; // from the step above on
+            // Exact at every eighth step; between them, the logarithm of the amplitude is a polynomial of degree two.
+            float amplitude = 0, step = 1, bend = 1;
+            std::uint32_t left = 0; // steps to the next exact one
             for (; k < out.size() && (last || static_cast<float>(k + 1) * spacing < here.end); ++k) {
                 const float within = static_cast<float>(k + 1) * spacing - here.begin;
-                amplitude = exponential ? amplitude * step : amplitude_at(within);
+                if (left > 0) {
+                    amplitude *= step;
+                    step *= bend;
+                    --left;
+                } else {
+                    const float lost = loss_at(within);
+                    amplitude = path.passed * amplitude_of_decibels(-lost);
+                    if (path.refraction.length(within) > 0) {
+                        const float next = loss_at(within + spacing), after = loss_at(within + 2 * spacing);
+                        step = amplitude_of_decibels(lost - next);
+                        bend = amplitude_of_decibels((next - lost) - (after - next));
+                        left = 7;
+                    }
+                }
                 out[k] = {amplitude, path.shown + within * displayed};
-                exponential = bandwidth == insonify::pulse_bandwidth::narrow && path.refraction.length(within) > 0;
             }
             return k < out.size();
         });
@@ -176,7 +189,8 @@ struct physical {
         const auto add_surface = [&](std::size_t i, const layer& here, const echo_path& path) {
             const layer& above = line.layers[i - 1];
             const response met = add_interface(line, above, here, path, echoes, entry);
-            entry = {met.reflected, path.shown, path.lost_db, &line.layers[i], &line.media[above.medium]};
+            entry = {met.reflected, path.shown, pulse_loss(line, path.lost_db), &line.layers[i],
+                     &line.media[above.medium]};
             return met.transmitted;
         };
         detail::follow_sound(*this, line, add_surface, [&](std::size_t, const layer& here, const echo_path& path) {
@@ -208,9 +222,9 @@ struct physical {
         const incidence at{before, after, cosine, line.frequency, below.roughness};
         const response wave = at_interface(at);
         const float elevation_fnumber = line.aperture.elevation_fnumber;
+        const float lost_db = pulse_loss(line, path.lost_db);
         const float arrived =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-detail::peak_loss(bandwidth, line, path.lost_db)),
-                                 path.gains.last().surfaces);
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-lost_db), path.gains.last().surfaces);
         const float shown = path.shown + path.gains.last().deeper;
 
         const float fnumber = line.aperture.fnumber(shown);
@@ -230,7 +244,7 @@ struct physical {
                              .curvature = detail::displayed_stretch(timing, before) * curvature};
         if (min_ringing < 1)
             detail::add_repetitions(coherent, entry, below, before, after, detail::displayed_stretch(timing, before),
-                                    path, wave.reflected, min_ringing, collected_by,
+                                    path.shown, lost_db, wave.reflected, min_ringing, collected_by,
                                     [&](const medium& from, const medium& to, float cosine_there) {
                                         return at_interface({from, to, cosine_there, line.frequency}).reflected;
                                     });

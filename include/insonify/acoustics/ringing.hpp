@@ -15,7 +15,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 struct layer_entry {
     float reflected = 0;             ///< there, from outside; 0: the probe's face
     float shown = 0;                 ///< displayed depth, metres
-    float lost_db = 0;               ///< attenuation up to there, there and back, dB
+    float lost_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
     const layer* present = nullptr;  ///< which begins there
     const medium* outside = nullptr; ///< before it
 };
@@ -39,17 +39,18 @@ INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) 
 /// @param inside     medium of the layer
 /// @param behind     medium below it
 /// @param stretch    displayed depth per metre inside
-/// @param path       at the far surface
+/// @param shown      displayed depth of the far surface, metres
+/// @param lost_db    attenuation down to it, there and back, of the peak of the pulse, dB
 /// @param reflected  r of the far surface
 /// @param least      no layer rings whose ratio is smaller than this
 /// @param collects   collects(slope): fractions that the aperture collects of a surface of this slope, as in `curved_echo`
 /// @param reflects   reflects(before, after, cosine): r of an interface
 template <class Collects, class Reflects>
 INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, const layer& far, const medium& inside,
-                                 const medium& behind, float stretch, const echo_path& path, float reflected,
+                                 const medium& behind, float stretch, float shown, float lost_db, float reflected,
                                  float least, const Collects& collects, const Reflects& reflects) {
     constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
-    float step = path.shown - near.shown;
+    float step = shown - near.shown;
     if (near.reflected == 0 || !(step > 0) || step > thickest) return;
     vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
     float near_reflected = near.reflected;
@@ -71,7 +72,7 @@ INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, cons
     constexpr float steepest = 0.36F, total = 0.9999F;
     if (dot(near_slope, near_slope) > steepest * steepest || dot(far_slope, far_slope) > steepest * steepest) return;
     if (std::fabs(near_reflected) > total || std::fabs(reflected) > total) return;
-    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.lost_db - path.lost_db, 0));
+    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.lost_db - lost_db, 0));
     if (!(std::fabs(ratio) >= least)) return;
     // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
     const vec2 by = (far_slope - near_slope) / speeds;

@@ -50,6 +50,15 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
            length(end.origin - begin.origin) <= 1e-4F * length(begin.origin);
 }
 
+/// Fractional bandwidth of a probe at -6 dB: its `bandwidth`; that of a pulse of 2.5 cycles for a probe without that member.
+template <transducer Probe>
+INSONIFY_FN constexpr float fractional_bandwidth(const Probe& probe) {
+    if constexpr (requires { probe.bandwidth; })
+        return probe.bandwidth;
+    else
+        return 0.644F;
+}
+
 /// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`, `elevation_focus`,
 /// `bandwidth` and `side_lobes`.
 /// @throws usage_error  naming a setting that is out of range

@@ -210,10 +210,13 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     if (found.problems.empty()) {
         constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
         const path_survey half = survey_paths(flat, probe, at, scan.depth / 2);
+        const auto of_pulse = [&](float lost_db) {
+            return attenuated(lost_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
+        };
         const float needed = 2 * clamp(half.attenuation, 50, 100) * probe.frequency * 1e-6F * half.length;
-        const float gain = min(needed, max_gain_db);
-        if (half.loss_db > gain + dark_db)
-            report(problem::attenuation, "Echoes from half the depth lose " + number_text(std::round(half.loss_db)) +
+        const float gain = min(of_pulse(needed), max_gain_db), lost = of_pulse(half.loss_db);
+        if (lost > gain + dark_db)
+            report(problem::attenuation, "Echoes from half the depth lose " + number_text(std::round(lost)) +
                                              " dB, and automatic gain restores " + number_text(std::round(gain)) +
                                              " dB: the picture is dark below; lower the frequency or `depth`.");
     }

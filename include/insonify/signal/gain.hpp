@@ -1,6 +1,7 @@
 #ifndef INSONIFY_SIGNAL_GAIN_HPP
 #define INSONIFY_SIGNAL_GAIN_HPP
 
+#include <insonify/acoustics/attenuation.hpp>
 #include <insonify/core/decibels.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
@@ -80,16 +81,20 @@ struct tgc_settings {
     float max_db = 60;      ///< limit of the automatic gain
     std::array<float, 8> sliders{}; ///< dB at eight depths from 0 to the end of the lines; linear between
     std::vector<tgc_point> curve{}; ///< points in order of depth; linear between, constant before and after
+    float bandwidth =
+        0; ///< fractional, of a pulse whose losses are to be restored (`attenuated`); 0: a single frequency
 
     /// @param depth      metres
     /// @param end        depth of the lines, metres
-    /// @param frequency  f0 of the probe, hertz; the automatic gain is 2 attenuation f0 depth
+    /// @param frequency  f0 of the probe, hertz; the automatic gain is 2 attenuation f0 depth, or with a `bandwidth` what
+    ///                   `attenuated` makes of that
     float gain_db(float depth, float end, float frequency) const {
         const float place = clamp(depth / end, 0, 1) * 7;
         const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;
         const float fraction = place - static_cast<float>(slider);
         const float manual = sliders[slider] + fraction * (sliders[slider + 1] - sliders[slider]);
-        if (curve.empty()) return manual + min(2 * attenuation * frequency * 1e-6F * depth, max_db);
+        if (curve.empty())
+            return manual + min(restored_db(2 * attenuation * frequency * 1e-6F * depth, frequency), max_db);
 
         const auto after =
             std::find_if(curve.begin(), curve.end(), [=](const tgc_point& p) { return p.depth > depth; });
@@ -100,10 +105,18 @@ struct tgc_settings {
         return manual + before.gain_db + between * (after->gain_db - before.gain_db);
     }
 
+    /// What is restored where the carrier loses so much, dB.
+    float restored_db(float lost_db, float frequency) const {
+        return bandwidth > 0 && lost_db > 0 ? attenuated(lost_db, frequency, bandwidth).loss_db : lost_db;
+    }
+
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
         if (!is_finite(attenuation) || !(attenuation >= 0) || !is_finite(max_db) || !(max_db >= 0))
             throw usage_error{"tgc: `attenuation` and `max_db` must be finite and not negative"};
+        if (!is_finite(bandwidth) || !(bandwidth >= 0))
+            throw usage_error{
+                "tgc: `bandwidth` must be finite and not negative, such as 0.6, or 0 for a single frequency"};
         for (const float slider : sliders)
             if (!is_finite(slider)) throw usage_error{"tgc: `sliders` must be finite"};
         for (std::size_t i = 0; i < curve.size(); ++i)

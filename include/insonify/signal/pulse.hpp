@@ -40,6 +40,20 @@ struct pulse {
     /// An envelope with the standard deviation s in time falls to -20 dB at +-2.146 s, and s = 0.3748 / (B f0).
     INSONIFY_FN constexpr float bandwidth() const { return 1.61F / cycles; }
 
+    /// Fractional bandwidth of the Gaussian pulse whose peak is as curved, and therefore loses as much to attenuation: B for
+    /// impulse excitation, nearly 0 for a long burst, which loses what its carrier does.
+    ///
+    ///     B_peak^2 = B^2 (L / s) exp(-L^2 / 8 s^2) / (sqrt(2 pi) erf(L / (sqrt(8) s))),   s = 0.3748 / B cycles
+    ///
+    /// for a burst of L cycles: the second derivative of `envelope` at its peak over its peak. Attenuation multiplies the
+    /// spectrum by exp(-beta (f - f0)), whose second-order term is that derivative.
+    INSONIFY_FN float bandwidth_at_peak() const {
+        const float per_sigma = burst * bandwidth() / 0.3748F;
+        if (!(per_sigma > 1e-2F)) return bandwidth();
+        return bandwidth() * std::sqrt(per_sigma * std::exp(-per_sigma * per_sigma / 8) /
+                                       (2.5066283F * std::erf(per_sigma * 0.35355339F)));
+    }
+
     /// Standard deviation of the pulse envelope along displayed depth, metres: 0.1874 c0 / (B f0).
     ///
     /// The standard deviation of the spectrum is B f0 / 2.3548, that of the envelope in time 1 / (2 pi) over it; depth
@@ -71,10 +85,7 @@ struct pulse {
 /// The shortest pulse that the fractional `bandwidth` of a probe permits; `pulse{}` for a probe without that member.
 template <transducer Probe>
 INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
-    if constexpr (requires { probe.bandwidth; })
-        return {.cycles = 1.61F / probe.bandwidth};
-    else
-        return {};
+    return {.cycles = 1.61F / fractional_bandwidth(probe)};
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -22,6 +22,7 @@ struct frame_view {
     float spacing = 0;         ///< metres from sample to sample
     float max_depth = 0;       ///< how far lines are followed, metres
     float pulse_sigma = 0;     ///< standard deviation of the pulse envelope, metres of displayed depth
+    float bandwidth = 0;       ///< see `traced_line`
     std::uint32_t samples = 0; ///< along each line
     std::uint32_t planes = 1;  ///< that represent the thickness of the slice
     elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
@@ -75,6 +76,7 @@ class frame_plan {
                                 .spacing = scan.depth / static_cast<float>(samples),
                                 .max_depth = max_depth_of(model, scan.depth, media),
                                 .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
+                                .bandwidth = fractional_bandwidth(probe),
                                 .samples = samples,
                                 .planes = scan.planes,
                                 .plane_sets = made.plane_sets,

@@ -4,6 +4,7 @@
 #include <insonify/acoustics/interface_law.hpp>
 #include <insonify/acoustics/line_refraction.hpp>
 #include <insonify/acoustics/physical.hpp>
+#include <insonify/acoustics/propagation.hpp>
 #include <insonify/core/decibels.hpp>
 #include <insonify/tracing/label.hpp>
 #include <concepts>
@@ -74,7 +75,8 @@ struct truth_model : label_axis {
                 const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
                 out[k].label = here.object;
                 out[k].medium = here.medium;
-                out[k].transmitted = passed * amplitude_of_decibels(-(lost + per_metre * bent.length(into)));
+                out[k].transmitted =
+                    passed * amplitude_of_decibels(-pulse_loss(model, line, lost + per_metre * bent.length(into)));
                 out[k].depth = here.begin + into;
             }
             lost += per_metre * bent.length(here.end - here.begin);
@@ -87,11 +89,11 @@ struct truth_model : label_axis {
 
 /// Ground truth of a frame from one trace, for training data and tests.
 ///
-///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
+///     transmitted = product of T over the interfaces above * 10^(-P(sum of loss * d over the media above) / 20)
 ///
 /// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m (there and back for
-/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray. It
-/// is the amplitude with which the model weights every echo of a line by itself, without the penumbra that the aperture gives
+/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray, P
+/// what the peak of the pulse loses where the carrier loses so much (`physical::pulse_loss`; `law2011`: the same). It is the amplitude with which the model weights every echo of a line by itself, without the penumbra that the aperture gives
 /// to shadows (`straight_lines::directions`); 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that

@@ -14,6 +14,7 @@ struct pulse_train {
     float interval = 0;      ///< one over the pulse repetition frequency, seconds
     std::uint32_t count = 1; ///< number of pulses that are acquired
     std::uint32_t first = 0; ///< the first of them: a long train is acquired in parts
+    float burst = 0; ///< length of the excitation in cycles, as of a `pulse`: a long one loses more to attenuation
 
     /// The pulse after the last one.
     INSONIFY_FN std::uint32_t end() const { return first + count; }

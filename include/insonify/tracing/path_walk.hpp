@@ -211,7 +211,9 @@ class path_walk {
 
     // The echo that the face itself sends back.
     INSONIFY_FN void add_face_echo(const echo_path& path) const {
-        echoes_.add(path.shown, {path.passed * settings_.face_reflection * amplitude_of_decibels(-path.lost_db), 0});
+        echoes_.add(path.shown, {path.passed * settings_.face_reflection *
+                                     amplitude_of_decibels(-pulse_loss(model_, line_, path.lost_db)),
+                                 0});
     }
 
     INSONIFY_FN bool keeps_arrivals() const { return settings_.pairs && settings_.paths_per_line == 0; }
@@ -256,7 +258,7 @@ class path_walk {
     }
 
     INSONIFY_FN void push(path_branch next, const media_stack& inside) {
-        const float amplitude = next.path.passed * amplitude_of_decibels(-next.path.lost_db);
+        const float amplitude = next.path.passed * amplitude_of_decibels(-pulse_loss(model_, line_, next.path.lost_db));
         if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
         if (next.bounces > settings_.bounces || next.path.shown >= max_shown()) return;
         overflow_ = overflow_ || count_ == branches_.size() || objects_ + inside.count > branch_objects_.size();

@@ -93,7 +93,10 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
                     ensemble_workspace<Probe, Model, Field>& own, ensemble_echoes& out) {
     const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
     const straight_lines how{};
-    const frame_view<Probe> frame = own.tracing.plan.view_of(policy, probe, at, model, scan, samples, body.media());
+    frame_view<Probe> frame = own.tracing.plan.view_of(policy, probe, at, model, scan, samples, body.media());
+    pulse sent = nominal_pulse(probe);
+    sent.burst = pulses.burst;
+    frame.bandwidth = sent.bandwidth_at_peak();
     out.moving.resize(pulses.count);
     out.resting.reshape(probe.lines, samples, scan.depth);
     for (iq_lines& each : out.moving) each.reshape(probe.lines, samples, scan.depth);

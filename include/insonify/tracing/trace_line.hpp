@@ -24,6 +24,7 @@ INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& 
                      .aperture = frame.aperture,
                      .plane = plane,
                      .pulse_sigma = frame.pulse_sigma,
+                     .bandwidth = frame.bandwidth,
                      .frame_number = frame.frame_number,
                      .displacements = scene.displacements},
             .number = number,
