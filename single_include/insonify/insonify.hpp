@@ -247,6 +247,11 @@ INSONIFY_FN inline vec3 abs(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), st
 
 namespace detail {
 
+/// False for NaN; tests the bits, as `is_finite`.
+INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
+    return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
+}
+
 /// Two axes that form an orthonormal basis with a direction.
 /// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017.
 struct orthonormal_basis {
@@ -1606,8 +1611,10 @@ struct traced_line {
     line_frame frame{};                        ///< in the world
     line_aperture aperture{};                  ///< of the receiving array
     std::uint32_t plane = 0;                   ///< of the frame's elevation planes, the middle one first
-    float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
-    aperture_gains gains{}; ///< corrections for the width of the aperture
+    float pulse_sigma = 0; ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
+    float bandwidth =
+        0; ///< fractional, of the pulse under attenuation; 0: that of `pulse_sigma`, or a single frequency
+    aperture_gains gains{};                        ///< corrections for the width of the aperture
     std::uint32_t frame_number = 0;                ///< speckle of flowing media depends on it
     view<const displacement_view> displacements{}; ///< of the tissue of each place; empty: all of it is at rest
 
@@ -4476,8 +4483,8 @@ enum class timing { sound_speed, uniform };
 /// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
 enum class angle { oblique, normal };
 
-/// Bandwidth of the pulse under attenuation: a single frequency, or a Gaussian spectrum, which loses less
-/// (`attenuated`). The downshift of its centre is neglected.
+/// Bandwidth of the pulse under attenuation: a single frequency, as of a long burst, or the spectrum of the pulse, which loses
+/// less (`attenuated`). The downshift of its centre is neglected.
 enum class pulse_bandwidth { narrow, broad };
 
 /// State of the wave at a point of its path.
@@ -4512,10 +4519,12 @@ INSONIFY_FN inline float sigma_of(const traced_line& line) {
     return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
 }
 
-/// The loss at the peak of the pulse, dB. @param lost_db  that of its centre frequency
+/// The loss at the peak of the pulse, dB; that of the carrier for a line that states neither bandwidth nor pulse.
+/// @param lost_db  that of the carrier
 INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float lost_db) {
-    if (bandwidth == pulse_bandwidth::narrow) return lost_db;
-    const float fractional = axial_sigma(sigma_of(line), line.frequency); // axial_sigma is its own inverse
+    if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return lost_db;
+    const float fractional =
+        line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
     return attenuated(lost_db, line.frequency, fractional).loss_db;
 }
 
@@ -4525,6 +4534,33 @@ INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line&
 #ifndef INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 #define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 
+#ifndef INSONIFY_ACOUSTICS_PROPAGATION_HPP
+#define INSONIFY_ACOUSTICS_PROPAGATION_HPP
+
+
+/// How the state of the wave changes within the layers of a line, by a model's `timing` and `attenuation`.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The loss at the peak of the pulse of a line by a model, dB; that of the carrier for models that state no other.
+/// @param lost_db  that of the carrier
+template <class Model>
+INSONIFY_FN float pulse_loss(const Model& model, const traced_line& line, float lost_db) {
+    if constexpr (requires { model.pulse_loss(line, lost_db); })
+        return model.pulse_loss(line, lost_db);
+    else
+        return lost_db;
+}
+
+/// Sound passes through a layer to its end.
+template <class Model>
+INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
+    const medium& m = line.media[here.medium];
+    path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
+    path.lost_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
 #ifndef INSONIFY_ACOUSTICS_STRAIGHTENED_HPP
 #define INSONIFY_ACOUSTICS_STRAIGHTENED_HPP
 
@@ -4586,7 +4622,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     // Amplitude there and back at displayed depth `shown`, no less than the floor.
     const auto arriving = [&](float lost_db, float shown, float gain) {
         const float direct =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-peak_loss(model.bandwidth, line, lost_db)), gain);
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-pulse_loss(model, line, lost_db)), gain);
         if (model.shadow_floor_db == -FLT_MAX) return direct;
         return max(direct, amplitude_of_decibels(model.shadow_floor_db - shown * background_loss));
     };
@@ -4637,23 +4673,6 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
 #ifndef INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
 #define INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
 
-#ifndef INSONIFY_ACOUSTICS_PROPAGATION_HPP
-#define INSONIFY_ACOUSTICS_PROPAGATION_HPP
-
-
-/// How the state of the wave changes within the layers of a line, by a model's `timing` and `attenuation`.
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Sound passes through a layer to its end.
-template <class Model>
-INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
-    const medium& m = line.media[here.medium];
-    path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
-    path.lost_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
 #include <cmath>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -4695,7 +4714,9 @@ INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, c
     echo_path around = above; // straight on
     around.refraction.enters_at = 0;
     pass(model, line, tissue, around);
-    const float through = below.passed / above.passed * amplitude_of_decibels(min(around.lost_db - below.lost_db, 300));
+    const float through = below.passed / above.passed *
+                          amplitude_of_decibels(min(
+                              pulse_loss(model, line, around.lost_db) - pulse_loss(model, line, below.lost_db), 300));
     if (!(through < 0.5F)) return false;
     const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
     if (beside == 0) return false;
@@ -4756,7 +4777,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 struct layer_entry {
     float reflected = 0;             ///< there, from outside; 0: the probe's face
     float shown = 0;                 ///< displayed depth, metres
-    float lost_db = 0;               ///< attenuation up to there, there and back, dB
+    float lost_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
     const layer* present = nullptr;  ///< which begins there
     const medium* outside = nullptr; ///< before it
 };
@@ -4780,17 +4801,18 @@ INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) 
 /// @param inside     medium of the layer
 /// @param behind     medium below it
 /// @param stretch    displayed depth per metre inside
-/// @param path       at the far surface
+/// @param shown      displayed depth of the far surface, metres
+/// @param lost_db    attenuation down to it, there and back, of the peak of the pulse, dB
 /// @param reflected  r of the far surface
 /// @param least      no layer rings whose ratio is smaller than this
 /// @param collects   collects(slope): fractions that the aperture collects of a surface of this slope, as in `curved_echo`
 /// @param reflects   reflects(before, after, cosine): r of an interface
 template <class Collects, class Reflects>
 INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, const layer& far, const medium& inside,
-                                 const medium& behind, float stretch, const echo_path& path, float reflected,
+                                 const medium& behind, float stretch, float shown, float lost_db, float reflected,
                                  float least, const Collects& collects, const Reflects& reflects) {
     constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
-    float step = path.shown - near.shown;
+    float step = shown - near.shown;
     if (near.reflected == 0 || !(step > 0) || step > thickest) return;
     vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
     float near_reflected = near.reflected;
@@ -4812,7 +4834,7 @@ INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, cons
     constexpr float steepest = 0.36F, total = 0.9999F;
     if (dot(near_slope, near_slope) > steepest * steepest || dot(far_slope, far_slope) > steepest * steepest) return;
     if (std::fabs(near_reflected) > total || std::fabs(reflected) > total) return;
-    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.lost_db - path.lost_db, 0));
+    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.lost_db - lost_db, 0));
     if (!(std::fabs(ratio) >= least)) return;
     // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
     const vec2 by = (far_slope - near_slope) / speeds;
@@ -5042,9 +5064,9 @@ namespace insonify::inline INSONIFY_ABI {
 ///     diffuse    T A sqrt(r^2 (1 - exp(-4 k^2 h^2 cos^2 i)) 0.166 / (Fx Fy)) cos i, rms
 ///     speckle    T A backscatter 10^(texture_db / 20), rms                   `gaussian_field`
 ///
-/// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation there and back
-/// (`echo_loss`). r is the pressure reflection at the angle of incidence i, k the wave number in 1/m, h the rms height
-/// in m; phi and F are tilt and F-number in the slice plane (x) and out of it (y).
+/// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation of the peak of the
+/// pulse there and back (`echo_loss`, `attenuated`). r is the pressure reflection at the angle of incidence i, k the wave number
+/// in 1/m, h the rms height in m; phi and F are tilt and F-number in the slice plane (x) and out of it (y).
 ///
 /// Amplitude 1 is the echo of a perfect mirror at normal incidence without attenuation. `echo_line` defines how an echo
 /// is written to the samples. Source: see each law.
@@ -5064,7 +5086,7 @@ struct physical {
     Specular specular{};                                     ///< fraction of specular echoes that the aperture collects
     insonify::timing timing = insonify::timing::sound_speed; ///< depth at which echoes are displayed
     insonify::angle angle = insonify::angle::oblique;        ///< of incidence
-    insonify::pulse_bandwidth bandwidth = insonify::pulse_bandwidth::narrow; ///< of the pulse under attenuation
+    insonify::pulse_bandwidth bandwidth = insonify::pulse_bandwidth::broad; ///< of the pulse under attenuation
     float texture_db = -55;           ///< level of the speckle of liver relative to a perfect mirror
     float shadow_floor_db = -FLT_MAX; ///< lower bound on the level of speckle relative to the background alone
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
@@ -5152,6 +5174,10 @@ struct physical {
     }
     /// Attenuation of an echo per metre of a medium, there and back, dB/m; the frequency is in hertz.
     INSONIFY_FN float loss(const medium& m, float frequency) const { return attenuation(m, frequency); }
+    /// What the peak of the pulse of a line loses, dB. @param lost_db  what its carrier would lose alone
+    INSONIFY_FN float pulse_loss(const traced_line& line, float lost_db) const {
+        return detail::peak_loss(bandwidth, line, lost_db);
+    }
 
     /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y, the
     /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
@@ -5164,19 +5190,28 @@ struct physical {
         detail::follow_sound(*this, line, transmitted, [&](std::size_t i, const layer& here, const echo_path& path) {
             const medium& m = line.media[here.medium];
             const float per_metre = attenuation(m, line.frequency), displayed = detail::displayed_stretch(timing, m);
-            const auto amplitude_at = [&](float within) {
-                return path.passed *
-                       amplitude_of_decibels(-detail::peak_loss(bandwidth, line, path.lost_at(within, per_metre)));
-            };
-            const float step = amplitude_of_decibels(-path.refraction.length_factor * per_metre * spacing);
+            const auto loss_at = [&](float within) { return pulse_loss(line, path.lost_at(within, per_metre)); };
             const bool last = i + 1 == line.layers.size();
-            float amplitude = 0;
-            bool exponential = false; // from the step above on
+            // Exact at every eighth step; between them, the logarithm of the amplitude is a polynomial of degree two.
+            float amplitude = 0, step = 1, bend = 1;
+            std::uint32_t left = 0; // steps to the next exact one
             for (; k < out.size() && (last || static_cast<float>(k + 1) * spacing < here.end); ++k) {
                 const float within = static_cast<float>(k + 1) * spacing - here.begin;
-                amplitude = exponential ? amplitude * step : amplitude_at(within);
+                if (left > 0) {
+                    amplitude *= step;
+                    step *= bend;
+                    --left;
+                } else {
+                    const float lost = loss_at(within);
+                    amplitude = path.passed * amplitude_of_decibels(-lost);
+                    if (path.refraction.length(within) > 0) {
+                        const float next = loss_at(within + spacing), after = loss_at(within + 2 * spacing);
+                        step = amplitude_of_decibels(lost - next);
+                        bend = amplitude_of_decibels((next - lost) - (after - next));
+                        left = 7;
+                    }
+                }
                 out[k] = {amplitude, path.shown + within * displayed};
-                exponential = bandwidth == insonify::pulse_bandwidth::narrow && path.refraction.length(within) > 0;
             }
             return k < out.size();
         });
@@ -5195,7 +5230,8 @@ struct physical {
         const auto add_surface = [&](std::size_t i, const layer& here, const echo_path& path) {
             const layer& above = line.layers[i - 1];
             const response met = add_interface(line, above, here, path, echoes, entry);
-            entry = {met.reflected, path.shown, path.lost_db, &line.layers[i], &line.media[above.medium]};
+            entry = {met.reflected, path.shown, pulse_loss(line, path.lost_db), &line.layers[i],
+                     &line.media[above.medium]};
             return met.transmitted;
         };
         detail::follow_sound(*this, line, add_surface, [&](std::size_t, const layer& here, const echo_path& path) {
@@ -5227,9 +5263,9 @@ struct physical {
         const incidence at{before, after, cosine, line.frequency, below.roughness};
         const response wave = at_interface(at);
         const float elevation_fnumber = line.aperture.elevation_fnumber;
+        const float lost_db = pulse_loss(line, path.lost_db);
         const float arrived =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-detail::peak_loss(bandwidth, line, path.lost_db)),
-                                 path.gains.last().surfaces);
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-lost_db), path.gains.last().surfaces);
         const float shown = path.shown + path.gains.last().deeper;
 
         const float fnumber = line.aperture.fnumber(shown);
@@ -5249,7 +5285,7 @@ struct physical {
                              .curvature = detail::displayed_stretch(timing, before) * curvature};
         if (min_ringing < 1)
             detail::add_repetitions(coherent, entry, below, before, after, detail::displayed_stretch(timing, before),
-                                    path, wave.reflected, min_ringing, collected_by,
+                                    path.shown, lost_db, wave.reflected, min_ringing, collected_by,
                                     [&](const medium& from, const medium& to, float cosine_there) {
                                         return at_interface({from, to, cosine_there, line.frequency}).reflected;
                                     });
@@ -5943,6 +5979,15 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
            length(end.origin - begin.origin) <= 1e-4F * length(begin.origin);
 }
 
+/// Fractional bandwidth of a probe at -6 dB: its `bandwidth`; that of a pulse of 2.5 cycles for a probe without that member.
+template <transducer Probe>
+INSONIFY_FN constexpr float fractional_bandwidth(const Probe& probe) {
+    if constexpr (requires { probe.bandwidth; })
+        return probe.bandwidth;
+    else
+        return 0.644F;
+}
+
 /// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`, `elevation_focus`,
 /// `bandwidth` and `side_lobes`.
 /// @throws usage_error  naming a setting that is out of range
@@ -6582,16 +6627,20 @@ struct tgc_settings {
     float max_db = 60;      ///< limit of the automatic gain
     std::array<float, 8> sliders{}; ///< dB at eight depths from 0 to the end of the lines; linear between
     std::vector<tgc_point> curve{}; ///< points in order of depth; linear between, constant before and after
+    float bandwidth =
+        0; ///< fractional, of a pulse whose losses are to be restored (`attenuated`); 0: a single frequency
 
     /// @param depth      metres
     /// @param end        depth of the lines, metres
-    /// @param frequency  f0 of the probe, hertz; the automatic gain is 2 attenuation f0 depth
+    /// @param frequency  f0 of the probe, hertz; the automatic gain is 2 attenuation f0 depth, or with a `bandwidth` what
+    ///                   `attenuated` makes of that
     float gain_db(float depth, float end, float frequency) const {
         const float place = clamp(depth / end, 0, 1) * 7;
         const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;
         const float fraction = place - static_cast<float>(slider);
         const float manual = sliders[slider] + fraction * (sliders[slider + 1] - sliders[slider]);
-        if (curve.empty()) return manual + min(2 * attenuation * frequency * 1e-6F * depth, max_db);
+        if (curve.empty())
+            return manual + min(restored_db(2 * attenuation * frequency * 1e-6F * depth, frequency), max_db);
 
         const auto after =
             std::find_if(curve.begin(), curve.end(), [=](const tgc_point& p) { return p.depth > depth; });
@@ -6602,10 +6651,18 @@ struct tgc_settings {
         return manual + before.gain_db + between * (after->gain_db - before.gain_db);
     }
 
+    /// What is restored where the carrier loses so much, dB.
+    float restored_db(float lost_db, float frequency) const {
+        return bandwidth > 0 && lost_db > 0 ? attenuated(lost_db, frequency, bandwidth).loss_db : lost_db;
+    }
+
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
         if (!is_finite(attenuation) || !(attenuation >= 0) || !is_finite(max_db) || !(max_db >= 0))
             throw usage_error{"tgc: `attenuation` and `max_db` must be finite and not negative"};
+        if (!is_finite(bandwidth) || !(bandwidth >= 0))
+            throw usage_error{
+                "tgc: `bandwidth` must be finite and not negative, such as 0.6, or 0 for a single frequency"};
         for (const float slider : sliders)
             if (!is_finite(slider)) throw usage_error{"tgc: `sliders` must be finite"};
         for (std::size_t i = 0; i < curve.size(); ++i)
@@ -7273,11 +7330,6 @@ INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return inter
 #endif
 
 namespace insonify::inline INSONIFY_ABI::detail {
-
-/// False for NaN; reads the bits, so that it holds under -ffast-math too.
-INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
-    return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
-}
 
 /// A ray with the constants of its box and triangle tests.
 ///
@@ -9189,10 +9241,24 @@ struct object {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// An object by its name, or by its id where it has none.
+inline std::string named(const std::string& name, object_id id) {
+    return name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(id)) : "object '" + name + "'";
+}
+
+/// @throws usage_error  for a point that is not finite
+inline void check_point(vec3 point, const char* caller) {
+    if (!is_finite(point))
+        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
+}
 
 /// @param what  begins the message, such as "scene: the background"
 /// @throws usage_error  for a medium out of range
@@ -9204,22 +9270,35 @@ inline void check_medium(const medium& m, const std::string& what) {
         throw usage_error{what + " needs a density and a sound speed above 0, and every value finite and not below 0"};
 }
 
+/// The first vertex that is not finite; their number where there is none.
+inline std::size_t find_not_finite(const std::vector<vec3>& positions) {
+    const auto found = std::find_if(positions.begin(), positions.end(), [](const vec3& p) { return !is_finite(p); });
+    return static_cast<std::size_t>(found - positions.begin());
+}
+
+/// @throws geometry_error  for a frame in which a vertex of an object is not finite
+[[noreturn]] inline void refuse_frame(const object& one, std::size_t vertex) {
+    throw geometry_error{
+        joined({named(one.name, one.id), ": vertex ", std::to_string(vertex),
+                " was moved to a point that is not finite; all objects are back where they were before: check the "
+                "simulation, or the formula, that moved it"})};
+}
+
 /// Checks the arguments of `scene::add`, which documents what is thrown.
-inline void check_object(const mesh& surface, const medium& inside, const object_settings& settings) {
-    const std::string named = "object '" + settings.name + "': ";
-    check_medium(inside, named + "its medium");
+inline void check_object(const mesh& surface, const medium& inside, const object_settings& settings, object_id id) {
+    const std::string who = named(settings.name, id) + ": ";
+    check_medium(inside, who + "its medium");
     if (!is_rigid(settings.at))
-        throw geometry_error{named + "its pose is not a rigid transform; scale the mesh instead"};
+        throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
     if (!settings.fibres.varies() && !is_finite(settings.fibres({0, 0, 0})))
-        throw geometry_error{named + "the direction of its fibres is not finite; give three numbers, or leave it out"};
+        throw geometry_error{who + "the direction of its fibres is not finite; give three numbers, or leave it out"};
     if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
-        throw usage_error{named + "`crease_angle` is " + std::to_string(settings.crease_angle) +
+        throw usage_error{who + "`crease_angle` is " + std::to_string(settings.crease_angle) +
                           " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
-    check_faces(surface, named);
-    for (std::size_t i = 0; i < surface.positions.size(); ++i)
-        if (!is_finite(surface.positions[i]))
-            throw geometry_error{joined(
-                {named, "vertex ", std::to_string(i), " is not finite; repair the mesh (`validate` reports more)"})};
+    check_faces(surface, who);
+    if (const std::size_t vertex = find_not_finite(surface.positions); vertex < surface.positions.size())
+        throw geometry_error{joined(
+            {who, "vertex ", std::to_string(vertex), " is not finite; repair the mesh (`validate` reports more)"})};
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -11607,35 +11686,52 @@ class fibre_grid {
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The box around all finite points; empty where there are none.
-inline aabb bounds_of(view<const vec3> points) {
+/// What one pass over points finds.
+struct point_bounds {
+    aabb box{};         ///< around them, where all are finite
+    bool finite = true; ///< whether all are
+};
+
+/// Bounds of two sets of points.
+inline point_bounds merged(const point_bounds& a, const point_bounds& b) {
+    return {merged(a.box, b.box), a.finite && b.finite};
+}
+
+/// Bounds points and copies them, in one pass. @param copy  as many; null: none is made
+inline point_bounds bounds_of(view<const vec3> points, vec3* copy) {
     // Coordinates interleave in three registers: x y z x, y z x y, z x y z.
     constexpr int width = simd_width;
     using floats = lanes<width>;
     floats lower[3] = {floats(FLT_MAX), floats(FLT_MAX), floats(FLT_MAX)};
     floats upper[3] = {floats(-FLT_MAX), floats(-FLT_MAX), floats(-FLT_MAX)};
+    bit_lanes<width> wild{};
     const std::size_t whole = points.size() / width * width;
-    for (std::size_t begin = 0; begin < whole; begin += width)
-        for (std::ptrdiff_t k = 0; k < 3; ++k) {
+    for (std::size_t begin = 0; begin < whole; begin += width) {
+        const auto add = [&](std::ptrdiff_t k) {
             const floats p = load<width>(&points[begin].x + k * width);
-            lower[k] = select(p < lower[k], p, lower[k]); // a NaN is never taken
-            upper[k] = select(upper[k] < p, p, upper[k]);
-        }
+            wild |= not_finite<width>(p);
+            lower[k] = min(lower[k], p);
+            upper[k] = max(upper[k], p);
+            if (copy != nullptr) store(p, &copy[begin].x + k * width);
+        };
+        add(0), add(1), add(2); // not a loop, which g++ -O2 does not unroll
+    }
     float lowest[3 * width], highest[3 * width];
     for (std::ptrdiff_t k = 0; k < 3; ++k) {
         store(lower[k], lowest + k * width);
         store(upper[k], highest + k * width);
     }
-    aabb box;
-    for (int i = 0; i < 3 * width; i += 3)
-        box =
-            merged(box, aabb{{lowest[i], lowest[i + 1], lowest[i + 2]}, {highest[i], highest[i + 1], highest[i + 2]}});
-    for (std::size_t i = whole; i < points.size(); ++i) box = merged(box, points[i]);
-    if (is_finite(box) || points.empty()) return box;
-    box = {};
-    for (const vec3& p : points)
-        if (is_finite(p)) box = merged(box, p);
-    return box;
+    point_bounds found;
+    for (int i = 0; i < width; ++i) {
+        found.box = merged(found.box, aabb{{lowest[3 * i], lowest[3 * i + 1], lowest[3 * i + 2]},
+                                           {highest[3 * i], highest[3 * i + 1], highest[3 * i + 2]}});
+        found.finite = found.finite && wild[i] >> 31 == 0;
+    }
+    for (std::size_t i = whole; i < points.size(); ++i) {
+        found = merged(found, {merged(aabb{}, points[i]), is_finite(points[i])});
+        if (copy != nullptr) copy[i] = points[i];
+    }
+    return found;
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -11855,9 +11951,13 @@ struct object_state {
     smooth_surface normals{};          ///< of smooth surfaces
     aabb local_box{};                  ///< in object coordinates, as built or updated
     aabb box{};                        ///< in the world
+    double volume = 0;                 ///< enclosed when it was added, m^3; below 0 where faces point inwards
     std::uint32_t medium = 0;          ///< index into the scene's media
     std::uint32_t updates_at_rest = 0; ///< since the vertices last moved
     bool moved = false;                ///< the positions were handed out for writing since the last update
+    std::vector<vec3> accepted{};      ///< positions after the last update; empty: they were never handed out
+    std::vector<vec3> incoming{};      ///< those that `read` has read, before they are accepted
+    aabb incoming_box{};               ///< around them
     bool tree_is_current = false;      ///< the tree and the normals fit the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
     fibre_grid fibres{};               ///< where they are curved
@@ -11882,8 +11982,11 @@ struct object_state {
         place_structure(of, at_rest);
     }
 
-    /// Takes over what belongs to the deformation of an earlier state.
-    void keep_rest(object_state& of) {
+    /// Takes over what does not depend on the build from an earlier state, whose positions were read.
+    void keep(object_state& of) {
+        volume = of.volume;
+        accepted = std::move(of.incoming);
+        incoming = std::move(of.accepted);
         rest = std::move(of.rest);
         located = std::move(of.located);
         rest_at = of.rest_at;
@@ -11905,14 +12008,46 @@ struct object_state {
         return own;
     }
 
-    /// Follows vertices that have moved, without touching the tree and the normals.
+    /// The positions are handed out for writing.
+    void hand_out(const object& of) {
+        if (accepted.empty()) accepted = of.surface.positions;
+        moved = true;
+    }
+    /// Whether they ever were.
+    bool handed_out() const { return !accepted.empty(); }
+
+    /// Reads the positions, which `accept` or `refuse` must follow. One pass. @return  whether all are finite
     template <class Policy>
-    void follow(const Policy& policy, const object& of) {
+    bool read(const Policy& policy, const object& of) {
+        constexpr std::size_t parts = 16;
+        const view<const vec3> points{of.surface.positions};
+        incoming.resize(accepted.size());
+        point_bounds part[parts];
+        const std::size_t block = std::max(points.size() / parts + 1, std::size_t{8192});
+        exec::for_each_block(policy, points.size(), block, 0.5F, [&](std::size_t begin, std::size_t end) {
+            part[begin / block] =
+                bounds_of({points.data() + begin, end - begin}, handed_out() ? incoming.data() + begin : nullptr);
+        });
+        point_bounds whole;
+        for (const point_bounds& one : part) whole = merged(whole, one);
+        incoming_box = whole.box;
+        return whole.finite;
+    }
+
+    /// Follows the positions that were read, without touching the tree and the normals.
+    void accept(const object& of) {
         if (groups.empty()) groups = face_groups{mesh_view{of.surface}};
-        local_box = bounds_of(policy, of.surface.positions);
+        accepted.swap(incoming);
+        local_box = incoming_box;
         box = placed_box(local_box, of.at);
         tree_is_current = moved = false;
         updates_at_rest = 0;
+    }
+
+    /// Returns the positions to where they were after the last update.
+    void refuse(object& of) {
+        std::copy(accepted.begin(), accepted.end(), of.surface.positions.begin());
+        moved = false;
     }
 
     /// Refits the tree, or rebuilds it where refitting has degraded it: see `bvh_storage::update`. Computes the normals.
@@ -11929,19 +12064,6 @@ struct object_state {
         mesh_view surface{of.surface};
         if (!at_rest.empty()) surface.positions = at_rest;
         return structure_axes(surface, local_box, of.fibres(local_box.centre()));
-    }
-
-    template <class Policy>
-    static aabb bounds_of(const Policy& policy, view<const vec3> points) {
-        constexpr std::size_t parts = 16;
-        aabb part[parts];
-        const std::size_t block = std::max(points.size() / parts + 1, std::size_t{8192});
-        exec::for_each_block(policy, points.size(), block, 0.5F, [&](std::size_t begin, std::size_t end) {
-            part[begin / block] = detail::bounds_of(view<const vec3>{points.data() + begin, end - begin});
-        });
-        aabb whole;
-        for (const aabb& box : part) whole = merged(whole, box);
-        return whole;
     }
 };
 
@@ -11997,13 +12119,14 @@ bool deform_object(const Policy& policy, object& one, object_state& state, const
     if (state.rest.empty()) state.rest = now;
     state.follows = map != nullptr;
     state.rest_at = one.at;
-    const bool was_displaced = std::exchange(state.displaced, false);
+    const bool was_displaced = std::exchange(state.displaced, map != nullptr); // also where the map throws
     if (map != nullptr)
         state.displaced = displace_vertices(policy, *map, one.at, state.rest, state.located, now);
     else
         std::copy(state.rest.begin(), state.rest.end(), now.begin());
     if (!state.displaced && !was_displaced && !state.moved) return false;
-    state.follow(policy, one);
+    if (!state.read(policy, one)) refuse_frame(one, find_not_finite(now));
+    state.accept(one);
     return true;
 }
 
@@ -12359,6 +12482,7 @@ class scene_views {
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string>
@@ -12405,7 +12529,7 @@ class scene {
     /// The span is valid until `add`, `remove` or assignment. @throws usage_error  for an unknown id
     std::span<vec3> positions(object_id id) {
         const std::size_t index = index_of(id);
-        states_[index].moved = true;
+        states_[index].hand_out(objects_[index]);
         return objects_[index].surface.positions;
     }
     /// The same to be read. @throws usage_error  for an unknown id
@@ -12434,7 +12558,8 @@ class scene {
     /// Makes the scene ready to trace: builds all trees and ranks the objects.
     ///
     /// Where it throws, as for lack of memory, the scene is unchanged.
-    /// @throws geometry_error  for a function of `fibres` that returns no direction
+    /// @throws geometry_error  for vertices that were moved and are not finite, see `update`, or a function of `fibres` that
+    ///                         returns no direction
     template <exec::policy Policy>
     scene& build(const Policy& policy) & {
         rebuild(threads{policy});
@@ -12449,10 +12574,11 @@ class scene {
 
     /// Follows the vertices that moved since the last frame.
     ///
-    /// Cost: one pass over the vertices that moved. Trees are not touched: slices need none, and the scene brings a tree up
-    /// to date when rays first need it, or once its object has been at rest for a few updates. Allocates only where an
-    /// object moves for the first time.
-    /// @throws usage_error  where `build` was not called since the last `add` or `remove`
+    /// Cost: one pass over the vertices that moved, which also checks and copies them. Trees are not touched: slices need
+    /// none, and the scene brings a tree up to date when rays first need it, or once its object has been at rest for a few
+    /// updates. Allocates only where an object moves for the first time.
+    /// @throws geometry_error  for a vertex that is not finite; then all objects are where they were after the last update
+    /// @throws usage_error     where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     void update(const Policy& policy) {
         follow(threads{policy});
@@ -12489,8 +12615,10 @@ class scene {
     }
 
     /// Where the tissue of an object, or of the background, that is now at a point was at rest; both in the world.
-    /// @throws usage_error  for an unknown id  @throws geometry_error  where the map of `deform` folds over
+    /// @throws usage_error  for an unknown id or a point that is not finite
+    /// @throws geometry_error  where the map of `deform` folds over
     vec3 rest_of(vec3 now, std::optional<object_id> of = std::nullopt) const {
+        detail::check_point(now, "rest_of");
         if (!of) return deformation_.rest_of(now);
         const std::size_t index = index_of(*of);
         if (!states_[index].follows) return now;
@@ -12524,6 +12652,14 @@ class scene {
     }
     /// The box around one object, in the world. @throws usage_error  for an unknown id
     aabb box(object_id id) const { return states_[index_of(id)].box; }
+
+    /// Whether an object was turned inside out since it was added, as by a simulation that diverges: the volume that its
+    /// faces enclose has changed its sign. One pass over the faces, which must be closed. @throws usage_error  for an unknown id
+    bool is_inside_out(object_id id) const {
+        const std::size_t index = index_of(id);
+        const double was = states_[index].volume, now = enclosed_volume(objects_[index].surface);
+        return was != 0 && std::fabs(now) > 0.01 * std::fabs(was) && (now < 0) != (was < 0); // flat ones are not
+    }
 
     /// Whether `build` was called since the last `add` or `remove`.
     bool is_built() const { return built_; }
@@ -12565,6 +12701,9 @@ class scene {
   private:
     using threads = detail::any_policy<false>; // one instantiation for all policies
 
+    // Reads the positions of some objects. @throws geometry_error  as `update`, with all of them back at the former ones
+    template <class Which>
+    void read_positions(const threads& policy, const Which& which);
     void follow(const threads& policy);  // the work of `update`
     void rebuild(const threads& policy); // the work of `build`
     template <class Map, class Follows>
@@ -12612,9 +12751,10 @@ class scene {
 namespace insonify::inline INSONIFY_ABI {
 
 inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
-    detail::check_object(surface, inside, settings);
     const object_id id{next_id_};
+    detail::check_object(surface, inside, settings, id);
     states_.resize(objects_.size() + 1);
+    states_.back().volume = enclosed_volume(surface);
     objects_.push_back({.id = id,
                         .name = std::move(settings.name),
                         .surface = std::move(surface),
@@ -12638,7 +12778,7 @@ inline void scene::set_background_fibres(vec3 along, vec3 flat) {
 
 inline void scene::set_medium(object_id id, const medium& inside) {
     const std::size_t index = index_of(id);
-    detail::check_medium(inside, "set_medium: the medium of object '" + objects_[index].name + "'");
+    detail::check_medium(inside, "set_medium: the medium of " + detail::named(objects_[index].name, id));
     const medium before = std::exchange(objects_[index].inside, inside);
     try {
         if (built_) media_ = detail::distinct_media(background_, objects_, states_);
@@ -12650,13 +12790,26 @@ inline void scene::set_medium(object_id id, const medium& inside) {
     expire();
 }
 
+template <class Which>
+void scene::read_positions(const threads& policy, const Which& which) {
+    const object* refused = nullptr;
+    for (std::size_t i = 0; i < objects_.size(); ++i)
+        if (which(states_[i]) && !states_[i].read(policy, objects_[i]) && refused == nullptr) refused = &objects_[i];
+    if (refused == nullptr) return;
+    const std::size_t vertex = detail::find_not_finite(refused->surface.positions);
+    for (std::size_t i = 0; i < objects_.size(); ++i)
+        if (which(states_[i])) states_[i].refuse(objects_[i]);
+    detail::refuse_frame(*refused, vertex);
+}
+
 inline void scene::follow(const threads& policy) {
     require_built();
+    read_positions(policy, [](const detail::object_state& state) { return state.moved; });
     constexpr std::uint32_t updates_worth_a_tree = 2;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
         detail::object_state& state = states_[i];
         if (state.moved) {
-            state.follow(policy, objects_[i]);
+            state.accept(objects_[i]);
             views_.reset_slices();
         } else if (state.tree_is_current || ++state.updates_at_rest < updates_worth_a_tree) {
             continue;
@@ -12668,11 +12821,12 @@ inline void scene::follow(const threads& policy) {
 }
 
 inline void scene::rebuild(const threads& policy) {
+    read_positions(policy, [](const detail::object_state& state) { return state.handed_out(); });
     std::vector<detail::object_state> states(objects_.size());
     for (std::size_t i = 0; i < objects_.size(); ++i) states[i].build(policy, objects_[i], states_[i].rest);
     std::vector<std::uint32_t> by_rank = detail::ranked(objects_);
     std::vector<medium> media = detail::distinct_media(background_, objects_, states);
-    for (std::size_t i = 0; i < objects_.size(); ++i) states[i].keep_rest(states_[i]);
+    for (std::size_t i = 0; i < objects_.size(); ++i) states[i].keep(states_[i]);
     states_ = std::move(states);
     by_rank_ = std::move(by_rank);
     media_ = std::move(media);
@@ -12684,6 +12838,7 @@ template <class Map, class Follows>
 void scene::deform_those(const threads& policy, const Map& map, const Follows& follows) {
     require_built();
     try {
+        read_positions(policy, [](const detail::object_state& state) { return state.moved; });
         detail::check_map(policy, map, box());
         std::atomic<bool> any_moved{false};
         exec::for_each_block(policy, objects_.size(), 1, 100e3F, [&](std::size_t i, std::size_t) {
@@ -12770,10 +12925,13 @@ path_survey survey_paths(const scene_view& flat, const Probe& probe, const pose&
 /// dB/(cm MHz)). Lines with more than 256 surfaces do not count.
 /// @param depth  of the picture, metres
 /// @throws usage_error  for a scene that is not built, or a setting out of range
+/// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
 float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float depth) {
     probe.check();
     check_depth(depth, "automatic_tgc");
+    if (!is_rigid(at))
+        throw geometry_error{"automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at"};
     const detail::path_survey passed = detail::survey_paths(body.view_for_rays(policy), probe, at, depth);
     return clamp(passed.length > 0 ? passed.attenuation : body.background().attenuation, 50, 100);
 }
@@ -12871,6 +13029,20 @@ struct pulse {
     /// An envelope with the standard deviation s in time falls to -20 dB at +-2.146 s, and s = 0.3748 / (B f0).
     INSONIFY_FN constexpr float bandwidth() const { return 1.61F / cycles; }
 
+    /// Fractional bandwidth of the Gaussian pulse whose peak is as curved, and therefore loses as much to attenuation: B for
+    /// impulse excitation, nearly 0 for a long burst, which loses what its carrier does.
+    ///
+    ///     B_peak^2 = B^2 (L / s) exp(-L^2 / 8 s^2) / (sqrt(2 pi) erf(L / (sqrt(8) s))),   s = 0.3748 / B cycles
+    ///
+    /// for a burst of L cycles: the second derivative of `envelope` at its peak over its peak. Attenuation multiplies the
+    /// spectrum by exp(-beta (f - f0)), whose second-order term is that derivative.
+    INSONIFY_FN float bandwidth_at_peak() const {
+        const float per_sigma = burst * bandwidth() / 0.3748F;
+        if (!(per_sigma > 1e-2F)) return bandwidth();
+        return bandwidth() * std::sqrt(per_sigma * std::exp(-per_sigma * per_sigma / 8) /
+                                       (2.5066283F * std::erf(per_sigma * 0.35355339F)));
+    }
+
     /// Standard deviation of the pulse envelope along displayed depth, metres: 0.1874 c0 / (B f0).
     ///
     /// The standard deviation of the spectrum is B f0 / 2.3548, that of the envelope in time 1 / (2 pi) over it; depth
@@ -12902,10 +13074,7 @@ struct pulse {
 /// The shortest pulse that the fractional `bandwidth` of a probe permits; `pulse{}` for a probe without that member.
 template <transducer Probe>
 INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
-    if constexpr (requires { probe.bandwidth; })
-        return {.cycles = 1.61F / probe.bandwidth};
-    else
-        return {};
+    return {.cycles = 1.61F / fractional_bandwidth(probe)};
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -14257,6 +14426,7 @@ struct frame_view {
     float spacing = 0;         ///< metres from sample to sample
     float max_depth = 0;       ///< how far lines are followed, metres
     float pulse_sigma = 0;     ///< standard deviation of the pulse envelope, metres of displayed depth
+    float bandwidth = 0;       ///< see `traced_line`
     std::uint32_t samples = 0; ///< along each line
     std::uint32_t planes = 1;  ///< that represent the thickness of the slice
     elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
@@ -14310,6 +14480,7 @@ class frame_plan {
                                 .spacing = scan.depth / static_cast<float>(samples),
                                 .max_depth = max_depth_of(model, scan.depth, media),
                                 .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
+                                .bandwidth = fractional_bandwidth(probe),
                                 .samples = samples,
                                 .planes = scan.planes,
                                 .plane_sets = made.plane_sets,
@@ -15763,6 +15934,7 @@ INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& 
                      .aperture = frame.aperture,
                      .plane = plane,
                      .pulse_sigma = frame.pulse_sigma,
+                     .bandwidth = frame.bandwidth,
                      .frame_number = frame.frame_number,
                      .displacements = scene.displacements},
             .number = number,
@@ -17735,7 +17907,8 @@ class frame_display {
         const tgc_settings wanted{.attenuation = settings.tgc > 0 ? settings.tgc : frame.gain.attenuation,
                                   .max_db = settings.time_gain.max_db,
                                   .sliders = settings.time_gain.sliders,
-                                  .curve = settings.time_gain.curve};
+                                  .curve = settings.time_gain.curve,
+                                  .bandwidth = frame.gain.bandwidth};
         lines = frame.amplitudes;
         lines = regain(policy, std::move(lines), frame.probe->frequency, frame.gain, wanted);
         lines = log_compress(policy, std::move(lines),
@@ -18544,6 +18717,18 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
+/// The bandwidth of the pulse whose losses time gain restores: that of the probe, or 0 where a model attenuates a single frequency.
+template <class Model, transducer Probe>
+float restored_bandwidth(const Model& model, const Probe& probe) {
+    if constexpr (requires { model.bandwidth == pulse_bandwidth::broad; })
+        if (model.bandwidth == pulse_bandwidth::broad) return fractional_bandwidth(probe);
+    return 0;
+}
+
+} // namespace detail
+
 /// How long the stages of a frame took, seconds.
 struct stage_times {
     double trace = 0;    ///< echoes, with all tables
@@ -18831,6 +19016,7 @@ const tgc_settings& scanner<Probe, Model, Tracer>::time_gain_of(const Policy& po
     gain_.max_db = settings.time_gain.max_db;
     gain_.sliders = settings.time_gain.sliders;
     gain_.curve = settings.time_gain.curve;
+    gain_.bandwidth = detail::restored_bandwidth(model, probe);
     gain_.attenuation = settings.tgc > 0 ? settings.tgc
                         : settings.time_gain.chosen == time_gain::choice::every_frame
                             ? choose()
@@ -19088,6 +19274,7 @@ struct pulse_train {
     float interval = 0;      ///< one over the pulse repetition frequency, seconds
     std::uint32_t count = 1; ///< number of pulses that are acquired
     std::uint32_t first = 0; ///< the first of them: a long train is acquired in parts
+    float burst = 0; ///< length of the excitation in cycles, as of a `pulse`: a long one loses more to attenuation
 
     /// The pulse after the last one.
     INSONIFY_FN std::uint32_t end() const { return first + count; }
@@ -19375,7 +19562,10 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
                     ensemble_workspace<Probe, Model, Field>& own, ensemble_echoes& out) {
     const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
     const straight_lines how{};
-    const frame_view<Probe> frame = own.tracing.plan.view_of(policy, probe, at, model, scan, samples, body.media());
+    frame_view<Probe> frame = own.tracing.plan.view_of(policy, probe, at, model, scan, samples, body.media());
+    pulse sent = nominal_pulse(probe);
+    sent.burst = pulses.burst;
+    frame.bandwidth = sent.bandwidth_at_peak();
     out.moving.resize(pulses.count);
     out.resting.reshape(probe.lines, samples, scan.depth);
     for (iq_lines& each : out.moving) each.reshape(probe.lines, samples, scan.depth);
@@ -19478,11 +19668,14 @@ const iq_ensemble& doppler_ensemble(const Policy& policy, const scene& body, con
     sent.burst = settings.burst;
     const std::uint32_t frame = mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
     constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
-    trace_ensemble(
-        detail::any_policy{policy}, body, probe, at, model,
-        {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame}, field,
-        {.start = settings.time, .interval = 1 / settings.prf, .count = settings.pulses, .first = settings.first},
-        slowest * settings.from, own.tracing, own.traced);
+    trace_ensemble(detail::any_policy{policy}, body, probe, at, model,
+                   {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame}, field,
+                   {.start = settings.time,
+                    .interval = 1 / settings.prf,
+                    .count = settings.pulses,
+                    .first = settings.first,
+                    .burst = settings.burst},
+                   slowest * settings.from, own.tracing, own.traced);
     const auto formed = [&](iq_lines echoes) {
         return convolve(policy, std::move(echoes), sent, probe, {}, own.convolution);
     };
@@ -20900,6 +21093,12 @@ struct doppler_picture_settings {
     float min_power_db = -126; ///< weaker echoes show no flow; electronic noise is at -135 dB. 0 dB is a perfect mirror
     float min_velocity = 0;    ///< slower flow is not shown, m/s
 
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (!is_finite(min_power_db) || !is_finite(min_velocity))
+            throw usage_error{"doppler_picture: `min_power_db` and `min_velocity` must be finite"};
+    }
+
     friend bool operator==(const doppler_picture_settings&, const doppler_picture_settings&) = default;
 };
 
@@ -20915,6 +21114,14 @@ struct colour_overlay_settings {
     float min_power_db = -126;               ///< see `doppler_picture_settings`
     float min_velocity = 0;                  ///< likewise, m/s
     float max_grey = 0.6F; ///< priority: brighter tissue is shown in grey, 0 (never colour) to 1 (always colour)
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (!is_finite(min_power_db) || !is_finite(min_velocity) || !is_finite(max_velocity) || !(max_velocity >= 0) ||
+            !is_finite(power_range_db) || !(power_range_db > 0) || !is_finite(max_grey))
+            throw usage_error{"colour_overlay: `power_range_db` must be above 0, `max_velocity` at least 0, and both, "
+                              "`min_power_db`, `min_velocity` and `max_grey` finite"};
+    }
 
     friend bool operator==(const colour_overlay_settings&, const colour_overlay_settings&) = default;
 };
@@ -20979,6 +21186,7 @@ INSONIFY_FN inline float power_of_decibels(float level) { return std::exp2(0.332
 template <exec::policy Policy, transducer Probe>
 image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe& probe,
                       const doppler_picture_settings& settings = {}) {
+    settings.check();
     const scan_map map =
         make_scan_map(policy, probe, detail::acquisition_of<flow_sample>(lines), {.size = settings.size});
     image picture{map.size};
@@ -20997,10 +21205,11 @@ image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe
 ///
 /// @param grey   an image of the same probe and depth
 /// @param probe  that the lines are of
-/// @throws usage_error  for lines that are empty or not those of the probe, or an image of another size
+/// @throws usage_error  for lines that are empty or not those of the probe, an image of another size, or a setting out of range
 template <exec::policy Policy, transducer Probe>
 colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
                             const colour_overlay_settings& settings = {}) {
+    settings.check();
     const scan_map map = make_scan_map(policy, probe, detail::acquisition_of<flow_sample>(lines), {.size = grey.size});
     if (grey.pixels.size() != map.first.size())
         throw usage_error{"colour_overlay: the image has no pixels, or not as many as its size says"};
@@ -21404,11 +21613,13 @@ inline void subtract_projections(std::vector<vec2>& series, const std::vector<st
 /// @param prf           pulse repetition frequency, hertz
 /// @param max_velocity  that does not alias, m/s: see `max_doppler_velocity`
 /// @param start         time of the first pulse, seconds
-/// @throws usage_error  for a setting out of range, or fewer pulses than a window
+/// @throws usage_error  for a number or a setting out of range, or fewer pulses than a window
 template <exec::policy Policy>
 doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echoes, float prf, float max_velocity,
                              float start, const spectrum_settings& settings) {
     settings.check();
+    if (!is_finite(prf) || !(prf > 0) || !is_finite(max_velocity) || !(max_velocity > 0) || !is_finite(start))
+        throw usage_error{"spectrum_of: the prf and the largest velocity must be finite and above 0, `start` finite"};
     if (echoes.size() < settings.window)
         throw usage_error{
             detail::joined({"spectrum_of: ", std::to_string(echoes.size()), " pulses are fewer than the window of ",
@@ -21913,6 +22124,7 @@ struct diagnosis {
         too_shallow,  ///< the lines end before the first surface
         beside,       ///< the objects are beside the field of view
         open_surface, ///< a mesh does not enclose a volume
+        inside_out,   ///< an object has been turned inside out since it was added
         attenuation,  ///< takes more than automatic gain restores: most of the picture is dark
     };
     std::vector<problem> problems{}; ///< the most likely cause first
@@ -21938,11 +22150,6 @@ inline std::string shown(float metres) {
     char text[48];
     std::snprintf(text, sizeof text, value < 999.5 ? "%.3g" : "%.0f", value);
     return std::string{text} + unit;
-}
-
-/// An object by its name, or by its id where it has none.
-inline std::string named(const std::string& name, std::uint32_t id) {
-    return name.empty() ? "object " + std::to_string(id) : "object '" + name + "'";
 }
 
 /// The surfaces that the lines of a probe would cross without a limit of depth.
@@ -22043,7 +22250,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     for (const object& one : body.objects())
         if (body.awaits_update(one.id))
             return report(problem::not_updated, "The positions of " +
-                                                    named(one.name, static_cast<std::uint32_t>(one.id)) +
+                                                    named(one.name, one.id) +
                                                     " were handed out since the last update; call update(policy).");
     if (body.media().size() == 1)
         report(problem::one_medium, "Every object has the medium of the background, so no surface echoes; give the "
@@ -22053,7 +22260,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     const line_survey lines = survey(flat, probe, at);
     const std::string start = lines.starts_in == nullptr
                                   ? "the background"
-                                  : named(body[object_id{lines.starts_in->id}].name, lines.starts_in->id);
+                                  : named(body[object_id{lines.starts_in->id}].name, object_id{lines.starts_in->id});
     if (blocks_sound(flat.media[lines.starts_in == nullptr ? 0 : lines.starts_in->medium]))
         report(problem::inside,
                "The probe is in " + start +
@@ -22087,15 +22294,22 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     }
     for (const object& one : body.objects())
         if (const mesh_report mesh = validate(one.surface); !mesh.closed())
-            report(problem::open_surface, "The surface of " + named(one.name, static_cast<std::uint32_t>(one.id)) +
+            report(problem::open_surface, "The surface of " + named(one.name, one.id) +
                                               " is not closed: " + explain(mesh));
+        else if (body.is_inside_out(one.id))
+            report(problem::inside_out, "The vertices of " + named(one.name, one.id) +
+                                            " were moved so that it is inside out: its faces point the other way than "
+                                            "when it was added; check the simulation, or the formula, that moves it.");
     if (found.problems.empty()) {
         constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
         const path_survey half = survey_paths(flat, probe, at, scan.depth / 2);
+        const auto of_pulse = [&](float lost_db) {
+            return attenuated(lost_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
+        };
         const float needed = 2 * clamp(half.attenuation, 50, 100) * probe.frequency * 1e-6F * half.length;
-        const float gain = min(needed, max_gain_db);
-        if (half.loss_db > gain + dark_db)
-            report(problem::attenuation, "Echoes from half the depth lose " + number_text(std::round(half.loss_db)) +
+        const float gain = min(of_pulse(needed), max_gain_db), lost = of_pulse(half.loss_db);
+        if (lost > gain + dark_db)
+            report(problem::attenuation, "Echoes from half the depth lose " + number_text(std::round(lost)) +
                                              " dB, and automatic gain restores " + number_text(std::round(gain)) +
                                              " dB: the picture is dark below; lower the frequency or `depth`.");
     }
@@ -22347,13 +22561,14 @@ struct pressed_face {
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
-        bool valid = is_rigid(at) && elevation > 0 && decay > 0 && recovery > 0;
+        bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 && recovery > 0;
+        for (const float z : height) valid = valid && is_finite(z);
         for (const std::array<float, columns>& row : depth)
             for (const float one : row) valid = valid && one >= 0 && one < decay;
         if (!valid)
             throw usage_error{
-                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, `elevation` "
-                "and `recovery` above 0, and `at` a rigid pose"};
+                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, `left`, "
+                "`right` and `height` finite, `elevation` and `recovery` above 0, and `at` a rigid pose"};
     }
 
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
@@ -22411,9 +22626,13 @@ inline const object_view* top_at(const scene_view& flat, vec3 point) {
     return top == media_stack::none ? nullptr : &flat.objects[top];
 }
 
-inline void check_point(vec3 point, const char* caller) {
-    if (!is_finite(point))
-        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
+/// @throws usage_error  for a ray that would miss everything
+inline void check_ray(const ray& r, const char* caller) {
+    const vec3 along = abs(r.direction);
+    if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
+        !is_number(r.min_distance) || !is_number(r.max_distance))
+        throw usage_error{std::string{caller} + ": the ray needs a finite origin, a finite direction that is not 0, and "
+                                                "limits that are not NaN"};
 }
 
 } // namespace detail
@@ -22441,9 +22660,11 @@ inline medium medium_at(const scene& body, vec3 point) {
 ///
 /// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
 /// @param accepts  bool(object_id): objects for which it returns false are passed through
-/// @throws usage_error  for a scene that was not built
+/// @throws usage_error  for an origin or a direction that is not finite, a direction of length 0, a limit that is NaN, or a
+///                      scene that was not built
 template <std::predicate<object_id> Filter = any_object>
 std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
+    detail::check_ray(r, "first_surface");
     const scene_view flat = body.view_for_rays(exec::par);
     hit first;
     std::uint32_t rank = 0;
@@ -22924,7 +23145,8 @@ struct truth_model : label_axis {
                 const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
                 out[k].label = here.object;
                 out[k].medium = here.medium;
-                out[k].transmitted = passed * amplitude_of_decibels(-(lost + per_metre * bent.length(into)));
+                out[k].transmitted =
+                    passed * amplitude_of_decibels(-pulse_loss(model, line, lost + per_metre * bent.length(into)));
                 out[k].depth = here.begin + into;
             }
             lost += per_metre * bent.length(here.end - here.begin);
@@ -22937,11 +23159,11 @@ struct truth_model : label_axis {
 
 /// Ground truth of a frame from one trace, for training data and tests.
 ///
-///     transmitted = product of T over the interfaces above * 10^(-sum of loss * d over the media above / 20)
+///     transmitted = product of T over the interfaces above * 10^(-P(sum of loss * d over the media above) / 20)
 ///
 /// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m (there and back for
-/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray. It
-/// is the amplitude with which the model weights every echo of a line by itself, without the penumbra that the aperture gives
+/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray, P
+/// what the peak of the pulse loses where the carrier loses so much (`physical::pulse_loss`; `law2011`: the same). It is the amplitude with which the model weights every echo of a line by itself, without the penumbra that the aperture gives
 /// to shadows (`straight_lines::directions`); 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
@@ -23245,7 +23467,9 @@ class path_walk {
 
     // The echo that the face itself sends back.
     INSONIFY_FN void add_face_echo(const echo_path& path) const {
-        echoes_.add(path.shown, {path.passed * settings_.face_reflection * amplitude_of_decibels(-path.lost_db), 0});
+        echoes_.add(path.shown, {path.passed * settings_.face_reflection *
+                                     amplitude_of_decibels(-pulse_loss(model_, line_, path.lost_db)),
+                                 0});
     }
 
     INSONIFY_FN bool keeps_arrivals() const { return settings_.pairs && settings_.paths_per_line == 0; }
@@ -23290,7 +23514,7 @@ class path_walk {
     }
 
     INSONIFY_FN void push(path_branch next, const media_stack& inside) {
-        const float amplitude = next.path.passed * amplitude_of_decibels(-next.path.lost_db);
+        const float amplitude = next.path.passed * amplitude_of_decibels(-pulse_loss(model_, line_, next.path.lost_db));
         if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
         if (next.bounces > settings_.bounces || next.path.shown >= max_shown()) return;
         overflow_ = overflow_ || count_ == branches_.size() || objects_ + inside.count > branch_objects_.size();
@@ -24384,8 +24608,7 @@ void check_pixels(const Picture& picture) {
 }
 
 inline unsigned char byte_of(float value) {
-    const bool is_nan = (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) > 0x7F800000U;
-    return static_cast<unsigned char>(is_nan ? 0.0F : clamp(value, 0, 1) * 255 + 0.5F);
+    return static_cast<unsigned char>(is_number(value) ? clamp(value, 0, 1) * 255 + 0.5F : 0.0F);
 }
 
 /// @param bytes  of each pixel as many as `channels`, row by row
