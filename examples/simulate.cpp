@@ -71,7 +71,10 @@ scene load(const simulate_options& chosen) {
             known += std::string{known.empty() ? "" : ", "} + each.name;
         throw usage_error{"--background: there is no tissue '" + chosen.background + "'; known are " + known};
     }
-    return load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background});
+    std::vector<std::string> notes;
+    scene body = load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background}, notes);
+    for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
+    return body;
 }
 
 pose pose_of(const simulate_options& chosen, const scene& body) {

@@ -201,7 +201,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 body.update(exec::seq);
                 fuzz::require(finite, "a frame that is not finite is refused");
             } catch (const geometry_error&) {
-                fuzz::require(!finite && one.surface.positions == before, "a frame that is refused leaves the last one");
+                fuzz::require(!finite && one.surface.positions == before,
+                              "a frame that is refused leaves the last one");
             }
         }
         body.update(exec::seq);

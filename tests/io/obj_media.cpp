@@ -19,7 +19,7 @@ TEST_CASE("each object or group and medium of an OBJ file becomes a named object
                           "newmtl muscle\nKd 1 1 1\nattenuation 2\n"
                           "newmtl bone\ndensity 1500\nsound_speed 3000\n");
     std::string text = "mtllib a.mtl\n" + tetrahedron;
-    text += "o first\nusemtl tumour\nf 1 3 2\nusemtl hard_stone\nf 1 2 4\n";
+    text += "o first\ng first\nusemtl tumour\nf 1 3 2\nusemtl hard_stone\nf 1 2 4\n";
     text += "g second\nusemtl muscle\nf 1 4 3\ng first\nusemtl tumour\nf 2 3 4\n";
     text += "g third part\nusemtl bone\nf 1 2 3\no\nusemtl fat\nf 4 3 2\n";
     const scene loaded = load_obj_scene(folder.write("a.obj", text), {.unit = 1_mm, .background = tissue::gel});
@@ -27,7 +27,7 @@ TEST_CASE("each object or group and medium of an OBJ file becomes a named object
     CHECK(loaded.background() == tissue::gel);
     const std::vector<object>& objects = loaded.objects();
     REQUIRE(objects.size() == 5);
-    CHECK(objects[0].name == "first");
+    CHECK(objects[0].name == "first/first");
     CHECK(objects[0].surface.faces.size() == 2); // continued after another group
     CHECK(objects[0].surface.positions.size() == 4);
     CHECK(objects[0].priority == 3);
@@ -39,17 +39,17 @@ TEST_CASE("each object or group and medium of an OBJ file becomes a named object
     CHECK(tumour.backscatter == doctest::Approx(0.1));
     CHECK(tumour.roughness == doctest::Approx(5e-6));
 
-    CHECK(objects[1].name == "first");
+    CHECK(objects[1].name == "first/first.2");
     CHECK(objects[1].surface.faces == std::vector<uvec3>{{0, 1, 2}});
     CHECK(objects[1].surface.positions == std::vector<vec3>{{0, 0, 0}, {1_mm, 0, 0}, {0, 0, 1_mm}});
     CHECK(objects[1].inside == medium{.density = 2000, .sound_speed = 4000}); // specular, anechoic
     CHECK(objects[1].priority == 0);
 
-    CHECK(objects[2].name == "second");
+    CHECK(objects[2].name == "first/second");
     medium tough = tissue::muscle;
     tough.attenuation = 200;
     CHECK(objects[2].inside == tough); // one key changes the tissue
-    CHECK(objects[3].name == "third part");
+    CHECK(objects[3].name == "first/third part");
     CHECK(objects[3].inside == medium{.density = 1500, .sound_speed = 3000}); // two keys replace it
     CHECK(objects[4].name == "fat");
     CHECK(objects[4].inside == tissue::fat); // by name alone

@@ -189,9 +189,9 @@ TEST_CASE("diagnose reports an object that a frame has turned inside out") {
     CHECK_FALSE(body.is_inside_out(bone));
     mirror();
     CHECK(body.is_inside_out(bone));
-    const std::string sentence =
-        "The vertices of object 'bone' were moved so that it is inside out: its faces point the other way than when it was "
-        "added; check the simulation, or the formula, that moves it.";
+    const std::string sentence = "The vertices of object 'bone' were moved so that it is inside out: its faces point "
+                                 "the other way than when it was "
+                                 "added; check the simulation, or the formula, that moves it.";
     says(diagnose(body, probe, pose{}, {.depth = 60_mm}), diagnosis::problem::inside_out, sentence);
     body.build(exec::seq); // it is still
     says(diagnose(body, probe, pose{}, {.depth = 60_mm}), diagnosis::problem::inside_out, sentence);

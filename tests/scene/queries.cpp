@@ -270,10 +270,11 @@ TEST_CASE("queries refuse points that are not finite, unknown ids and scenes tha
          {ray{.origin = {nan, 0, 0}}, ray{.origin = {0, 0, -infinity}}, ray{.direction = {nan, 0, 1}},
           ray{.direction = {0, infinity, 1}}, ray{.direction = {0, 0, 0}}, ray{.direction = {0, 1e-31F, 0}},
           ray{.min_distance = nan}, ray{.max_distance = nan}})
-        CHECK_THROWS_WITH_AS(first_surface(body, wrong),
-                             "first_surface: the ray needs a finite origin, a finite direction that is not 0, and limits "
-                             "that are not NaN",
-                             usage_error);
+        CHECK_THROWS_WITH_AS(
+            first_surface(body, wrong),
+            "first_surface: the ray needs a finite origin, a finite direction that is not 0, and limits "
+            "that are not NaN",
+            usage_error);
     CHECK(first_surface(body, {.origin = {0, 0, -20_mm}, .direction = {0, 0, 1e-29F}})); // short, but a direction
     CHECK(first_surface(body, {.origin = {0, 0, -20_mm}, .max_distance = infinity}));
     CHECK_THROWS_WITH_AS(body.rest_of({0, nan, 0}), "rest_of: the point is not finite; give three numbers of metres",

@@ -31,8 +31,9 @@ std::string refusal_of(const Call& call) {
     return "it was accepted";
 }
 
-const std::string remedy = " was moved to a point that is not finite; all objects are back where they were before: check the "
-                           "simulation, or the formula, that moved it";
+const std::string remedy =
+    " was moved to a point that is not finite; all objects are back where they were before: check the "
+    "simulation, or the formula, that moved it";
 
 /// Two balls of which one is in its third frame.
 struct two_balls {
@@ -159,7 +160,8 @@ TEST_CASE("a frame with a vertex that is not finite is refused by `update`, and 
         }
 }
 
-TEST_CASE("a frame that is not finite is refused by `build`, and before the first frame, in a copy and after a removal, too") {
+TEST_CASE("a frame that is not finite is refused by `build`, and before the first frame, in a copy and after a "
+          "removal, too") {
     two_balls two;
     scene copy = two.body;
     const std::vector<vec3> heart = copy_of(copy, two.heart);

@@ -180,7 +180,9 @@ TEST_CASE("numbers that are not finite are refused where they enter, also those 
     const image grey{{16, 16}};
     for (const float bad : {nan, infinite, -infinite}) {
         check<geometry_error>(
-            {{[&] { automatic_tgc(exec::seq, one, probe, {.translation = {0, bad, 0}}, 20_mm); },
+            {{[&] {
+                  automatic_tgc(exec::seq, one, probe, {.translation = {0, bad, 0}}, 20_mm);
+              },
               "automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at"}});
         pressed_face low;
         low.height[3] = bad;

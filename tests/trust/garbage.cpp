@@ -77,7 +77,8 @@ TEST_CASE("a thousand scenes of random bits are built, moved and traced") {
             const object_id id = body.add(at_rest, tissue::all[any.below(std::size(tissue::all))].value);
             body.build(exec::seq);
             std::copy(m.positions.begin(), m.positions.end(), body.positions(id).begin());
-            const bool finite = std::all_of(m.positions.begin(), m.positions.end(), [](vec3 p) { return is_finite(p); });
+            const bool finite =
+                std::all_of(m.positions.begin(), m.positions.end(), [](vec3 p) { return is_finite(p); });
             if (finite) continue;
             if (i % 2 == 0)
                 CHECK_THROWS_AS(body.build(exec::seq), geometry_error);

@@ -7,6 +7,7 @@
 #include <ios>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -19,7 +20,14 @@ inline void check_file_name(const std::string& path) {
         throw io_error{path.substr(0, path.find('\0')) + ": the file name contains a null character; remove it"};
 }
 
-/// The content of a file, without a UTF-8 byte order mark.
+/// Whether a text has the byte order mark of UTF-16, or begins with two of its characters that are ASCII.
+inline bool is_utf16(std::string_view text) {
+    const auto null = [text](std::size_t i) { return text[i] == '\0'; };
+    return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") ||
+           (text.size() >= 4 && null(0) == null(2) && null(1) == null(3) && null(0) != null(1));
+}
+
+/// The content of a text file, without a UTF-8 byte order mark. @throws io_error  for one in UTF-16
 inline std::string read_file(const std::string& path) {
     check_file_name(path);
     std::error_code ignored;
@@ -32,6 +40,8 @@ inline std::string read_file(const std::string& path) {
     if (content.bad() || file.bad())
         throw io_error{path + ": reading failed before the end of the file; check the disk"};
     std::string text = std::move(content).str();
+    if (is_utf16(text))
+        throw io_error{path + ": the text is in UTF-16; save it as UTF-8 (a text editor offers it as its encoding)"};
     if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
     return text;
 }

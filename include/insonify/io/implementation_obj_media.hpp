@@ -88,7 +88,9 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
         std::vector<std::string> names;
         std::string_view rest = line.name;
         for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) names.emplace_back(word);
-        if (names.size() > 1 && exists(line.name)) names = {line.name};
+        const bool is_one = exists(line.name) || (std::none_of(names.begin(), names.end(), exists) &&
+                                                  std::none_of(names.begin(), names.end(), forbidden));
+        if (names.size() > 1 && is_one) names = {line.name};
         for (const std::string& name : names) {
             if (forbidden(name))
                 throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + printable(name) +
@@ -117,6 +119,30 @@ inline std::size_t edits_between(std::string_view one, std::string_view other) {
         }
     }
     return row.back();
+}
+
+/// The medium whose name is like one that is unknown: in another case, with a number at its end as editors append it, or
+/// misspelt. @return  "; did you mean bone?", or nothing
+inline std::string suggest_medium(const std::string& unknown, const obj_libraries& libraries) {
+    const auto plain = [](std::string_view name) { // bone for Bone.001
+        std::string text{name.substr(0, name.find_last_not_of("0123456789._- ") + 1)};
+        for (char& c : text)
+            c = 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c == ' ' || c == '-' ? '_' : c;
+        return text;
+    };
+    const std::string wanted = plain(unknown);
+    std::string best;
+    std::size_t fewest = wanted.size() < 5 ? 1 : 2;
+    const auto consider = [&](std::string_view name) {
+        const std::size_t edits = edits_between(wanted, plain(name));
+        if (name == unknown || edits > fewest || (edits == fewest && !best.empty())) return;
+        best = name;
+        fewest = edits;
+    };
+    for (const tissue::named_medium& one : tissue::all) consider(one.name);
+    for (const loader::material_t& one : libraries.materials)
+        if (one.unknown_parameter.contains("density")) consider(one.name);
+    return best.empty() ? best : "; did you mean " + best + "?";
 }
 
 /// Keys of renderers are ignored, but not those that look like a misspelt one of `load_obj_scene`.
@@ -173,7 +199,8 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     if (!known && !(density && sound_speed))
         throw io_error{path + ":" + std::to_string(wanted.line) + ": the medium '" + name +
                        "' is unknown: use the name of a tissue (`tissue::all` lists them), or give density and " +
-                       "sound_speed under 'newmtl " + name + "' in the material library" + libraries.missing};
+                       "sound_speed under 'newmtl " + name + "' in the material library" + libraries.missing +
+                       suggest_medium(wanted.name, libraries)};
 
     obj_medium found{.inside = density && sound_speed ? medium{} : *known};
     medium& m = found.inside;
@@ -189,7 +216,8 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
         const std::optional<medium> other = tissue::find(*like);
         if (!other && *like != "none")
             throw io_error{source + ": newmtl " + name + ": structure is '" + printable(*like) +
-                           "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none"};
+                           "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none" +
+                           suggest_medium(*like, {})};
         m.structure = other ? other->structure : structure{};
     }
     if (!is_valid(m))

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -21,18 +23,29 @@ inline std::string_view next_word(std::string_view& line) {
     return word;
 }
 
-/// Calls body(number, keyword, rest) for every line that is not blank, counted from 1, without comments and trailing
-/// blanks. Lines end in LF, CR LF or CR.
+/// Removes the first line from a text and returns it, without comments and trailing blanks. Lines end in LF, CR LF or CR.
+inline std::string_view next_line(std::string_view& text) {
+    std::string_view line = text.substr(0, text.find_first_of("\r\n"));
+    text.remove_prefix(line.size());
+    if (!text.empty()) text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
+    for (std::size_t i = line.find('#'); i != std::string_view::npos; i = line.find('#', i + 1))
+        if (i == 0 || line[i - 1] == ' ' || line[i - 1] == '\t') line = line.substr(0, i);
+    return line.substr(0, line.find_last_not_of(" \t") + 1);
+}
+
+/// Calls body(number, keyword, rest) for every line that is not blank, counted from 1. A line that ends in a backslash goes on
+/// in the next one.
 template <class Body>
 void for_each_line(std::string_view text, const Body& body) {
-    for (std::uint32_t number = 1; !text.empty(); ++number) {
-        std::string_view line = text.substr(0, text.find_first_of("\r\n"));
-        text.remove_prefix(line.size());
-        if (!text.empty()) text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
-
-        for (std::size_t i = line.find('#'); i != std::string_view::npos; i = line.find('#', i + 1))
-            if (i == 0 || line[i - 1] == ' ' || line[i - 1] == '\t') line = line.substr(0, i);
-        line = line.substr(0, line.find_last_not_of(" \t") + 1);
+    std::string whole;
+    for (std::uint32_t number = 1, lines = 1; !text.empty(); number += lines, lines = 1) {
+        std::string_view line = next_line(text);
+        if (line.ends_with('\\')) {
+            whole.clear();
+            for (; line.ends_with('\\'); ++lines, line = next_line(text))
+                whole.append(line.substr(0, line.size() - 1)).push_back(' ');
+            line = whole.append(line);
+        }
         const std::string_view keyword = next_word(line);
         line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
         if (!keyword.empty()) body(number, keyword, line);
@@ -80,28 +93,41 @@ struct named_line {
     std::uint32_t line = 0;
 };
 
-/// An OBJ file, checked line by line and rewritten for tinyobjloader, which ignores malformed numbers, drops the names
-/// of undefined materials, and does not report the line of a triangle.
+/// A group of an object: the faces between `o` and the next `o` with the same `g`.
+struct obj_part {
+    std::string object{};     ///< after `o`
+    std::string group{};      ///< after `g`
+    std::uint32_t number = 0; ///< of the object: `o` lines up to there
+};
+
+/// A line with a face, or without where there are no triangles.
+struct obj_line {
+    std::uint32_t triangles = 0;
+    std::uint32_t part = 0; ///< index into `parts`
+    int medium = -1;        ///< index into `media`; -1: none
+};
+
+/// An OBJ file, checked line by line and rewritten for tinyobjloader, which ignores malformed numbers, does not continue
+/// lines, and does not report the line of a triangle.
 struct obj_text {
-    std::string rewritten{}; ///< an `s` with the line number before each face; `usemtl` with the index into `media`
-    std::vector<named_line> media{};             ///< each once, with the line of its first use
-    std::vector<named_line> libraries{};         ///< arguments of `mtllib`
-    std::vector<std::uint32_t> vertex_lines{};   ///< line of each vertex
-    std::vector<std::uint32_t> face_triangles{}; ///< number of triangles of the face on each line, from line 0
+    std::string rewritten{};                   ///< vertices and faces, before each face an `s` with its line number
+    std::vector<named_line> media{};           ///< arguments of `usemtl`, each once, with the line of its first use
+    std::vector<named_line> libraries{};       ///< arguments of `mtllib`
+    std::vector<std::uint32_t> vertex_lines{}; ///< line of each vertex
+    std::vector<obj_part> parts{};             ///< some may have no faces
+    std::vector<obj_line> lines{};             ///< from line 0
 };
 
 /// @throws io_error  naming the line, for malformed numbers and indices out of range
 inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     if (text.empty()) throw io_error{path + ": the file is empty"};
     obj_text obj;
-    obj.rewritten = "mtllib media\n";
-    bool has_faces = false;
+    obj.parts.emplace_back();
+    obj_line now;                                                        // what applies to the next face
+    std::map<std::pair<std::uint32_t, std::string>, std::size_t> groups; // by number of the object and name
     for_each_line(text, [&](std::uint32_t line, std::string_view keyword, std::string_view rest) {
         const auto fault = [&](const std::string& sentence) {
             return io_error{path + ":" + std::to_string(line) + ": " + sentence};
-        };
-        const auto rewrite = [&](std::string_view key, std::string_view value) {
-            obj.rewritten.append(key).append(value).push_back('\n');
         };
         if (keyword == "v") {
             obj.rewritten.push_back('v');
@@ -116,8 +142,7 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
             obj.vertex_lines.push_back(line);
         } else if (keyword == "f") {
             const auto vertices = static_cast<std::int64_t>(obj.vertex_lines.size());
-            rewrite("s ", std::to_string(line));
-            obj.rewritten.push_back('f');
+            obj.rewritten.append("s ").append(std::to_string(line)).append("\nf");
             std::uint32_t corners = 0;
             for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest), ++corners) {
                 word = word.substr(0, word.find('/'));
@@ -138,21 +163,33 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
             if (corners > max_corners)
                 throw fault("this face has " + std::to_string(corners) + " corners, more than " +
                             std::to_string(max_corners) + "; triangulate the mesh before exporting it");
-            obj.face_triangles.resize(line + 1);
-            obj.face_triangles[line] = corners - 2;
-            has_faces = true;
+            now.triangles = corners - 2;
+            obj.lines.resize(line);
+            obj.lines.push_back(now);
         } else if (keyword == "usemtl") {
             auto known =
                 std::find_if(obj.media.begin(), obj.media.end(), [&](const named_line& m) { return m.name == rest; });
             if (known == obj.media.end()) known = obj.media.insert(known, {std::string{rest}, line});
-            rewrite("usemtl ", std::to_string(known - obj.media.begin()));
+            now.medium = static_cast<int>(known - obj.media.begin());
         } else if (keyword == "mtllib") {
             obj.libraries.push_back({std::string{rest}, line});
-        } else if (keyword == "o" || keyword == "g") {
-            rewrite(keyword == "o" ? "o " : "g ", rest);
+        } else if (keyword == "o") {
+            now.part = static_cast<std::uint32_t>(obj.parts.size());
+            obj.parts.push_back({std::string{rest}, {}, obj.parts.back().number + 1});
+        } else if (keyword == "g") {
+            obj_part wanted = obj.parts.back();
+            wanted.group = rest;
+            const auto [known, is_new] = groups.try_emplace({wanted.number, wanted.group}, obj.parts.size());
+            now.part = static_cast<std::uint32_t>(known->second);
+            if (is_new) obj.parts.push_back(std::move(wanted));
         }
     });
-    if (!has_faces) throw io_error{path + ": the file has no faces (lines starting with 'f'); export it as a mesh"};
+    if (obj.lines.empty() && obj.vertex_lines.empty())
+        throw io_error{path +
+                       ": the file has no faces (lines starting with 'f') and no vertices ('v'): is it a Wavefront OBJ "
+                       "file? Export it as one"};
+    if (obj.lines.empty())
+        throw io_error{path + ": the file has no faces (lines starting with 'f'); export it as a mesh"};
     return obj;
 }
 

@@ -51,8 +51,7 @@ inline std::size_t find_not_finite(const std::vector<vec3>& positions) {
 inline void check_object(const mesh& surface, const medium& inside, const object_settings& settings, object_id id) {
     const std::string who = named(settings.name, id) + ": ";
     check_medium(inside, who + "its medium");
-    if (!is_rigid(settings.at))
-        throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
+    if (!is_rigid(settings.at)) throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
     if (!settings.fibres.varies() && !is_finite(settings.fibres({0, 0, 0})))
         throw geometry_error{who + "the direction of its fibres is not finite; give three numbers, or leave it out"};
     if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))

@@ -156,8 +156,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
         return report(problem::not_built, "The scene is not built; call build(policy) after the last add or remove.");
     for (const object& one : body.objects())
         if (body.awaits_update(one.id))
-            return report(problem::not_updated, "The positions of " +
-                                                    named(one.name, one.id) +
+            return report(problem::not_updated, "The positions of " + named(one.name, one.id) +
                                                     " were handed out since the last update; call update(policy).");
     if (body.media().size() == 1)
         report(problem::one_medium, "Every object has the medium of the background, so no surface echoes; give the "
@@ -201,8 +200,8 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     }
     for (const object& one : body.objects())
         if (const mesh_report mesh = validate(one.surface); !mesh.closed())
-            report(problem::open_surface, "The surface of " + named(one.name, one.id) +
-                                              " is not closed: " + explain(mesh));
+            report(problem::open_surface,
+                   "The surface of " + named(one.name, one.id) + " is not closed: " + explain(mesh));
         else if (body.is_inside_out(one.id))
             report(problem::inside_out, "The vertices of " + named(one.name, one.id) +
                                             " were moved so that it is inside out: its faces point the other way than "

@@ -57,8 +57,9 @@ inline void check_ray(const ray& r, const char* caller) {
     const vec3 along = abs(r.direction);
     if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
         !is_number(r.min_distance) || !is_number(r.max_distance))
-        throw usage_error{std::string{caller} + ": the ray needs a finite origin, a finite direction that is not 0, and "
-                                                "limits that are not NaN"};
+        throw usage_error{std::string{caller} +
+                          ": the ray needs a finite origin, a finite direction that is not 0, and "
+                          "limits that are not NaN"};
 }
 
 } // namespace detail
