@@ -38,7 +38,7 @@ struct dice {
     }
 };
 
-constexpr std::uint32_t knobs = 35;
+constexpr std::uint32_t knobs = 36;
 
 // Turns one knob to a random place.
 template <class Probe>
@@ -151,6 +151,9 @@ void turn(std::uint32_t knob, dice& random, scanner<Probe>& machine, pose& at, s
         break;
     case 33:
         s.interpolates_lines = !s.interpolates_lines;
+        break;
+    case 34:
+        s.quality = static_cast<enum b_mode_settings::quality>(random.below(3));
         break;
     default:
         if constexpr (requires { p.width; })

@@ -2,11 +2,15 @@
 #define INSONIFY_B_MODE_SETTINGS_HPP
 
 #include <insonify/image/grey_map.hpp>
+#include <insonify/probe/refined.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/compound.hpp>
 #include <insonify/signal/gain.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/near_field.hpp>
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -25,6 +29,13 @@ struct b_mode_settings {
 
         friend bool operator==(const time_gain_settings&, const time_gain_settings&) = default;
     };
+    /// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of the
+    /// time; `sampling_of` says what they trace.
+    enum class quality {
+        full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
+        fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
+        draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
+    };
     /// Electronic noise; see `electronic_noise_settings`.
     struct noise_level {
         float level_db = -135;  ///< rms of its envelope, 0 dB is the echo of a perfect mirror; `no_level_db`: none
@@ -34,7 +45,7 @@ struct b_mode_settings {
     };
 
     float depth = 0.08F;         ///< metres
-    std::uint32_t samples = 0;   ///< depth samples of each line; 0: two per standard deviation of the pulse envelope
+    std::uint32_t samples = 0;   ///< depth samples of each line; 0: as `quality` says
     uvec2 size{0, 0};            ///< columns, rows; see `scan_convert_settings`
     float dynamic_range_db = 60; ///< range of levels from black to white
     float reference_db = -25;    ///< level of white; 0 dB is the echo of a perfect mirror
@@ -56,6 +67,7 @@ struct b_mode_settings {
     /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the others:
     /// see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
+    enum quality quality = quality::full; ///< lines, samples, planes and looks that are traced
 
     /// @throws usage_error  for a setting out of range; the stages check the others
     void check() const {
@@ -70,15 +82,46 @@ struct b_mode_settings {
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
 };
 
-/// Number of lines to trace for each line of the probe, so that at the focus they are at most half the beam width apart:
-/// from `min_rays` to 4. Within these limits the number of traced lines does not depend on that of the probe.
-/// @param min_rays  below 1 where the lines that are left out are interpolated (`resample_lines`)
+/// Number of lines to trace for each line of the probe, so that at the focus `lines_per_beam_width` lines lie within the
+/// beam width or, by default, they are at most half of it apart: from `min_rays` to 4. Within these limits the number of
+/// traced lines does not depend on that of the probe.
+/// @param min_rays  below 1 where the lines that are left out are interpolated (`resample_lines`) or not shown
 template <transducer Probe>
-float rays_per_line(const Probe& probe, float depth, float min_rays = 1) {
+float rays_per_line(const Probe& probe, float depth, float min_rays = 1, float lines_per_beam_width = 2) {
     const beam_model beam = beam_of(probe, depth);
-    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), min_rays, 4);
+    const float needed = lines_per_beam_width * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus);
     const auto lines = static_cast<float>(probe.lines);
-    return std::ceil(rays * lines - 0.01F) / lines;
+    return std::ceil(clamp(needed, min_rays, 4) * lines - 0.01F) / lines;
+}
+
+/// What is traced for a picture: the result of `sampling_of`.
+struct b_mode_sampling {
+    std::uint32_t lines = 0;   ///< of each look
+    std::uint32_t samples = 0; ///< depth samples of each line; looks at an angle have slightly more
+    std::uint32_t planes = 0;  ///< elevation planes of each line
+    std::uint32_t looks = 0;   ///< that are averaged
+
+    friend bool operator==(const b_mode_sampling&, const b_mode_sampling&) = default;
+};
+
+/// What is traced for a picture: lines, samples, planes and looks, by `quality`. With `interpolates_lines`, some of the
+/// lines are interpolated.
+/// @throws usage_error  for a setting out of range
+template <transducer Probe>
+b_mode_sampling sampling_of(const Probe& probe, const b_mode_settings& settings) {
+    settings.check();
+    using quality = enum b_mode_settings::quality;
+    const bool full = settings.quality == quality::full, draft = settings.quality == quality::draft;
+    const auto lines = static_cast<float>(probe.lines);
+    const float rays = full ? rays_per_line(probe, settings.depth)
+                            : rays_per_line(probe, settings.depth, 1 / lines, draft ? 1 / 2.0F : 1 / 1.5F);
+    const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+    const bool valid = settings.planes % 2 == 1 && settings.planes <= 7; // `trace` refuses another number
+    const std::uint32_t max_planes = full || !valid ? settings.planes : draft ? 1 : 3;
+    return {.lines = refined<Probe>{probe, rays}.lines,
+            .samples = settings.samples != 0 ? settings.samples : samples_for(settings.depth, full ? sigma : 2 * sigma),
+            .planes = std::min(settings.planes, max_planes),
+            .looks = full ? settings.compound.angles : 1};
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -255,12 +255,12 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
 void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& body, const pose& at,
                                             stored_frame<Probe>& frame) {
-    const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
-    const std::uint32_t samples = settings.samples != 0
-                                      ? settings.samples
-                                      : samples_for(settings.depth, nominal_pulse(probe).sigma_z(probe.frequency));
+    const b_mode_sampling sampling = sampling_of(probe, settings);
+    const refined<Probe> fine{probe, static_cast<float>(sampling.lines) / static_cast<float>(probe.lines)};
+    compound_settings compound = settings.compound;
+    compound.angles = sampling.looks;
     const tgc_settings& gain = time_gain_of(policy, body, at);
-    if (plans_.size() < settings.compound.angles) plans_.resize(settings.compound.angles);
+    if (plans_.size() < sampling.looks) plans_.resize(sampling.looks);
     const auto forget_looks = [&](char&) { looks_.reset(); };
     if constexpr (detail::comparable<Model>)
         acquired_(forget_looks, model, settings.tgc, settings.time_gain);
@@ -270,7 +270,7 @@ void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& b
     if (watch_.fast()) looks_.reset();
     const detail::stopwatch clock;
     frame.amplitudes = looks_(
-        policy, fine, {.depth = settings.depth, .samples = samples, .planes = settings.planes}, settings.compound,
+        policy, fine, {.depth = settings.depth, .samples = sampling.samples, .planes = sampling.planes}, compound,
         [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
             return acquire_look(policy, body, at, number, look, scan, gain, std::move(recycled));
         },
