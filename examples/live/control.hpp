@@ -1,6 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_CONTROL_HPP
 #define INSONIFY_EXAMPLES_LIVE_CONTROL_HPP
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -25,8 +26,15 @@ struct control {
     bool is_relative = false;                 ///< the event takes the difference from the present value
     std::vector<std::string> choices{};       ///< names of the values low, low + 1, ...; empty for a slider
     void (*run)(session&, const float*, std::uint32_t count) = nullptr; ///< takes the numbers, in range
+    std::uint32_t parts = 0; ///< the first number chooses one of so many, from 0
+    float (*part_value)(const session&, std::uint32_t part) = nullptr; ///< at present, of a part
 
     static constexpr std::uint32_t any_even = std::numeric_limits<std::uint32_t>::max();
+
+    /// The range of its number i. @{
+    float lowest(std::size_t i) const { return parts > 0 && i == 0 ? 0 : low; }
+    float highest(std::size_t i) const { return parts > 0 && i == 0 ? static_cast<float>(parts - 1) : high; }
+    /// @}
 
     /// Whether a panel shows it as a slider.
     bool is_slider() const { return values == 1 && value != nullptr && choices.empty(); }

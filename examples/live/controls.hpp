@@ -40,18 +40,47 @@ inline const control& control_of(const event& one) {
     return *known;
 }
 
+/// Checks an event as `session::apply` does, and refuses numbers that it would clamp. @throws std::invalid_argument
+inline void check_range(const event& one) {
+    const control& known = control_of(one);
+    for (std::size_t i = 0; i < one.values.size(); ++i)
+        if (const float low = known.lowest(i), high = known.highest(i);
+            !(one.values[i] >= low && one.values[i] <= high)) {
+            std::ostringstream sentence;
+            sentence << one.name << ": " << one.values[i] << " is not " << low << " to " << high
+                     << (known.unit.empty() ? "" : " ") << known.unit;
+            throw std::invalid_argument{sentence.str()};
+        }
+}
+
+inline session::session(scene anatomy) : patient{std::move(anatomy)} {
+    machine.probe = nerve_block::probe;
+    machine.settings = nerve_block::settings;
+    machine.settings.interpolates_lines = true;
+    machine.cine_length = 32;
+    use_preset(*this, preset);
+    const aabb whole = box();
+    if (!whole.empty() && !body.find("nerve")) { // an unknown body: above its middle
+        hand.on_skin = {0.5F * (whole.lower.x + whole.upper.x), 0.5F * (whole.lower.y + whole.upper.y)};
+        needle.entry = {hand.on_skin.x - 24_mm, hand.on_skin.y, 0};
+    }
+    needle.entry.z = skin_at({needle.entry.x, needle.entry.y});
+    renew_needle();
+    follow_needle();
+}
+
 inline void session::apply(const event& one) {
     const control& known = control_of(one);
     std::vector<float> values = one.values;
-    for (float& value : values) {
-        if (!is_finite(value)) throw std::invalid_argument{one.name + ": a number is not finite"};
-        value = clamp(value, known.low, known.high);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (!is_finite(values[i])) throw std::invalid_argument{one.name + ": a number is not finite"};
+        values[i] = clamp(values[i], known.lowest(i), known.highest(i));
     }
     if (known.unit == "pixels" && known.group == "Measure")
         for (std::size_t i = 0; i < values.size(); ++i) // within the picture
             values[i] = std::min(values[i], static_cast<float>(i % 2 == 0 ? screen_.size.x : screen_.size.y));
-    if (record != nullptr) record->add(one);
     known.run(*this, values.data(), static_cast<std::uint32_t>(values.size()));
+    if (record != nullptr) record->add(one);
 }
 
 inline std::string session::help() {
@@ -60,8 +89,8 @@ inline std::string session::help() {
         std::ostringstream line;
         line << one.event << ": " << one.tooltip;
         if (one.values != 0)
-            line << " (" << one.low << " to " << one.high << (one.unit.empty() ? "" : " ") << one.unit
-                 << (one.is_relative ? ", added" : "") << ')';
+            line << " (" << (one.parts > 0 ? "0 to " + std::to_string(one.parts - 1) + ", " : "") << one.low << " to "
+                 << one.high << (one.unit.empty() ? "" : " ") << one.unit << (one.is_relative ? ", added" : "") << ')';
         for (std::size_t i = 0; i < one.choices.size(); ++i)
             line << (i == 0 ? "; " : ", ") << one.low + static_cast<float>(i) << ' ' << one.choices[i];
         text += line.str() + '\n';

@@ -216,7 +216,10 @@ inline std::vector<control> doppler_controls() {
              nullptr,
              false,
              {},
-             [](session& s, const float*, std::uint32_t) { s.machine.unfreeze(); }},
+             [](session& s, const float*, std::uint32_t) {
+                 s.machine.unfreeze();
+                 s.shows_measurement = false;
+             }},
             {"cine",
              "Measure",
              "Cine",
@@ -230,8 +233,7 @@ inline std::vector<control> doppler_controls() {
              false,
              {},
              [](session& s, const float* v, std::uint32_t) {
-                 if (!s.machine.frozen() || s.machine.cine().empty()) return;
-                 s.machine.show(exec::par_unseq, std::min(whole(v[0]), s.machine.cine().size() - 1));
+                 if (s.machine.frozen()) s.cine_back = whole(v[0]);
              }},
             {"measure",
              "Measure",
@@ -246,8 +248,8 @@ inline std::vector<control> doppler_controls() {
              false,
              {},
              [](session& s, const float* v, std::uint32_t) {
-                 if (s.measured.size() == session::max_measures) s.measured.erase(s.measured.begin());
-                 s.measured.push_back(distance(s.machine.map(), {v[0], v[1]}, {v[2], v[3]}));
+                 const vec2 from{v[0], v[1]}, to{v[2], v[3]};
+                 s.add_measurement({.points = {from, to}, .length = distance(s.machine.map(), from, to)});
              }},
             {"area",
              "Measure",
@@ -264,8 +266,9 @@ inline std::vector<control> doppler_controls() {
              [](session& s, const float* v, std::uint32_t count) {
                  std::vector<vec2> outline;
                  for (std::uint32_t i = 0; i < count; i += 2) outline.push_back({v[i], v[i + 1]});
-                 if (s.areas.size() == session::max_measures) s.areas.erase(s.areas.begin());
-                 s.areas.push_back(measure_outline(s.machine.map(), {outline.data(), outline.size()}));
+                 const outline_measure found = measure_outline(s.machine.map(), {outline.data(), outline.size()});
+                 s.add_measurement(
+                     {.points = std::move(outline), .closed = true, .length = found.circumference, .area = found.area});
              }}};
 }
 

@@ -24,7 +24,8 @@ class doppler_unit {
     float angle = 0;    ///< between line and flow, radians: the spectrum's velocities are divided by its cosine
     float baseline = 0; ///< of the spectrum, -0.5 to 0.5 of its range
 
-    static constexpr std::uint32_t columns_per_frame = 4, columns = 384, bins = 128;
+    static constexpr std::uint32_t columns = 384, bins = 128; ///< of the spectrum; a column each tick of the session
+    static constexpr std::uint32_t max_new_columns = 4;       ///< of a frame; the first of them stands for earlier ones
 
     float prf(const linear_array& probe) const { return 4 * probe.frequency * scale / 1540; }
     /// The line of the probe that runs through a place across it.
@@ -71,12 +72,14 @@ class doppler_unit {
     const flow_lines& velocities() const { return seen_; }
 
     /// The next columns of the spectrum, which end at a time.
+    /// @param ticks  since the last ones, 1 or more
     template <exec::policy Policy>
     void acquire_spectrum(const Policy& policy, const scene& body, const linear_array& probe, const pose& at,
-                          const blood_flow& flow, float depth, float time) {
-        constexpr float frame = 1.0F / 30;
+                          const blood_flow& flow, float depth, float time, std::uint32_t ticks) {
+        constexpr float tick = 1.0F / 120;
+        const std::uint32_t wanted = std::min(ticks, max_new_columns), added = std::min(ticks, columns);
         const vec2 middle = gate_in(probe, depth);
-        const float rate = prf(probe), hop = frame / columns_per_frame * rate;
+        const float rate = prf(probe), hop = tick * rate;
         const float overlap = std::clamp(1 - hop / bins, 0.0F, 0.96F);
         const doppler_spectrum next = pulsed_doppler(
             policy, body, probe, at, flow,
@@ -84,19 +87,21 @@ class doppler_unit {
              .gate = middle.y,
              .gate_length = gate_length,
              .prf = rate,
-             .duration = (bins + (columns_per_frame - 1) * std::round(bins * (1 - overlap)) + 1) / rate,
+             .duration = (bins + static_cast<float>(wanted - 1) * std::round(bins * (1 - overlap)) + 1) / rate,
              .spectrum = {.window = bins, .overlap = overlap, .baseline = baseline, .angle = angle, .wall_order = 2},
              .depth = depth,
              .time = time},
             physical{}, pulses_);
         if (strip_.size.x == 0) strip_ = image{{columns, bins}};
-        const std::uint32_t added = std::min(next.windows, columns_per_frame);
+        if (next.windows == 0) return;
+        const std::uint32_t newest = std::min(next.windows, wanted) - 1;
         for (std::uint32_t row = 0; row < bins; ++row) {
             float* const line = strip_.pixels.data() + std::size_t{row} * columns;
             std::copy(line + added, line + columns, line);
-            for (std::uint32_t i = 0; i < added; ++i) {
-                const float level = 10 * std::log10(next(i, bins - 1 - row) + 1e-20F);
-                line[columns - added + i] = std::clamp((level + gain_db + 152) / 40, 0.0F, 1.0F);
+            for (std::uint32_t i = 0; i < added; ++i) { // from the newest back
+                const std::uint32_t window = newest - std::min(i, newest);
+                const float level = 10 * std::log10(next(window, bins - 1 - row) + 1e-20F);
+                line[columns - 1 - i] = std::clamp((level + gain_db + 152) / 40, 0.0F, 1.0F);
             }
         }
         lowest_ = next.lowest_velocity;

@@ -14,7 +14,6 @@ namespace live {
 /// gel moves with the probe; where the face is further from the skin than that, there is air.
 class patient {
   public:
-    static constexpr medium air{.density = 1.2F, .sound_speed = 343};
     static constexpr float gel_film = 3_mm;  ///< no more gel than that
     static constexpr float max_press = 9_mm; ///< of the face, as far as the hand holds it
     static constexpr float decay = 24_mm;    ///< see `indentation`
@@ -97,7 +96,7 @@ class patient {
 
   private:
     static scene without_tools(const scene& anatomy) {
-        scene body{anatomy.find("gel") ? air : anatomy.background()};
+        scene body{anatomy.find("gel") ? tissue::air : anatomy.background()};
         for (const object& one : anatomy.objects())
             if (one.name != "needle" && one.name != "gel")
                 body.add(one.surface, one.inside,

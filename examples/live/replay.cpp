@@ -1,14 +1,9 @@
-/// Replays a recorded session on one thread and on two, prints the hash of each picture, and fails where they differ.
-///
-///     live_replay FILE [--frames N] [--pictures PREFIX] [--every N] [--threads N]
-///
-/// --frames N stops after N frames; --pictures writes every 30th picture, or every Nth, to PREFIX<number>.png; --threads N
-/// replays once.
+/// Replays a recorded session on one thread and on two, prints the hash of each picture, and fails where they differ:
+/// live_replay --help
+#include "options.hpp"
 #include "recording.hpp"
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <exception>
 
 namespace {
 
@@ -16,68 +11,77 @@ using namespace insonify;
 
 struct options {
     std::string file{}, pictures{};
-    std::uint32_t frames = 1'000'000, threads = 0, every = 30;
+    live::anatomy body{};
+    std::uint64_t frames = live::max_frames, every = 30;
+    std::uint32_t threads = 0;
 };
 
+void add_options(CLI::App& app, options& into) {
+    using namespace command_line;
+    app.description(
+        "Replays a recorded session as fast as it can, on one thread and on two, and compares the pictures.");
+    add(app, "recording", into.file, "FILE", "text file of events, such as nerve_block.txt")->check(name())->required();
+    add(app, "--frames", into.frames, "COUNT", "stops after so many frames, 1 to " + std::to_string(live::max_frames))
+        ->check(whole_number(1, live::max_frames));
+    add(app, "--pictures", into.pictures, "PREFIX", "writes pictures to PREFIX<number>.png")->check(name());
+    add(app, "--every", into.every, "COUNT", "writes every COUNT-th picture, 1 to 1000000 (30)")
+        ->check(whole_number(1, 1'000'000));
+    add(app, "--threads", into.threads, "COUNT", "replays once, on so many threads, 1 to 1024")
+        ->check(whole_number(1, 1024));
+    live::add_anatomy_options(app, into.body);
+    app.footer("Without --obj, the session is played on the anatomy that it was recorded with. Events:\n" +
+               live::session::help());
+}
+
 std::vector<std::uint64_t> replay(const options& asked, std::uint32_t threads) {
-    const std::vector<live::step> steps = live::load_recording(asked.file);
-    live::session one;
+    const live::recording played = live::load_recording(asked.file);
+    live::player steps{played.steps};
+    if (steps.frames() == 0)
+        throw std::runtime_error{asked.file + ": nothing is drawn; a recorded session has lines such as: frames 30"};
+    live::session one{live::load_body(asked.body, &played).second};
     std::vector<std::uint64_t> hashes;
     std::size_t measures = 0;
     const auto begin = std::chrono::steady_clock::now();
-    live::play(steps, one, [&](live::session& now) {
-        now.frame(exec::par_unseq.threads(threads));
-        const std::uint64_t strip = live::hash_of(now.strip());
-        hashes.push_back(live::hash_of(now.screen()) ^ (strip << 1U | strip >> 63U));
-        if (!asked.pictures.empty() && hashes.size() % asked.every == 0) {
-            const colour_image& seen = now.screen();
-            write_png(asked.pictures + std::to_string(hashes.size()) + ".png", seen);
+    while (hashes.size() < asked.frames && steps.advance(one)) {
+        for (; measures < one.measured.size(); ++measures) {
+            const live::measurement& last = one.measured[measures];
+            std::printf("frame %zu: measured ", hashes.size() + 1);
+            if (last.closed)
+                std::printf("%.2f mm2\n", 1e6 * static_cast<double>(last.area));
+            else
+                std::printf("%.2f mm; needle to nerve %.2f mm\n", 1e3 * static_cast<double>(last.length),
+                            1e3 * static_cast<double>(one.tip_distance("epineurium").value_or(0)));
         }
-        for (; measures < now.measured.size(); ++measures)
-            std::printf("frame %zu: measured %.2f mm; needle to nerve %.2f mm\n", hashes.size(),
-                        1e3 * static_cast<double>(now.measured[measures]),
-                        1e3 * static_cast<double>(now.tip_distance("epineurium").value_or(0)));
-        return hashes.size() < asked.frames;
-    });
+        one.frame(exec::par_unseq.threads(threads));
+        const std::uint64_t strip = live::hash_of(one.strip());
+        hashes.push_back(live::hash_of(one.screen()) ^ (strip << 1U | strip >> 63U));
+        if (!asked.pictures.empty() && hashes.size() % asked.every == 0)
+            write_png(asked.pictures + std::to_string(hashes.size()) + ".png", one.screen());
+    }
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     std::printf("%zu frames on %u threads, %.1f frames/s\n", hashes.size(), threads,
                 static_cast<double>(hashes.size()) / took.count());
     return hashes;
 }
 
+int run(const options& asked) {
+    if (asked.threads != 0) {
+        replay(asked, asked.threads);
+        return 0;
+    }
+    const std::vector<std::uint64_t> one = replay(asked, 1), two = replay(asked, 2);
+    for (std::size_t i = 0; i < one.size(); ++i)
+        if (i % 30 == 0 || one[i] != two[i])
+            std::printf("frame %zu: %016llx, on two threads %016llx\n", i + 1, static_cast<unsigned long long>(one[i]),
+                        static_cast<unsigned long long>(two[i]));
+    std::printf("%s\n", one == two ? "all pictures are the same" : "PICTURES DIFFER");
+    return one == two ? 0 : 1;
+}
+
 } // namespace
 
 int main(int count, char** arguments) {
-    try {
-        if (count < 2) {
-            std::printf("live_replay FILE [--frames N] [--pictures PREFIX] [--every N] [--threads N]; events:\n%s",
-                        live::session::help().c_str());
-            return 2;
-        }
-        options asked{.file = arguments[1]};
-        for (int i = 2; i + 1 < count; i += 2) {
-            const std::string name = arguments[i], value = arguments[i + 1];
-            if (name == "--pictures")
-                asked.pictures = value;
-            else if (name == "--frames")
-                asked.frames = static_cast<std::uint32_t>(live::parse_number(name, value));
-            else if (name == "--every")
-                asked.every = std::max(1U, static_cast<std::uint32_t>(live::parse_number(name, value)));
-            else if (name == "--threads")
-                asked.threads = static_cast<std::uint32_t>(live::parse_number(name, value));
-            else
-                throw std::runtime_error{"live_replay: there is no option " + name};
-        }
-        if (asked.threads != 0) return replay(asked, asked.threads).empty() ? 1 : 0;
-        const std::vector<std::uint64_t> one = replay(asked, 1), two = replay(asked, 2);
-        for (std::size_t i = 0; i < one.size(); ++i)
-            if (i % 30 == 0 || one[i] != two[i])
-                std::printf("frame %zu: %016llx, on two threads %016llx\n", i + 1,
-                            static_cast<unsigned long long>(one[i]), static_cast<unsigned long long>(two[i]));
-        std::printf("%s\n", one == two ? "all pictures are the same" : "PICTURES DIFFER");
-        return !one.empty() && one == two ? 0 : 1;
-    } catch (const std::exception& fault) {
-        std::fprintf(stderr, "%s\n", fault.what());
-        return 2;
-    }
+    options asked;
+    return command_line::run(
+        "live_replay", count, arguments, [&](CLI::App& app) { add_options(app, asked); }, [&] { return run(asked); });
 }

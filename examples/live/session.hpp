@@ -19,7 +19,7 @@
 ///     one.screen();                          // the same in colour, with Doppler, labels, box and gate
 ///     one.strip(); one.strip_axes();         // beside it: M-mode, or the Doppler spectrum; empty in other modes
 ///     one.legend();                          // names and colours of the labels
-///     one.measured; one.areas;               // by "measure" and "area"
+///     one.measured;                          // by "measure" and "area"
 ///
 /// A session is a text file of events (recording.hpp), and gives the same pictures whenever it is replayed.
 namespace live {
@@ -31,34 +31,33 @@ struct strip_scale {
     float seconds = 0;          ///< from the left to the right edge
 };
 
+/// A distance or an area, measured in the picture.
+struct measurement {
+    std::vector<vec2> points{}; ///< pixel coordinates in the picture
+    bool closed = false;        ///< an outline, whose area is measured
+    float length = 0;           ///< metres: of the distance, or around the outline
+    float area = 0;             ///< square metres, of the outline
+};
+
 /// The simulator.
 class session : public patient {
   public:
-    static constexpr float frame_interval = 1.0F / 30; ///< of the session's clock, seconds
-    static constexpr std::size_t max_measures = 64;    ///< the oldest are forgotten
+    static constexpr double tick = 1.0 / 120;             ///< of the session's clock, seconds
+    static constexpr std::uint32_t usual_ticks = 4;       ///< of a frame: 30 frames a second
+    static constexpr std::uint32_t max_ticks = 120;       ///< of a frame
+    static constexpr std::uint32_t ticks_of_m_column = 4; ///< of the M-mode
+    static constexpr std::size_t max_measures = 64;       ///< the oldest are forgotten
 
     /// @param anatomy  see `patient`
-    explicit session(scene anatomy = nerve_block_phantom()) : patient{std::move(anatomy)} {
-        machine.probe = nerve_block::probe;
-        machine.settings = nerve_block::settings;
-        machine.settings.compound.update = compound_settings::update::one;
-        machine.settings.interpolates_lines = true;
-        machine.cine_length = 32;
-        const aabb whole = box();
-        if (!whole.empty() && !body.find("nerve")) { // an unknown body: above its middle
-            hand.on_skin = {0.5F * (whole.lower.x + whole.upper.x), 0.5F * (whole.lower.y + whole.upper.y)};
-            needle.entry = {hand.on_skin.x - 24_mm, hand.on_skin.y, 0};
-        }
-        needle.entry.z = skin_at({needle.entry.x, needle.entry.y});
-        renew_needle();
-    }
+    explicit session(scene anatomy = nerve_block_phantom());
 
-    /// Applies an event. Numbers out of range are clamped.
+    /// Applies an event. Numbers out of range are clamped. The work is done with the next frame: of many events before it, only
+    /// the last values cost time.
     /// @throws std::invalid_argument  for an unknown name, a wrong number of values, or values that are not finite; the
     ///                                session is unchanged
     void apply(const event& one);
 
-    /// The next picture; 1 / 30 s after the last one.
+    /// The next picture; `ticks` after the last one.
     template <exec::policy Policy>
     const image& frame(const Policy& policy);
     /// The time of a frame passes, but nothing is drawn.
@@ -96,14 +95,21 @@ class session : public patient {
     mode shown = mode::b;
     std::uint32_t preset = 0;
     bool shows_labels = false;
-    float m_side = 0;                     ///< the line of the M-mode, metres across
-    pulsation beat{.amplitude = 0.3_mm};  ///< of the artery; the flow follows its rate
-    std::vector<float> measured{};        ///< metres, by "measure", the latest last
-    std::vector<outline_measure> areas{}; ///< by "area", the latest last
-    recorder* record = nullptr;           ///< if set, events and frames are written there
+    float m_side = 0;                         ///< the line of the M-mode, metres across
+    pulsation beat{.amplitude = 0.3_mm};      ///< of the artery; the flow follows its rate
+    std::uint32_t ticks = usual_ticks;        ///< that pass with each frame
+    std::vector<measurement> measured{};      ///< by "measure" and "area", the latest last
+    bool shows_measurement = false;           ///< the latest one belongs to the present picture
+    std::optional<std::uint32_t> cine_back{}; ///< the stored frame to show next, while frozen
+    recorder* record = nullptr;               ///< if set, events and frames are written there
 
-    void renew_needle() { renew_tools(needle, machine.probe.width); }
-    void place_needle() { body.place(needle_id, needle.at()); }
+    void renew_needle() { needle_change_ = change::shape; }                           ///< with the next frame
+    void place_needle() { needle_change_ = std::max(needle_change_, change::place); } ///< with the next frame
+    void add_measurement(measurement one) {
+        if (measured.size() == max_measures) measured.erase(measured.begin());
+        measured.push_back(std::move(one));
+        shows_measurement = true;
+    }
     void show_mode(mode next) {
         if (shown == next) return;
         shown = next;
@@ -111,9 +117,21 @@ class session : public patient {
     }
 
   private:
+    enum class change { none, place, shape };
+
     template <exec::policy Policy>
     void draw_screen(const Policy& policy, const image& gray);
+    void add_m_columns();
+    void follow_needle() {
+        if (needle_change_ == change::shape) renew_tools(needle, machine.probe.width);
+        if (needle_change_ == change::place) body.place(needle_id, needle.at());
+        needle_change_ = change::none;
+    }
 
+    change needle_change_ = change::none;
+    std::uint32_t m_ticks_ = 0; // since the newest column of the M-mode
+    uvec2 shown_size_{0, 0};    // of the last picture
+    vec2 shown_pitch_{0, 0};
     colour_image screen_{};
     image m_picture_{{0, 0}}, no_strip_{{0, 0}};
     std::vector<legend_entry> legend_{};
@@ -122,9 +140,10 @@ class session : public patient {
 template <exec::policy Policy>
 void session::advance(const Policy& policy) {
     if (machine.frozen()) return;
-    machine.time += 1.0 / 30;
+    machine.time += ticks * tick;
     ++machine.settings.frame;
-    needle.drag *= 0.97F; // tissue creeps back
+    needle.drag *= std::pow(0.97F, static_cast<float>(ticks) / usual_ticks); // tissue creeps back
+    follow_needle();
     move(policy, machine.probe, probe_pose(), needle, static_cast<float>(machine.time), beat);
     flow.beat.heart_rate = beat.rate;
 }
@@ -135,18 +154,19 @@ const image& session::frame(const Policy& policy) {
     const bool acquires = !machine.frozen();
     advance(policy);
     machine.model.scattering.cell = 1.5F * display_speed / machine.probe.frequency; // 1.3 times the lines' distance
+    if (!acquires && cine_back) machine.show(policy, std::min(*cine_back, machine.cine().size() - 1));
+    cine_back.reset();
     const image& gray = machine.scan(policy, body, acquires ? probe_pose() : machine.at());
+    if (gray.size != shown_size_ || machine.map().pitch != shown_pitch_) shows_measurement = false;
+    shown_size_ = gray.size;
+    shown_pitch_ = machine.map().pitch;
     if (acquires) {
         const auto time = static_cast<float>(machine.time);
         const float depth = machine.settings.depth;
-        if (shown == mode::m) {
-            const scan_lines& lines = machine.lines();
-            const float share = std::clamp(m_side / machine.probe.width + 0.5F, 0.0F, 1.0F);
-            sweep.add(lines,
-                      std::min(static_cast<std::uint32_t>(share * static_cast<float>(lines.count)), lines.count - 1));
-            m_picture_ = sweep.picture();
-        } else if (shown == mode::pulsed)
-            doppler.acquire_spectrum(policy, body, machine.probe, machine.at(), flow, depth, time);
+        if (shown == mode::m)
+            add_m_columns();
+        else if (shown == mode::pulsed)
+            doppler.acquire_spectrum(policy, body, machine.probe, machine.at(), flow, depth, time, ticks);
         else if (shown != mode::b)
             doppler.acquire_colour(policy, body, machine.probe, machine.at(), flow, depth, time);
     }
@@ -183,12 +203,22 @@ void session::draw_screen(const Policy& policy, const image& gray) {
         draw_line(screen_, map.pixel({m_side, 0}), map.pixel({m_side, depth}), mark);
 }
 
+// A column each `ticks_of_m_column`, however long frames take.
+inline void session::add_m_columns() {
+    const scan_lines& lines = machine.lines();
+    const float share = std::clamp(m_side / machine.probe.width + 0.5F, 0.0F, 1.0F);
+    const auto line = static_cast<std::uint32_t>(share * static_cast<float>(lines.count));
+    for (m_ticks_ += ticks; m_ticks_ >= ticks_of_m_column; m_ticks_ -= ticks_of_m_column)
+        sweep.add(lines, std::min(line, lines.count - 1));
+    m_picture_ = sweep.picture();
+}
+
 inline strip_scale session::strip_axes() const {
-    if (shown == mode::m) return {0, 1e3F * sweep.depth(), "mm", 256 * frame_interval};
+    constexpr auto seconds = static_cast<float>(tick);
+    if (shown == mode::m) return {0, 1e3F * sweep.depth(), "mm", 256 * ticks_of_m_column * seconds};
     if (shown != mode::pulsed) return {};
     const vec2 range = 100.0F * doppler.spectrum_range();
-    return {range.y, range.x, "cm/s",
-            static_cast<float>(doppler_unit::columns) / doppler_unit::columns_per_frame * frame_interval};
+    return {range.y, range.x, "cm/s", static_cast<float>(doppler_unit::columns) * seconds};
 }
 
 } // namespace live

@@ -8,20 +8,17 @@ using namespace insonify;
 
 int main(int count, char** arguments) {
     try {
-        const std::vector<live::step> steps = live::load_recording(count > 1 ? arguments[1] : "nerve_block.txt");
         std::uint32_t frames = 0;
         float nearest = 1;
         live::session one;
-        for (const live::step& next : steps) {
+        for (const live::step& next : live::load_recording(count > 1 ? arguments[1] : "nerve_block.txt").steps) {
             if (next.what && next.what->name == "freeze") one.frame(exec::par_unseq); // there must be a picture
-            live::play({next}, one, [&](live::session& now) {
-                now.advance(exec::par_unseq);
-                ++frames;
-                nearest = std::min(nearest, now.tip_distance("epineurium").value_or(1));
-                return true;
-            });
+            for (live::player steps{{next}}; steps.advance(one); ++frames) {
+                one.advance(exec::par_unseq);
+                nearest = std::min(nearest, one.tip_distance("epineurium").value_or(1));
+            }
         }
-        const float measured = one.measured.empty() ? 0 : one.measured.back();
+        const float measured = one.measured.empty() ? 0 : one.measured.back().length;
         std::printf("%u frames; needle to nerve: %.2f mm by geometry, %.2f mm measured; 2 mm expected\n", frames,
                     1e3 * static_cast<double>(nearest), 1e3 * static_cast<double>(measured));
         const bool holds = frames == 1800 && std::fabs(nearest - 2_mm) < 0.1_mm && std::fabs(measured - 2_mm) < 0.3_mm;

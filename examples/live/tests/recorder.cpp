@@ -11,7 +11,7 @@ struct contents {
 
 contents contents_of(const std::string& name) {
     contents all;
-    for (const live::step& one : live::load_recording(name)) {
+    for (const live::step& one : live::load_recording(name).steps) {
         all.frames += one.frames;
         if (one.what) all.events.push_back(live::event_line(*one.what));
     }

@@ -11,8 +11,23 @@ class knob_panel {
   public:
     bool saves_sequence = false, wants_screenshot = false;
 
-    /// Buttons for examinations and modes, and freeze.
-    void show_buttons(const shown_frame& frame, worker& scanner) const {
+    /// Knobs, buttons and tools; they do nothing while a recorded session turns them.
+    void show(const shown_frame& frame, worker& scanner, picture_panel& picture) {
+        const bool replays = frame.to_replay > 0;
+        if (replays) {
+            if (ImGui::Button("Take over")) scanner.stop_replay();
+            if (ImGui::IsItemHovered()) ImGui::SetTooltip("Ends the recorded session here; probe and knobs are yours");
+            ImGui::SameLine();
+            ImGui::TextUnformatted("A recorded session turns the knobs and moves the probe.");
+        }
+        ImGui::BeginDisabled(replays);
+        show_buttons(frame, scanner);
+        show_tabs(frame, scanner, picture);
+        ImGui::EndDisabled();
+    }
+
+  private:
+    static void show_buttons(const shown_frame& frame, worker& scanner) {
         for (const char* name : {"mode", "preset"}) {
             const std::size_t i = index_of(name);
             const control& one = controls()[i];
@@ -46,13 +61,12 @@ class knob_panel {
                 if (controls()[i].group == group) knob(controls()[i], frame.values[i], scanner);
             if (group == std::string{"Measure"}) measure_tools(frame, scanner, picture);
             ImGui::Columns(1);
-            if (group == std::string{"Image"}) time_gain(scanner);
+            if (group == std::string{"Image"}) time_gain(frame, scanner);
             ImGui::EndTabItem();
         }
         ImGui::EndTabBar();
     }
 
-  private:
     static std::size_t index_of(const std::string& name) {
         return static_cast<std::size_t>(find_control(name) - controls().data());
     }
@@ -76,17 +90,19 @@ class knob_panel {
         ImGui::NextColumn();
     }
 
-    void time_gain(worker& scanner) {
-        ImGui::TextUnformatted("Time gain");
-        for (int i = 0; i < 8; ++i) {
-            ImGui::PushID(i);
+    static void time_gain(const shown_frame& frame, worker& scanner) {
+        const std::size_t index = index_of("slider");
+        const control& one = controls()[index];
+        ImGui::TextUnformatted(one.title.c_str());
+        for (std::uint32_t i = 0; i < one.parts; ++i) {
+            ImGui::PushID(static_cast<int>(i));
             ImGui::SameLine(80 + 46.0F * static_cast<float>(i));
-            float& level = sliders_[i];
+            float level = frame.parts[index][i];
             ImGui::PushItemWidth(40);
-            if (ImGui::DragFloat("##", &level, 0.25F, -40, 40, "%.0f"))
-                scanner.push({"slider", {static_cast<float>(i), level}});
+            if (ImGui::DragFloat("##", &level, 0.25F, one.low, one.high, "%.0f"))
+                scanner.push({one.event, {static_cast<float>(i), level}});
             ImGui::PopItemWidth();
-            if (ImGui::IsItemHovered()) ImGui::SetTooltip("Drag: gain in dB at %d / 7 of the depth", i);
+            if (ImGui::IsItemHovered()) ImGui::SetTooltip("Drag: gain in dB at %u / %u of the depth", i, one.parts - 1);
             ImGui::PopID();
         }
     }
@@ -98,8 +114,7 @@ class knob_panel {
         if (ImGui::RadioButton("Area", picture.held == picture_panel::tool::area))
             picture.held = picture_panel::tool::area;
         if (ImGui::IsItemHovered()) ImGui::SetTooltip("Click along an outline; a right click closes it");
-        ImGui::Text("%.1f mm, %.1f mm2", static_cast<double>(frame.measured / 1_mm),
-                    static_cast<double>(1e6F * frame.area));
+        ImGui::TextUnformatted(frame.measured ? measured_text(*frame.measured).c_str() : "");
         ImGui::NextColumn();
         ImGui::PushItemWidth(150);
         if (ImGui::SliderInt("Cine", &cine_, 0, 31, "%d frames back"))
@@ -112,7 +127,6 @@ class knob_panel {
         if (ImGui::IsItemHovered()) ImGui::SetTooltip("Writes each frame to frame_<number>.png");
     }
 
-    float sliders_[8] = {};
     int cine_ = 0;
 };
 

@@ -4,7 +4,9 @@
 #include "worker.hpp"
 #include <GLFW/glfw3.h>
 #include <algorithm>
+#include <cstdio>
 #include <imgui.h>
+#include <string>
 
 namespace live {
 
@@ -35,6 +37,15 @@ inline ImTextureID texture_id(GLuint texture) {
 }
 inline ImU32 colour_id(vec3 colour) { return IM_COL32(byte_of(colour.x), byte_of(colour.y), byte_of(colour.z), 255); }
 
+inline std::string measured_text(const measurement& one) {
+    char text[32];
+    if (one.closed)
+        std::snprintf(text, sizeof text, "%.1f mm2", static_cast<double>(1e6F * one.area));
+    else
+        std::snprintf(text, sizeof text, "%.1f mm", static_cast<double>(1e3F * one.length));
+    return text;
+}
+
 /// The picture with its scales, and the callipers on it.
 class picture_panel {
   public:
@@ -61,6 +72,11 @@ class picture_panel {
         if (frame.frozen) {
             ImGui::SameLine();
             ImGui::TextColored({0.4F, 0.8F, 1, 1}, "  FROZEN");
+        }
+        if (frame.to_replay > 0) {
+            ImGui::SameLine();
+            ImGui::TextColored({1, 0.8F, 0.3F, 1}, "  REPLAY %.0f of %.0f", static_cast<double>(frame.replayed),
+                               static_cast<double>(frame.to_replay));
         }
         if (has_strip) show_strip(frame, draw, strip, origin.x, top_ + rows * scale_ + 26, room.x, strip_height - 30);
     }
@@ -136,48 +152,42 @@ class picture_panel {
         }
     }
 
-    // A click begins or ends a distance, or adds a point to an outline, which a right click closes.
+    // A click begins or ends a distance, or adds a point to an outline, which a right click closes. What has been measured comes
+    // back with the next frame, as it does from a recorded session.
     void callipers(const shown_frame& frame, ImDrawList* draw, worker& scanner, ImVec2 size) {
         const ImVec2 mouse = ImGui::GetIO().MousePos;
         const vec2 at{(mouse.x - left_) / scale_, (mouse.y - top_) / scale_};
         const bool over = ImGui::IsWindowHovered() && at.x >= 0 && at.y >= 0 && at.x < size.x && at.y < size.y;
-        const bool was_complete = complete_;
         if (over && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
-            if (was_complete) points_.clear();
-            complete_ = false;
             points_.push_back(at);
             if (held == tool::distance && points_.size() == 2) finish(scanner, "measure");
         }
-        if (over && held == tool::area && points_.size() >= 3 && !complete_ &&
-            ImGui::IsMouseClicked(ImGuiMouseButton_Right))
+        if (over && held == tool::area && points_.size() >= 3 && ImGui::IsMouseClicked(ImGuiMouseButton_Right))
             finish(scanner, "area");
-        const auto on_screen = [&](vec2 point) { return ImVec2{left_ + point.x * scale_, top_ + point.y * scale_}; };
-        for (std::size_t i = 0; i < points_.size(); ++i) {
-            const ImVec2 here = on_screen(points_[i]);
+        if (!points_.empty()) return draw_marks(draw, points_, false);
+        if (!frame.measured) return;
+        draw_marks(draw, frame.measured->points, frame.measured->closed);
+        const ImVec2 beside = on_screen(frame.measured->points.back());
+        draw->AddText({beside.x + 8, beside.y - 7}, yellow, measured_text(*frame.measured).c_str());
+    }
+    ImVec2 on_screen(vec2 point) const { return {left_ + point.x * scale_, top_ + point.y * scale_}; }
+    void draw_marks(ImDrawList* draw, const std::vector<vec2>& points, bool closed) const {
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const ImVec2 here = on_screen(points[i]);
             draw->AddLine({here.x - 5, here.y}, {here.x + 5, here.y}, yellow);
             draw->AddLine({here.x, here.y - 5}, {here.x, here.y + 5}, yellow);
-            if (i > 0) draw->AddLine(on_screen(points_[i - 1]), here, yellow);
+            if (i > 0) draw->AddLine(on_screen(points[i - 1]), here, yellow);
         }
-        if (!complete_ || points_.empty()) return;
-        char text[32];
-        if (held == tool::distance)
-            std::snprintf(text, sizeof text, "%.1f mm", static_cast<double>(frame.measured / 1_mm));
-        else {
-            draw->AddLine(on_screen(points_.back()), on_screen(points_.front()), yellow);
-            std::snprintf(text, sizeof text, "%.1f mm2", static_cast<double>(1e6F * frame.area));
-        }
-        const ImVec2 beside = on_screen(points_.back());
-        draw->AddText({beside.x + 8, beside.y - 7}, yellow, text);
+        if (closed) draw->AddLine(on_screen(points.back()), on_screen(points.front()), yellow);
     }
     void finish(worker& scanner, const char* event_name) {
         event made{event_name};
         for (const vec2& point : points_) made.values.insert(made.values.end(), {point.x, point.y});
         scanner.push(made);
-        complete_ = true;
+        points_.clear();
     }
 
-    std::vector<vec2> points_{};
-    bool complete_ = false;
+    std::vector<vec2> points_{}; // clicked so far
     float scale_ = 1, left_ = 0, top_ = 0;
 };
 

@@ -1,18 +1,14 @@
-/// A scanner on the desktop.
-///
-///     viewer [--obj FILE --unit 1mm] [--record FILE] [--replay FILE] [--screenshot PICTURE] [--frames N] [--help]
-///
-/// --obj examines an OBJ file; --record writes all events to a file, which --replay plays. With --screenshot the window is
-/// written to a PNG file after N frames, and the program ends.
-#include "../obj.hpp"
-#include "../recording.hpp"
+/// A scanner on the desktop: viewer --help
+#include "../options.hpp"
 #include "knobs.hpp"
 #include "view3d.hpp"
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl2.h>
+#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <imgui.h>
+#include <limits>
 #include <optional>
 
 namespace {
@@ -20,9 +16,12 @@ namespace {
 using namespace insonify;
 
 struct options {
-    std::string replay{}, record{}, screenshot{}, obj{}, unit{};
-    std::uint32_t frames = 1;
+    std::string replay{}, record{}, screenshot{};
+    live::anatomy body{};
+    std::uint64_t frames = 0; // 0: until the window is closed
 };
+
+volatile std::sig_atomic_t stopped = 0;
 
 // Keys and mouse that move the probe, the needle and the camera.
 void steer(live::worker& scanner, live::view3d& space, const live::shown_frame& frame, float left_edge) {
@@ -81,19 +80,6 @@ void write_screenshot(const std::string& path, int width, int height) {
     write_png(path, seen);
 }
 
-// Events of a recording, up to the frame that a screenshot shows.
-void push_recording(const options& asked, live::worker& scanner) {
-    std::uint32_t frames = 0;
-    for (const live::step& one : live::load_recording(asked.replay)) {
-        if (one.frames == 0 && one.what) scanner.push(*one.what);
-        for (std::uint32_t i = 0; i < one.frames; ++i, ++frames) {
-            if (!asked.screenshot.empty() && frames == asked.frames) return;
-            if (one.what) scanner.push(*one.what);
-            scanner.push({"frame", {}});
-        }
-    }
-}
-
 // The window.
 class application {
   public:
@@ -122,22 +108,44 @@ class application {
     }
 
     void run() {
-        live::session session =
-            asked_.obj.empty() ? live::session{} : live::session_of_obj(asked_.obj, live::unit_of(asked_.unit));
+        std::optional<live::recording> played;
+        if (!asked_.replay.empty()) played = live::load_recording(asked_.replay);
+        auto [origin, body] = live::load_body(asked_.body, played ? &*played : nullptr);
+        std::printf("%s\n", live::describe(origin, body).c_str());
+        std::fflush(stdout);
         std::ofstream file;
         std::optional<live::recorder> record;
         if (!asked_.record.empty()) {
             file.open(asked_.record);
-            if (!file) throw std::runtime_error{"viewer: " + asked_.record + " cannot be written"};
-            session.record = &record.emplace(file);
+            if (!origin.file.empty())
+                file << live::anatomy_line({origin, live::content_of(body)},
+                                           std::filesystem::path{asked_.record}.parent_path())
+                     << std::endl;
+            if (!file) throw std::runtime_error{"--record: " + asked_.record + " cannot be written"};
+            record.emplace(file);
         }
+        live::session session{std::move(body)};
+        if (record) session.record = &*record;
         for (const live::event& start : {live::event{"lines", {128}}, {"planes", {3}}, {"width", {420}}})
             session.apply(start);
         live::view3d space{session.body};
-        live::worker scanner{session, !asked_.replay.empty()};
-        if (!asked_.replay.empty()) push_recording(asked_, scanner);
+        std::optional<live::player> replay;
+        if (played) replay.emplace(std::move(played->steps));
+        show(session, std::move(replay), space);
+        record.reset(); // writes what is left
+        if (!asked_.record.empty() && !file.flush())
+            throw std::runtime_error{"--record: " + asked_.record + " is not whole: the disk may be full"};
+    }
+
+  private:
+    // Until the window is closed.
+    void show(live::session& session, std::optional<live::player> replay, live::view3d& space) {
+        constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+        live::worker scanner{session, std::move(replay), asked_.frames == 0 ? unlimited : asked_.frames};
+        live::pacer pace;
         int settled = 0; // windows take two rounds to find their sizes
-        while (glfwWindowShouldClose(window_) == 0 && settled < 4) {
+        while (glfwWindowShouldClose(window_) == 0 && stopped == 0 && settled < 4) {
+            pace.turn(1.0 / 60);
             glfwPollEvents();
             if (scanner.newer(frame_)) {
                 live::upload(textures_[0], frame_.screen);
@@ -145,14 +153,14 @@ class application {
                 if (knobs_.saves_sequence) write_png(numbered("frame_"), frame_.screen);
             }
             draw(scanner, space);
-            if (!asked_.screenshot.empty() && frame_.count >= asked_.frames && ++settled == 4)
+            if (asked_.frames != 0 && frame_.count >= asked_.frames && ++settled == 4 && !asked_.screenshot.empty())
                 write_screenshot(asked_.screenshot, width_, height_);
             if (knobs_.wants_screenshot) write_screenshot(numbered("insonify_"), width_, height_);
             glfwSwapBuffers(window_);
+            std::this_thread::sleep_until(pace.due());
         }
     }
 
-  private:
     std::string numbered(const char* name) const {
         const std::string digits = std::to_string(frame_.count);
         return name + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + ".png";
@@ -174,15 +182,12 @@ class application {
         ImGui::SetNextWindowPos({0, tall - knobs});
         ImGui::SetNextWindowSize({left, knobs});
         ImGui::Begin("Controls", nullptr, fixed);
-        if (frame_.count > 0) {
-            knobs_.show_buttons(frame_, scanner);
-            knobs_.show_tabs(frame_, scanner, picture_);
-        }
+        if (frame_.count > 0) knobs_.show(frame_, scanner, picture_);
         if (const std::string fault = scanner.fault(); !fault.empty())
             ImGui::TextColored({1, 0.5F, 0.4F, 1}, "%s", fault.c_str());
         ImGui::End();
         show_hint(shows_hint_, left);
-        if (asked_.replay.empty() && frame_.count > 0) steer(scanner, space, frame_, left);
+        if (frame_.count > 0) steer(scanner, space, frame_, left);
         ImGui::Render();
         space.draw(static_cast<int>(left), 0, width_ - static_cast<int>(left), height_, frame_, textures_[0]);
         glViewport(0, 0, width_, height_);
@@ -199,48 +204,31 @@ class application {
     live::knob_panel knobs_{};
 };
 
-options parse(int count, char** arguments) {
-    options asked;
-    for (int i = 1; i + 1 < count; i += 2) {
-        const std::string name = arguments[i], value = arguments[i + 1];
-        if (name == "--replay")
-            asked.replay = value;
-        else if (name == "--record")
-            asked.record = value;
-        else if (name == "--screenshot")
-            asked.screenshot = value;
-        else if (name == "--obj")
-            asked.obj = value;
-        else if (name == "--unit")
-            asked.unit = value;
-        else if (name == "--frames")
-            asked.frames = static_cast<std::uint32_t>(std::max(live::parse_number(name, value), 1.0F));
-        else
-            throw std::runtime_error{"viewer: there is no option " + name + "; --help lists them"};
-    }
-    return asked;
+void add_options(CLI::App& app, options& into) {
+    using namespace command_line;
+    app.description("A simulated ultrasound scanner in a window.");
+    live::add_anatomy_options(app, into.body);
+    add(app, "--record", into.record, "FILE", "writes what is done to a text file")->check(name());
+    add(app, "--replay", into.replay, "FILE", "plays such a file; then the scanner goes on")->check(name());
+    CLI::Option* const frames = add(app, "--frames", into.frames, "COUNT",
+                                    "ends after so many frames, 1 to " + std::to_string(live::max_frames))
+                                    ->check(whole_number(1, live::max_frames));
+    add(app, "--screenshot", into.screenshot, "PICTURE", "writes the window then to this PNG file")
+        ->check(name())
+        ->needs(frames);
+    app.footer("Without --obj, a session is played on the anatomy that it was recorded with. Events of a session:\n" +
+               live::session::help());
 }
 
 } // namespace
 
 int main(int count, char** arguments) {
-    try {
-        const bool needs_help = count > 1 && std::string{arguments[1]} == "--help";
-        if (count % 2 == 0 && !needs_help)
-            throw std::runtime_error{std::string{"viewer: "} + arguments[count - 1] +
-                                     " needs a value, or is no option; --help lists them"};
-        if (needs_help) {
-            std::printf(
-                "viewer [--obj FILE --unit 1mm] [--record FILE] [--replay FILE] [--screenshot PICTURE] [--frames "
-                "N]\nevents in FILE:\n%s",
-                live::session::help().c_str());
+    options asked;
+    return command_line::run(
+        "viewer", count, arguments, [&](CLI::App& app) { add_options(app, asked); },
+        [&] {
+            for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stopped = 1; });
+            application{asked}.run();
             return 0;
-        }
-        const options asked = parse(count, arguments);
-        application{asked}.run();
-        return 0;
-    } catch (const std::exception& fault) {
-        std::fprintf(stderr, "%s\n", fault.what());
-        return 2;
-    }
+        });
 }

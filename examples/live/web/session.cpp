@@ -1,7 +1,6 @@
 /// The session behind the web page, as C functions. Texts are UTF-8; those that are returned, and pictures, are valid until
 /// the next call of the same function. Functions that can fail return the reason, which is empty on success.
-#include "../session.hpp"
-#include "anatomy.hpp"
+#include "../anatomy.hpp"
 #include "json.hpp"
 #include <emscripten/emscripten.h>
 #include <memory>
@@ -46,11 +45,15 @@ EMSCRIPTEN_KEEPALIVE void live_restart() {
 
 /// Starts again with an OBJ file that has been written into the file system.
 /// @param unit   length of 1 in the file, metres
-/// @param side   the side of the skin, see `live::load_anatomy`
+/// @param side   the side of the skin, one of `live::sides`
 EMSCRIPTEN_KEEPALIVE const char* live_load(const char* path, float unit, int side, const char* tissue,
                                            const char* background) {
     return attempt([&] {
-        now = std::make_unique<live::session>(live::load_anatomy(path, unit, side, tissue, background));
+        now = std::make_unique<live::session>(live::load_anatomy({.file = path,
+                                                                  .unit = unit,
+                                                                  .skin = live::sides[std::clamp(side, 0, 5)],
+                                                                  .tissue = tissue,
+                                                                  .background = background}));
         ++needles;
     });
 }

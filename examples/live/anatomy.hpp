@@ -1,0 +1,124 @@
+#ifndef INSONIFY_EXAMPLES_LIVE_ANATOMY_HPP
+#define INSONIFY_EXAMPLES_LIVE_ANATOMY_HPP
+
+#include "../anatomy_check.hpp"
+#include "session.hpp"
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+
+namespace live {
+
+/// Where the skin of an anatomy may be.
+inline constexpr const char* sides[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
+
+/// An anatomy from a file.
+struct anatomy {
+    std::string file{}; ///< Wavefront OBJ; empty: the phantom of a nerve block
+    float unit = 1_mm;  ///< length of 1 in the file, metres
+    std::string skin{}; ///< one of `sides`: the body is turned and moved; empty: it stays where it is, +z inwards
+    std::string tissue = "muscle";  ///< of all faces in a file without materials
+    std::string background = "air"; ///< around its objects
+
+    friend bool operator==(const anatomy&, const anatomy&) = default;
+};
+
+/// The name of a tissue; empty for another medium.
+inline std::string tissue_name(const medium& inside) {
+    for (const tissue::named_medium& one : tissue::all)
+        if (one.value == inside) return one.name;
+    return "";
+}
+
+/// @throws usage_error  for an unknown name
+inline const medium& tissue_named(const std::string& name) {
+    std::string known;
+    for (const tissue::named_medium& one : tissue::all) {
+        if (one.name == name) return one.value;
+        known += std::string{known.empty() ? "" : ", "} + one.name;
+    }
+    throw usage_error{"there is no tissue '" + name + "'; known are " + known};
+}
+
+namespace detail {
+
+// Turned so that the side of the skin is at the top (-z), and moved so that the body begins at the depth 0, centred below the
+// probe.
+inline void turn_skin_up(scene& body, const std::string& skin) {
+    const auto found = std::find(std::begin(sides), std::end(sides), skin);
+    if (found == std::end(sides))
+        throw usage_error{"the skin is at '" + skin + "'; it must be at +x, -x, +y, -y, +z or -z"};
+    constexpr vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const auto side = found - std::begin(sides), axis = side / 2;
+    const vec3 down = side % 2 == 0 ? -axes[axis] : axes[axis];
+    const auto place = [&](const pose& to) {
+        for (std::size_t i = 0; i < body.objects().size(); ++i) {
+            const object& one = body.objects()[i];
+            body.place(one.id, to * one.at);
+        }
+    };
+    place(inverse(look_at({0, 0, 0}, down, axis == 0 ? axes[1] : axes[0])));
+    const aabb box = body.box();
+    place({mat3{1}, {-0.5F * (box.lower.x + box.upper.x), -0.5F * (box.lower.y + box.upper.y), -box.lower.z}});
+}
+
+} // namespace detail
+
+/// Loads the anatomy of a session.
+/// @throws std::runtime_error  for a file that cannot be read, an unknown tissue or side, or a mesh that is open, naming the
+///                             object and what to do
+inline scene load_anatomy(const anatomy& from) {
+    if (from.file.empty()) return nerve_block_phantom();
+    const obj_settings settings{.unit = from.unit, .background = tissue_named(from.background)};
+    std::ifstream file{from.file};
+    const std::string text{std::istreambuf_iterator<char>{file}, {}};
+    scene body{settings.background};
+    if (text.empty() || text.find("usemtl") != std::string::npos)
+        body = load_obj_scene(from.file, settings);
+    else
+        body.add(load_obj(from.file, settings), tissue_named(from.tissue), {.name = from.tissue});
+    check_anatomy(body, from.file, from.unit);
+    body.build(exec::par);
+    if (!from.skin.empty()) detail::turn_skin_up(body, from.skin);
+    return body;
+}
+
+/// A hash of its meshes and media.
+inline std::uint64_t content_of(const scene& body) {
+    std::uint64_t hash = hash_of(nullptr, 0);
+    const auto add = [&](std::initializer_list<float> numbers) {
+        hash = hash_of(numbers.begin(), numbers.size(), hash);
+    };
+    const auto add_medium = [&](const medium& one) {
+        add({one.density, one.sound_speed, one.attenuation, one.attenuation_power, one.backscatter, one.roughness});
+    };
+    add_medium(body.background());
+    for (const object& one : body.objects()) {
+        add_medium(one.inside);
+        for (const vec3& point : one.surface.positions) {
+            const vec3 at = one.at.point(point);
+            add({at.x, at.y, at.z});
+        }
+        for (const uvec3& face : one.surface.faces)
+            add({static_cast<float>(face.x), static_cast<float>(face.y), static_cast<float>(face.z)});
+    }
+    return hash;
+}
+
+/// What was read, and what was assumed about it: "limb.obj: 3 objects, 90 x 120 x 80 mm, where 1 in the file is 1 mm".
+inline std::string describe(const anatomy& from, const scene& body) {
+    if (from.file.empty()) return "the phantom of a nerve block";
+    const vec3 size = body.box().size() / 1_mm;
+    char text[160];
+    std::snprintf(text, sizeof text, ": %zu object%s, %.4g x %.4g x %.4g mm, where 1 in the file is %g mm (--unit)",
+                  body.objects().size(), body.objects().size() == 1 ? "" : "s", static_cast<double>(size.x),
+                  static_cast<double>(size.y), static_cast<double>(size.z), static_cast<double>(from.unit / 1_mm));
+    return from.file + text;
+}
+
+} // namespace live
+
+#endif
