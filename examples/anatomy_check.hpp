@@ -2,6 +2,7 @@
 #define INSONIFY_EXAMPLES_ANATOMY_CHECK_HPP
 
 #include <insonify/insonify.hpp>
+#include <cstdio>
 #include <string>
 
 /// Refuses what cannot be an anatomy: open surfaces, and a body smaller than 2 mm or larger than 3 m, which was read in the
@@ -29,6 +30,17 @@ inline void check_anatomy(const insonify::scene& body, const std::string& file, 
         if (const float meant = largest / unit * other.length; meant >= 20_mm && meant <= 2.5F)
             advice = std::string{"; is the file in "} + other.name + "? --unit 1" + other.symbol;
     throw geometry_error{file + ": the body is " + detail::number_text(1e3F * largest) + " mm large" + advice};
+}
+
+/// What was read and in which unit: "limb.obj: 3 objects, 90 x 120 x 80 mm, where 1 in the file is 1 mm (--unit)".
+inline std::string describe_size(const std::string& file, const insonify::scene& body, float unit) {
+    using namespace insonify;
+    const vec3 size = body.box().size() / 1_mm;
+    char text[160];
+    std::snprintf(text, sizeof text, ": %zu object%s, %.4g x %.4g x %.4g mm, where 1 in the file is %g mm (--unit)",
+                  body.objects().size(), body.objects().size() == 1 ? "" : "s", static_cast<double>(size.x),
+                  static_cast<double>(size.y), static_cast<double>(size.z), static_cast<double>(unit / 1_mm));
+    return file + text;
 }
 
 #endif

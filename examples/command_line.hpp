@@ -1,7 +1,6 @@
 #ifndef INSONIFY_EXAMPLES_COMMAND_LINE_HPP
 #define INSONIFY_EXAMPLES_COMMAND_LINE_HPP
 
-#include <insonify/core/version.hpp>
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>

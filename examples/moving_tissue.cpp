@@ -7,7 +7,7 @@
 using namespace insonify;
 
 int main() {
-    scene body{medium{.density = 1.2F, .sound_speed = 343}}; // air
+    scene body{tissue::air};
     const auto along_y = [&](float depth, float radius, std::uint32_t sides, const medium& inside, const char* name) {
         return body.add(make_cylinder({0, -40_mm, depth}, {0, 40_mm, depth}, radius, sides, 32), inside,
                         {.name = name});

@@ -2,6 +2,7 @@
 // its figure 3, and a B-mode image. `simulate --help` lists the options.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
+#include "anatomy_check.hpp"
 #include "nerve_block_phantom.hpp"
 #include "progress.hpp"
 #include "simulate_options.hpp"
@@ -10,7 +11,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <variant>
 
 using namespace insonify;
@@ -79,7 +79,7 @@ scene load(const simulate_options& chosen) {
 
 pose pose_of(const simulate_options& chosen, const scene& body) {
     const auto metres = [](const std::array<float, 3>& p) { return 1_mm * vec3{p[0], p[1], p[2]}; };
-    const vec3 lateral = metres(chosen.lateral);
+    const vec3 lateral = metres(chosen.lateral.value_or(std::array<float, 3>{1, 0, 0}));
     if (chosen.from) return look_at(metres(*chosen.from), metres(*chosen.towards), lateral);
     if (chosen.file.empty()) return pose{};
     const aabb box = body.box();
@@ -152,16 +152,19 @@ template <transducer Probe>
 void run(const simulate_options& chosen, const Probe& probe) {
     const law2011 law = law_named(chosen.law);
     const bool phantom = chosen.file.empty();
+    if (chosen.lateral && phantom && !chosen.from)
+        throw usage_error{"--lateral requires --from and --towards, or a file"};
     const float depth = chosen.depth ? *chosen.depth * 1_mm : phantom ? nerve_block::settings.depth : 80_mm;
     const acquisition scan{.depth = depth, .samples = law.samples(depth, probe.frequency)};
     const uvec2 size{chosen.size[0], chosen.size[1]};
     const std::string folder = chosen.output + '/';
     check_output_folder(chosen.output);
 
-    std::printf("%s\n", phantom ? "The built-in phantom of a nerve block" : chosen.file.c_str());
     timed_stages stage{12};
     scene body = stage("load", [&](const auto&) { return load(chosen); });
     stage("build", [&](const auto& policy) { return body.build(policy).objects().size(); });
+    std::printf("%s\n", phantom ? "The built-in phantom of a nerve block"
+                                : describe_size(chosen.file, body, chosen.unit * 1_mm).c_str());
     const pose at = pose_of(chosen, body);
     if (!chosen.file.empty()) place_background(chosen, at, body);
     const diagnosis found = stage("diagnose", [&](const auto&) { return diagnose(body, probe, at, scan); });
@@ -211,18 +214,12 @@ void run(const simulate_options& chosen, const Probe& probe) {
                     folder.c_str());
 }
 
-int main(int argc, char** argv) {
+int main(int count, char** arguments) {
     simulate_options chosen;
-    CLI::App app;
-    try {
-        add_options(app, chosen);
-        app.parse(argc, argv);
-        std::visit([&](const auto& probe) { run(chosen, probe); }, probe_of(chosen));
-        return 0;
-    } catch (const CLI::Success& help) {
-        return app.exit(help);
-    } catch (const std::exception& e) {
-        std::cerr << "simulate: " << e.what() << '\n';
-        return 2;
-    }
+    return command_line::run(
+        "simulate", count, arguments, [&](CLI::App& app) { add_options(app, chosen); },
+        [&] {
+            std::visit([&](const auto& probe) { run(chosen, probe); }, probe_of(chosen));
+            return 0;
+        });
 }

@@ -1,13 +1,8 @@
 #ifndef INSONIFY_EXAMPLES_SIMULATE_OPTIONS_HPP
 #define INSONIFY_EXAMPLES_SIMULATE_OPTIONS_HPP
 
-#include <CLI/CLI.hpp>
-#include <array>
-#include <cstdint>
-#include <cstdlib>
-#include <map>
+#include "command_line.hpp"
 #include <optional>
-#include <string>
 
 /// The command line of `simulate`; lengths in millimetres, frequencies in megahertz, angles in degrees.
 struct simulate_options {
@@ -18,8 +13,7 @@ struct simulate_options {
     std::string probe{};
     std::optional<std::uint32_t> lines{};
     std::optional<float> width{}, radius{}, field_of_view{}, frequency{}, depth{};
-    std::optional<std::array<float, 3>> from{}, towards{};
-    std::array<float, 3> lateral{1, 0, 0};
+    std::optional<std::array<float, 3>> from{}, towards{}, lateral{};
     std::string law = "paper";
     std::optional<float> tgc{};
     std::uint32_t planes = 7, looks = 3;
@@ -27,66 +21,74 @@ struct simulate_options {
     std::string output = "out";
 };
 
-/// Accepts numbers above 0. CLI::PositiveNumber does too, but prints the range of a double with 300 digits.
-inline CLI::Validator positive_number() {
-    const auto check = [](const std::string& given) {
-        return std::strtof(given.c_str(), nullptr) > 0 ? std::string{} : given + " is not a number above 0";
-    };
-    return {check, "", "positive_number"};
-}
-
 /// Declares the options and where their values are stored.
 inline void add_options(CLI::App& app, simulate_options& into) {
-    using units = std::map<std::string, float>;
-    const auto length = CLI::AsNumberWithUnit(units{{"um", 1e-3F}, {"mm", 1}, {"cm", 10}, {"m", 1000}});
-    const auto frequency = CLI::AsNumberWithUnit(units{{"hz", 1e-6F}, {"khz", 1e-3F}, {"mhz", 1}});
-    const auto add = [&](const char* name, auto& value, const char* shown, const char* help) {
-        return app.add_option(name, value, help)->type_name(shown)->option_text(shown);
-    };
+    using namespace command_line;
     app.description(
         "Draws ultrasound images of an OBJ file, or of the built-in phantom of a nerve block.\n"
         "Lengths are in millimetres unless a unit follows (4cm), frequencies in megahertz, angles in degrees.");
-    app.get_formatter()->column_width(28);
 
-    add("file", into.file, "OBJ", "Wavefront OBJ; its materials name the tissues");
-    add("--unit", into.unit, "LENGTH", "length of one unit of the file (1mm)")
-        ->transform(length)
-        ->check(positive_number());
-    add("--background", into.background, "TISSUE", "medium around the objects of the file (fat)");
-    add("--fibres", into.fibres, "X,Y,Z", "direction of the fibres of that medium (along the array)")->delimiter(',');
-    add("--layers", into.layers, "X,Y,Z", "direction across its layers, from the skin inwards (away from the probe)")
-        ->delimiter(',');
-    add("--output", into.output, "FOLDER", "folder that the images are written to (out)");
-    add("--size", into.size, "WxH", "image size in pixels; 0 keeps the aspect ratio (768x0)")->delimiter('x');
+    CLI::Option* const file =
+        add(app, "file", into.file, "OBJ", "Wavefront OBJ; its materials name the tissues")->check(name());
+    add(app, "--unit", into.unit, "LENGTH", "length of 1 in the file, above 0, at most 10m (1mm)")
+        ->transform(length())
+        ->check(positive_number(1e4))
+        ->needs(file);
+    add(app, "--background", into.background, "TISSUE", "medium around the objects of the file (fat)")
+        ->check(name())
+        ->needs(file);
+    const CLI::Validator component = number(-1e6, 1e6);
+    add_list<3, float>(app, "--fibres", into.fibres, ',', component, "X,Y,Z",
+                       "direction of the fibres of that medium (along the array)")
+        ->needs(file);
+    add_list<3, float>(app, "--layers", into.layers, ',', component, "X,Y,Z",
+                       "direction across its layers, from the skin inwards (away from the probe)")
+        ->needs(file);
+    add(app, "--output", into.output, "FOLDER", "folder that the images are written to (out)")->check(name());
+    add_list<2, std::uint32_t>(app, "--size", into.size, 'x', whole_number(0, 16384), "WxH",
+                               "image size in pixels, 0 to 16384; 0 keeps the aspect ratio (768x0)");
 
-    add("--probe", into.probe, "KIND", "linear, convex or phased (convex; for the phantom linear)")
+    add(app, "--probe", into.probe, "KIND", "linear, convex or phased (convex; for the phantom linear)")
         ->check(CLI::IsMember({"linear", "convex", "phased"}));
-    add("--lines", into.lines, "COUNT", "number of scan lines");
-    add("--width", into.width, "LENGTH", "width of a linear or phased array")->transform(length);
-    add("--radius", into.radius, "LENGTH", "radius of curvature of a convex array")->transform(length);
-    add("--field-of-view", into.field_of_view, "ANGLE", "field of view of a convex or phased array")
-        ->check(CLI::Range(0.0F, 360.0F));
-    add("--frequency", into.frequency, "FREQUENCY", "centre frequency")->transform(frequency);
-    add("--depth", into.depth, "LENGTH", "imaging depth (80; for the phantom 40)")
-        ->transform(length)
-        ->check(positive_number());
+    add(app, "--lines", into.lines, "COUNT", "number of scan lines, 1 to 4096")->check(whole_number(1, 4096));
+    add(app, "--width", into.width, "LENGTH", "width of a linear or phased array, at most 1m")
+        ->transform(length())
+        ->check(positive_number(1000));
+    add(app, "--radius", into.radius, "LENGTH", "radius of curvature of a convex array, at most 1m")
+        ->transform(length())
+        ->check(positive_number(1000));
+    add(app, "--field-of-view", into.field_of_view, "ANGLE", "field of view of a convex or phased array, at most 360")
+        ->check(positive_number(360));
+    add(app, "--frequency", into.frequency, "FREQUENCY", "centre frequency, at most 100MHz")
+        ->transform(frequency())
+        ->check(positive_number(100));
+    add(app, "--depth", into.depth, "LENGTH", "imaging depth, at most 1m (80; for the phantom 40)")
+        ->transform(length())
+        ->check(positive_number(1000));
 
-    auto* const from = add("--from", into.from, "X,Y,Z", "position of the probe: the middle of its face");
-    auto* const towards = add("--towards", into.towards, "X,Y,Z",
-                              "point that the probe looks at (default: along y, at the centre of all objects)");
-    from->delimiter(',')->transform(length)->needs(towards);
-    towards->delimiter(',')->transform(length)->needs(from);
-    add("--lateral", into.lateral, "X,Y,Z", "direction of the array (1,0,0)")->delimiter(',')->transform(length);
-    add("--law", into.law, "NAME",
+    auto* const from = add_list<3, float>(app, "--from", into.from, ',', length(), "X,Y,Z",
+                                          "position of the probe: the middle of its face");
+    auto* const towards =
+        add_list<3, float>(app, "--towards", into.towards, ',', length(), "X,Y,Z",
+                           "point that the probe looks at (default: along y, at the centre of all objects)");
+    from->needs(towards);
+    towards->needs(from);
+    add_list<3, float>(app, "--lateral", into.lateral, ',', component, "X,Y,Z",
+                       "direction of the array, for a file or with --from (1,0,0)");
+    add(app, "--law", into.law, "NAME",
         "variant of the paper's model for the component images: paper, as printed; attenuated, echoes are attenuated "
-        "too; "
-        "echo, attenuated both ways, bands behind interfaces (paper)")
+        "too; echo, attenuated both ways, bands behind interfaces (paper)")
         ->check(CLI::IsMember({"paper", "attenuated", "echo"}));
-    add("--tgc", into.tgc, "NUMBER",
-        "time gain compensation of the B-mode image in dB/(cm MHz) (the background's attenuation, 0.5 to 1)")
-        ->check(positive_number());
-    add("--planes", into.planes, "COUNT", "elevation planes of the B-mode image (slice thickness): 1, 3, 5 or 7 (7)");
-    add("--looks", into.looks, "COUNT", "looks at angles within 16 degrees, averaged for the B-mode image (3)");
+    add(app, "--tgc", into.tgc, "NUMBER",
+        "time gain compensation of the B-mode image in dB/(cm MHz), at most 100 (the background's attenuation, 0.5 to "
+        "1)")
+        ->check(positive_number(100));
+    add(app, "--planes", into.planes, "COUNT",
+        "elevation planes of the B-mode image (slice thickness): 1, 3, 5 or 7 (7)")
+        ->check(CLI::IsMember({"1", "3", "5", "7"}));
+    add(app, "--looks", into.looks, "COUNT",
+        "looks at angles within 16 degrees, 1 to 32, averaged for the B-mode image (3)")
+        ->check(whole_number(1, 32));
 }
 
 #endif

@@ -4,7 +4,6 @@
 #include "../anatomy_check.hpp"
 #include "session.hpp"
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -106,17 +105,6 @@ inline std::uint64_t content_of(const scene& body) {
             add({static_cast<float>(face.x), static_cast<float>(face.y), static_cast<float>(face.z)});
     }
     return hash;
-}
-
-/// What was read, and what was assumed about it: "limb.obj: 3 objects, 90 x 120 x 80 mm, where 1 in the file is 1 mm".
-inline std::string describe(const anatomy& from, const scene& body) {
-    if (from.file.empty()) return "the phantom of a nerve block";
-    const vec3 size = body.box().size() / 1_mm;
-    char text[160];
-    std::snprintf(text, sizeof text, ": %zu object%s, %.4g x %.4g x %.4g mm, where 1 in the file is %g mm (--unit)",
-                  body.objects().size(), body.objects().size() == 1 ? "" : "s", static_cast<double>(size.x),
-                  static_cast<double>(size.y), static_cast<double>(size.z), static_cast<double>(from.unit / 1_mm));
-    return from.file + text;
 }
 
 } // namespace live

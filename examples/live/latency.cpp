@@ -1,12 +1,12 @@
-/// Prints how long a session takes from an event to its picture: live_latency [FRAMES]
+/// Prints how long a session takes from an event to its picture: live_latency --help
 ///
 /// 256 lines, 40 mm, 5 planes, compounding, persistence, pulse and pressure, on two threads. Every other frame turns knobs
 /// beforehand; their cost is the ratio of the two medians.
+#include "../command_line.hpp"
 #include "session.hpp"
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <vector>
 
 namespace {
@@ -32,10 +32,7 @@ void print(const char* name, std::vector<double>& times) {
                 quantile(times, 0.99), 1e3 / median);
 }
 
-} // namespace
-
-int main(int count, char** arguments) {
-    const int frames = count > 1 ? std::max(std::atoi(arguments[1]), 10) : 200;
+int run(int frames) {
     const auto configured = [](float looks) {
         live::session one;
         for (const live::event& each : {live::event{"lines", {256}},
@@ -72,4 +69,18 @@ int main(int count, char** arguments) {
         print(shown == 2 ? "colour Doppler" : "pulsed Doppler", times);
     }
     return 0;
+}
+
+} // namespace
+
+int main(int count, char** arguments) {
+    int frames = 200;
+    return command_line::run(
+        "live_latency", count, arguments,
+        [&](CLI::App& app) {
+            app.description("Prints how long a session takes from an event to its picture, on two threads.");
+            command_line::add(app, "--frames", frames, "COUNT", "frames of each kind, 10 to 100000 (200)")
+                ->check(command_line::whole_number(10, 100'000));
+        },
+        [&] { return run(frames); });
 }

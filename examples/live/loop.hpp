@@ -33,21 +33,23 @@ class session_clock {
     /// Sets how many ticks pass with the next frame. A pause of more than a second, as of a computer that slept, is left out.
     void follow(session& with, steady::time_point now = steady::now()) {
         const double second = session::max_ticks * session::tick;
-        if (!time_) time_ = now - seconds(session::usual_ticks * session::tick);
-        if (now - *time_ > seconds(2 * second)) time_ = now - seconds(second);
-        const double behind = std::chrono::duration<double>(now - *time_).count() / session::tick;
+        if (!runs_) time_ = now - seconds(session::usual_ticks * session::tick);
+        if (now - time_ > seconds(2 * second)) time_ = now - seconds(second);
+        runs_ = true;
+        const double behind = std::chrono::duration<double>(now - time_).count() / session::tick;
         const auto ticks = static_cast<std::uint32_t>(std::clamp(std::round(behind), 1.0, 1.0 * session::max_ticks));
-        *time_ += seconds(ticks * session::tick);
+        time_ += seconds(ticks * session::tick);
         if (ticks != with.ticks) with.apply({"interval", {static_cast<float>(ticks)}});
     }
     /// Nothing is drawn for a while: the session's time stops until the next `follow`.
-    void pause() { time_.reset(); }
+    void pause() { runs_ = false; }
 
   private:
     static steady::duration seconds(double count) {
         return std::chrono::duration_cast<steady::duration>(std::chrono::duration<double>{count});
     }
-    std::optional<steady::time_point> time_{}; // up to which the session has come
+    steady::time_point time_{}; // up to which the session has come
+    bool runs_ = false;
 };
 
 /// What a program does in `run_loop`.

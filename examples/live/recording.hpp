@@ -107,6 +107,11 @@ inline recording load_recording(const std::string& path) {
     return read;
 }
 
+/// What a session examines, in a sentence.
+inline std::string describe(const anatomy& from, const scene& body) {
+    return from.file.empty() ? "The phantom of a nerve block" : describe_size(from.file, body, from.unit);
+}
+
 /// The body of a session: the anatomy that is asked for, or else that of the recording.
 /// @param asked  without a file: as recorded
 /// @throws std::runtime_error  as `load_anatomy`, and where the recorded anatomy has changed since

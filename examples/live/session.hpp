@@ -42,11 +42,12 @@ struct measurement {
 /// The simulator.
 class session : public patient {
   public:
-    static constexpr double tick = 1.0 / 120;             ///< of the session's clock, seconds
-    static constexpr std::uint32_t usual_ticks = 4;       ///< of a frame: 30 frames a second
-    static constexpr std::uint32_t max_ticks = 120;       ///< of a frame
-    static constexpr std::uint32_t ticks_of_m_column = 4; ///< of the M-mode
-    static constexpr std::size_t max_measures = 64;       ///< the oldest are forgotten
+    static constexpr double tick = 1.0 / 120;                                       ///< of the session's clock, seconds
+    static constexpr std::uint32_t usual_ticks = 4;                                 ///< of a frame: 30 frames a second
+    static constexpr std::uint32_t max_ticks = 120;                                 ///< of a frame
+    static constexpr float frame_interval = usual_ticks * static_cast<float>(tick); ///< of a usual frame, seconds
+    static constexpr std::uint32_t ticks_of_m_column = 4;                           ///< of the M-mode
+    static constexpr std::size_t max_measures = 64;                                 ///< the oldest are forgotten
 
     /// @param anatomy  see `patient`
     explicit session(scene anatomy = nerve_block_phantom());

@@ -1,14 +1,14 @@
-/// Measures a server of OpenIGTLink as a client sees it: slicer_client PORT [TRANSFORMS]
+/// Measures a server of OpenIGTLink as a client sees it: slicer_client --help
 ///
 /// Sends ProbeToReference, and takes the time until an IMAGE that was acquired there has arrived. Checks the pitch and the
 /// position of that image: corners of the nerve block's picture, 38 x 40 mm, in the world. Written with the library of
 /// OpenIGTLink, as clients are, and without insonify.
+#include "../../command_line.hpp"
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <igtlClientSocket.h>
 #include <igtlImageMessage.h>
 #include <igtlTransformMessage.h>
@@ -154,29 +154,38 @@ measured measure(int port, std::size_t count) {
     return result;
 }
 
+int run(int port, std::size_t count) {
+    measured result = measure(port, count);
+    std::sort(result.latencies.begin(), result.latencies.end());
+    const auto quantile = [&](double share) {
+        return result.latencies[static_cast<std::size_t>(share * static_cast<double>(result.latencies.size() - 1))];
+    };
+    double difference = 0;
+    for (std::size_t i = 0; i < std::min(result.first.size(), result.last.size()); ++i)
+        difference += std::abs(result.first[i] - result.last[i]);
+    difference /= static_cast<double>(result.last.size());
+    std::printf("transform sent to image received: median %.1f ms, 99th percentile %.1f ms (%zu of %zu poses)\n",
+                quantile(0.5), quantile(0.99), result.latencies.size(), count);
+    std::printf("%.1f images a second\n", result.images / result.seconds);
+    std::printf("corners of the image in the world: within %.4f mm, expected 0.1\n", result.corner_error);
+    std::printf("first and last image differ by %.1f gray values, expected more than 2\n", difference);
+    return result.corner_error < 0.1 && difference > 2 && result.latencies.size() >= 10 ? 0 : 1;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
-    try {
-        if (argc < 2) throw std::runtime_error{"slicer_client PORT [TRANSFORMS]"};
-        const std::size_t count = argc > 2 ? std::strtoul(argv[2], nullptr, 10) : 100;
-        measured result = measure(std::atoi(argv[1]), std::max<std::size_t>(count, 2));
-        std::sort(result.latencies.begin(), result.latencies.end());
-        const auto quantile = [&](double share) {
-            return result.latencies[static_cast<std::size_t>(share * static_cast<double>(result.latencies.size() - 1))];
-        };
-        double difference = 0;
-        for (std::size_t i = 0; i < std::min(result.first.size(), result.last.size()); ++i)
-            difference += std::abs(result.first[i] - result.last[i]);
-        difference /= static_cast<double>(result.last.size());
-        std::printf("transform sent to image received: median %.1f ms, 99th percentile %.1f ms (%zu of %zu poses)\n",
-                    quantile(0.5), quantile(0.99), result.latencies.size(), count);
-        std::printf("%.1f images a second\n", result.images / result.seconds);
-        std::printf("corners of the image in the world: within %.4f mm, expected 0.1\n", result.corner_error);
-        std::printf("first and last image differ by %.1f gray values, expected more than 2\n", difference);
-        return result.corner_error < 0.1 && difference > 2 && result.latencies.size() >= 10 ? 0 : 1;
-    } catch (const std::exception& fault) {
-        std::fprintf(stderr, "%s\n", fault.what());
-        return 2;
-    }
+    int port = 18944;
+    std::size_t transforms = 100;
+    return command_line::run(
+        "slicer_client", argc, argv,
+        [&](CLI::App& app) {
+            using namespace command_line;
+            app.description("Measures a server of OpenIGTLink as a client sees it.");
+            add(app, "--port", port, "NUMBER", "TCP port of the server on this machine, 1 to 65535 (18944)")
+                ->check(whole_number(1, 65535));
+            add(app, "--transforms", transforms, "COUNT", "poses that are sent, 20 to 100000 (100)")
+                ->check(whole_number(20, 100'000));
+        },
+        [&] { return run(port, transforms); });
 }

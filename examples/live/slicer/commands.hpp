@@ -91,6 +91,7 @@ inline outcome apply(live::session& session, const command& asked) {
                 if (const std::optional<live::event> one = live::parse_event(line)) events.push_back(*one);
         }
         if (events.empty()) return {false, "the command is empty; send an event such as: gain 6"};
+        for (const live::event& one : events) live::check_range(one); // all or nothing
         std::string done;
         for (const live::event& one : events) {
             session.apply(one);

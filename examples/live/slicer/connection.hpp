@@ -88,8 +88,7 @@ class connection {
         if (!input_.empty() && time - begun_ > message_time) throw broken_stream{"a message has taken more than 5 s"};
     }
 
-    bool pictures = true;     ///< wanted: STT_IMAGE, STP_IMAGE
-    std::size_t requests = 0; ///< that the simulator has not yet answered
+    bool pictures = true; ///< wanted: STT_IMAGE, STP_IMAGE
 
   private:
     template <class Take>

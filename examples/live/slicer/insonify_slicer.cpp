@@ -1,14 +1,12 @@
 /// A live ultrasound scanner for 3D Slicer, PLUS and every other client of OpenIGTLink: see README.md, or
 /// `insonify_slicer --help`.
-#include "../../simulate_options.hpp"
-#include "../obj.hpp"
-#include "../recording.hpp"
+#include "../loop.hpp"
+#include "../options.hpp"
 #include "commands.hpp"
 #include "sequence_file.hpp"
 #include "server.hpp"
 #include <csignal>
 #include <cstdio>
-#include <iostream>
 
 namespace {
 
@@ -16,43 +14,32 @@ using namespace insonify;
 
 struct options {
     std::uint16_t port = 18944;
-    float fps = 30;
-    std::string replay{}, record{}, obj{}, background = "air";
-    std::uint32_t frames = 0;
-    float unit = 1;
+    double fps = 30;
+    std::string replay{}, record{};
+    std::uint64_t frames = 0; // 0: never ends
+    live::anatomy body{};
 };
 
 void add_options(CLI::App& app, options& into) {
-    using units = std::map<std::string, float>;
-    const auto length = CLI::AsNumberWithUnit(units{{"um", 1e-3F}, {"mm", 1}, {"cm", 10}, {"m", 1000}});
-    const auto add = [&](const char* name, auto& value, const char* shown, const char* help) {
-        return app.add_option(name, value, help)->type_name(shown)->option_text(shown);
-    };
+    using namespace command_line;
     app.description(
         "A simulated ultrasound scanner that sends its pictures by OpenIGTLink, as PLUS does, to 3D Slicer and "
         "others.\n"
         "Start it without options, then add a client connector to localhost, port 18944, in Slicer's OpenIGTLinkIF.");
-    app.get_formatter()->column_width(28);
-    add("--port", into.port, "NUMBER", "TCP port; 0 chooses a free one (18944)");
-    add("--fps", into.fps, "NUMBER", "pictures a second (30)")->check(positive_number());
-    add("--obj", into.obj, "FILE",
-        "anatomy: Wavefront OBJ, whose materials name the tissues (a phantom of a nerve block)");
-    add("--unit", into.unit, "LENGTH", "length of one unit of that file (1mm)")
-        ->transform(length)
-        ->check(positive_number());
-    add("--background", into.background, "TISSUE", "medium around its objects (air)");
-    add("--replay", into.replay, "FILE", "plays a recorded session, a text file of events, such as nerve_block.txt");
-    add("--record", into.record, "FILE", "writes the pictures and poses to a sequence of PLUS, FILE.igs.mha");
-    add("--frames", into.frames, "COUNT", "ends after so many pictures (0: never)");
+    add(app, "--port", into.port, "NUMBER", "TCP port, 0 to 65535; 0 chooses a free one (18944)")
+        ->check(whole_number(0, 65535));
+    add(app, "--fps", into.fps, "NUMBER", "pictures a second, 1 to 120 (30); a recorded session has its own")
+        ->check(number(1, 120));
+    live::add_anatomy_options(app, into.body);
+    add(app, "--replay", into.replay, "FILE",
+        "plays a recorded session, a text file of events, such as nerve_block.txt")
+        ->check(name());
+    add(app, "--record", into.record, "FILE", "writes the pictures and poses to a sequence of PLUS, FILE.igs.mha")
+        ->check(name());
+    add(app, "--frames", into.frames, "COUNT", "ends after so many pictures, 1 to " + std::to_string(live::max_frames))
+        ->check(whole_number(1, live::max_frames));
     app.footer("Knobs are turned by COMMAND or STRING messages, such as \"gain 6\". All events:\n" +
                live::session::help());
-}
-
-live::session make_session(const options& chosen) {
-    if (chosen.obj.empty()) return live::session{};
-    const std::optional<medium> background = tissue::find(chosen.background);
-    if (!background) throw usage_error{"--background: there is no tissue '" + chosen.background + "'"};
-    return live::session_of_obj(chosen.obj, chosen.unit * 1_mm, *background);
 }
 
 // Does what a client asks for and answers.
@@ -62,11 +49,17 @@ void serve(live::session& session, slicer::server& server, const slicer::request
         return;
     }
     const std::optional<live::event> event = slicer::pose_event(one.head.device, std::get<pose>(one.asked));
-    if (event) session.apply(*event);
-    server.answer(one, event ? slicer::bytes{}
-                             : slicer::pack_status(igtl::StatusMessage::STATUS_NOT_FOUND,
-                                                   one.head.device + " moves nothing; ProbeToReference and "
-                                                                     "NeedleTipToReference do"));
+    if (!event)
+        return server.answer(one, slicer::pack_status(igtl::StatusMessage::STATUS_NOT_FOUND,
+                                                      one.head.device + " moves nothing; ProbeToReference and "
+                                                                        "NeedleTipToReference do"));
+    try {
+        live::check_range(*event);
+        session.apply(*event);
+    } catch (const std::invalid_argument& fault) {
+        server.answer(
+            one, slicer::pack_status(igtl::StatusMessage::STATUS_CONFIG_ERROR, one.head.device + ": " + fault.what()));
+    }
 }
 
 slicer::frame_messages pack(const live::session& session, double time) {
@@ -80,64 +73,86 @@ slicer::frame_messages pack(const live::session& session, double time) {
 
 volatile std::sig_atomic_t stopped = 0;
 
-void run(const options& chosen) {
-    const std::vector<live::step> steps =
-        chosen.replay.empty() ? std::vector<live::step>{} : live::load_recording(chosen.replay);
-    std::optional<slicer::sequence_file> record;
-    if (!chosen.record.empty()) record.emplace(chosen.record);
-    live::session session = make_session(chosen);
+// What the server does in `live::run_loop`.
+class program {
+  public:
+    explicit program(const options& chosen) : chosen_{chosen} {
+        if (!chosen.record.empty()) record_.emplace(chosen.record);
+    }
+
+    void listen() {
+        server_.emplace(chosen_.port);
+        std::printf("Listening on port %u, %g pictures a second; Ctrl-C ends.\n"
+                    "3D Slicer: module OpenIGTLinkIF > Connectors > +; Type: Client, Hostname: localhost, Port: %u; "
+                    "tick Active.\n"
+                    "The volume Image_Reference and the transforms ProbeToReference and NeedleTipToReference appear.\n",
+                    server_->port(), chosen_.fps, server_->port());
+        std::fflush(stdout);
+    }
+    void print_recorded() const {
+        if (record_) std::printf("%u pictures are in %s\n", record_->total(), chosen_.record.c_str());
+    }
+
+    bool wait(live::steady::time_point until) const {
+        while (!ends() && live::steady::now() < until) // a signal does not end the sleep of a thread
+            std::this_thread::sleep_until(std::min(until, live::steady::now() + std::chrono::milliseconds{50}));
+        return !ends();
+    }
+    // What is left after `input_time` is done before the next picture.
+    bool take(live::session& with) {
+        constexpr auto input_time = std::chrono::milliseconds{10};
+        const live::steady::time_point begin = live::steady::now();
+        while (stopped == 0 && live::steady::now() - begin < input_time) {
+            const std::optional<slicer::request> one = server_->take();
+            if (!one) break;
+            serve(with, *server_, *one);
+        }
+        return server_->clients() > 0 || chosen_.frames != 0 || record_;
+    }
+    static bool stops_replay() { return false; }
+    static void refuse(const std::exception& fault) { std::fprintf(stderr, "--replay: %s\n", fault.what()); }
+    void draw(live::session& with) {
+        const double time = slicer::now();
+        with.frame(exec::par_unseq);
+        ++drawn_;
+        const scanner<linear_array>& machine = with.machine;
+        server_->publish(pack(with, time), machine.frozen() ? "frozen" : "running");
+        if (record_ && !machine.frozen())
+            record_->add(machine.picture(), machine.map(), machine.at(), with.needle.at(), time);
+    }
+
+  private:
+    bool ends() const { return stopped != 0 || (chosen_.frames != 0 && drawn_ == chosen_.frames); }
+
+    const options& chosen_;
+    std::optional<slicer::sequence_file> record_{};
+    std::optional<slicer::server> server_{};
+    std::uint64_t drawn_ = 0;
+};
+
+int run(const options& chosen) {
+    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stopped = 1; });
+    std::optional<live::recording> played;
+    if (!chosen.replay.empty()) played = live::load_recording(chosen.replay);
+    program running{chosen};
+    auto [origin, body] = live::load_body(chosen.body, played ? &*played : nullptr);
+    std::printf("%s\n", live::describe(origin, body).c_str());
+    live::session session{std::move(body)};
     session.apply({"lines", {128}}); // 30 pictures a second on two cores
     session.apply({"planes", {3}});
-    slicer::server server{chosen.port};
-    std::printf(
-        "Listening on port %u, %g pictures a second; Ctrl-C ends.\n"
-        "3D Slicer: module OpenIGTLinkIF > Connectors > +; Type: Client, Hostname: localhost, Port: %u; tick Active.\n"
-        "The volume Image_Reference and the transforms ProbeToReference and NeedleTipToReference appear.\n",
-        server.port(), static_cast<double>(chosen.fps), server.port());
-    std::fflush(stdout);
-
-    const auto period =
-        std::chrono::duration_cast<slicer::steady::duration>(std::chrono::duration<float>{1 / chosen.fps});
-    slicer::steady::time_point next = slicer::steady::now();
-    std::uint32_t drawn = 0;
-    // Draws a picture when its time has come and somebody looks; false at the end.
-    const auto draw = [&](live::session& live) {
-        do {
-            std::this_thread::sleep_until(next);
-            next = std::max(next + period, slicer::steady::now());
-            if (stopped != 0 || (chosen.frames != 0 && drawn == chosen.frames)) return false;
-            for (const slicer::request& one : server.take()) serve(live, server, one);
-        } while (server.clients() == 0 && chosen.frames == 0 && !record);
-        const double time = slicer::now();
-        live.frame(exec::par_unseq);
-        ++drawn;
-        const scanner<linear_array>& machine = live.machine;
-        server.publish(pack(live, time), machine.frozen() ? "frozen" : "running");
-        if (record && !machine.frozen())
-            record->add(machine.picture(), machine.map(), machine.at(), live.needle.at(), time);
-        return true;
-    };
-    live::play(steps, session, draw);
-    while (draw(session)) {
-    }
-    if (record) std::printf("%u pictures are in %s\n", record->total(), chosen.record.c_str());
+    running.listen();
+    std::optional<live::player> replay;
+    if (played) replay.emplace(std::move(played->steps));
+    live::run_loop(session, replay, chosen.fps, running);
+    running.print_recorded();
+    return 0;
 }
 
 } // namespace
 
-int main(int argc, char** argv) {
+int main(int count, char** arguments) {
     options chosen;
-    CLI::App app;
-    try {
-        add_options(app, chosen);
-        app.parse(argc, argv);
-        for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stopped = 1; });
-        run(chosen);
-        return 0;
-    } catch (const CLI::Success& help) {
-        return app.exit(help);
-    } catch (const std::exception& fault) {
-        std::cerr << "insonify_slicer: " << fault.what() << '\n';
-        return 2;
-    }
+    return command_line::run(
+        "insonify_slicer", count, arguments, [&](CLI::App& app) { add_options(app, chosen); },
+        [&] { return run(chosen); });
 }

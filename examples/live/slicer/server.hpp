@@ -5,6 +5,7 @@
 #include <arpa/inet.h>
 #include <atomic>
 #include <cstdio>
+#include <deque>
 #include <fcntl.h>
 #include <map>
 #include <mutex>
@@ -29,7 +30,9 @@ struct request {
 class server {
   public:
     static constexpr std::size_t max_clients = 64;
-    static constexpr std::size_t max_requests = 64; ///< of a client between two pictures
+    static constexpr std::size_t max_requests = 64;        ///< of a client, that wait
+    static constexpr std::size_t max_waiting = 256 * 1024; ///< bytes of the commands of a client, that wait
+    static constexpr std::size_t max_senders = 256; ///< clients of which something waits, those that have gone included
 
     /// Listens on all interfaces.
     /// @param port  0: any that is free
@@ -80,10 +83,17 @@ class server {
         answers_.emplace_back(to.client, std::move(message));
         wake();
     }
-    /// What clients have asked for since the last call, in order.
-    std::vector<request> take() {
+    /// The next of what clients have asked for: a request of each client in turn.
+    std::optional<request> take() {
         const std::scoped_lock lock{mutex_};
-        return std::exchange(requests_, {});
+        auto from = requests_.upper_bound(served_);
+        if (from == requests_.end()) from = requests_.begin();
+        if (from == requests_.end()) return std::nullopt;
+        served_ = from->first;
+        request next = std::move(from->second.front());
+        from->second.pop_front();
+        if (from->second.empty()) requests_.erase(from);
+        return next;
     }
 
   private:
@@ -123,7 +133,6 @@ class server {
         for (auto& [number, message] : std::exchange(answers_, {})) {
             const auto to = clients_.find(number);
             if (to == clients_.end()) continue;
-            --to->second->requests;
             if (!message.empty()) to->second->answer(std::move(message));
         }
         if (std::exchange(is_new_, false))
@@ -172,26 +181,34 @@ class server {
                 next.asked = read_transform(head, content);
             else
                 next.asked = read_command(head, content);
-            queue(one, std::move(next));
+            queue(std::move(next));
         } catch (const refused_message& fault) {
             one.answer(pack_status(fault.code, fault.what()));
         }
     }
 
     // A pose replaces an earlier one of the same name that has not been used.
-    void queue(connection& from, request next) {
+    void queue(request next) {
         const std::scoped_lock lock{mutex_};
-        if (std::holds_alternative<pose>(next.asked))
-            for (request& waiting : requests_)
-                if (waiting.client == next.client && waiting.head.type == next.head.type &&
+        const auto found = requests_.find(next.client);
+        std::size_t bytes_waiting = text_size(next);
+        if (found != requests_.end())
+            for (request& waiting : found->second) {
+                bytes_waiting += text_size(waiting);
+                if (std::holds_alternative<pose>(next.asked) && waiting.head.type == next.head.type &&
                     waiting.head.device == next.head.device) {
                     waiting.asked = next.asked;
                     return;
                 }
-        if (from.requests >= max_requests)
+            }
+        if (bytes_waiting > max_waiting ||
+            (found != requests_.end() ? found->second.size() >= max_requests : requests_.size() >= max_senders))
             throw refused_message{igtl::StatusMessage::STATUS_BUSY, "too many requests at once"};
-        ++from.requests;
-        requests_.push_back(std::move(next));
+        requests_[next.client].push_back(std::move(next));
+    }
+    static std::size_t text_size(const request& one) {
+        const auto* const asked = std::get_if<command>(&one.asked);
+        return asked == nullptr ? 0 : asked->text.size();
     }
 
     bool accept_client() {
@@ -227,7 +244,8 @@ class server {
     std::string status_ = "starting";
     bool is_new_ = false;
     std::vector<std::pair<std::uint64_t, bytes>> answers_{};
-    std::vector<request> requests_{};
+    std::map<std::uint64_t, std::deque<request>> requests_{}; // of each client
+    std::uint64_t served_ = 0;                                // the client of the last one taken
     std::thread thread_{};
 };
 

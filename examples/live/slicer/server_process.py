@@ -8,9 +8,11 @@ import subprocess
 class Server:
     def __init__(self, program, *options):
         self.process = subprocess.Popen([program, "--port", "0", *options], stdout=subprocess.PIPE, text=True)
-        line = self.process.stdout.readline()
-        found = re.search(r"port (\d+)", line)
-        assert found, f"the server says {line!r}"
+        said = ""
+        while not (found := re.search(r"port (\d+)", said)):
+            line = self.process.stdout.readline()
+            assert line, f"the server says {said!r}"
+            said += line
         self.port = int(found.group(1))
 
     def __enter__(self):

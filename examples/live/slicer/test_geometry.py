@@ -97,7 +97,7 @@ def test_latency(program, client):
         quick.send(pack_command(1, "", "width 256\nlines 64\nplanes 1"))
         quick.until("RTS_COMMAND")
         quick.close()
-        subprocess.run([client, str(server.port), "60"], check=True, timeout=60)
+        subprocess.run([client, "--port", str(server.port), "--transforms", "60"], check=True, timeout=60)
 
 
 test_latency(sys.argv[1], sys.argv[2])

@@ -1,9 +1,8 @@
-/// Random events, valid, out of range and garbage: live_fuzz [FRAMES] [SEED]. The same events are played again until a round
+/// Random events, valid, out of range and garbage: live_fuzz --help. The same events are played again until a round
 /// takes no more memory: buffers grow to what these settings need (those of the cine for a few rounds), and then no more.
+#include "../../command_line.hpp"
 #include "../recording.hpp"
 #include <cstdio>
-#include <cstdlib>
-#include <exception>
 #include <limits>
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -100,6 +99,7 @@ tally play_round(live::session& one, std::uint64_t seed, int frames) {
 /// Turns all knobs to where they were in another session.
 void reset(live::session& one, const live::session& to) {
     one.apply({"unfreeze", {}});
+    one.apply({"interval", {live::session::usual_ticks}});
     one.hand = to.hand;
     one.needle = to.needle;
     for (const live::control& knob : live::controls())
@@ -107,31 +107,40 @@ void reset(live::session& one, const live::session& to) {
     one.renew_needle();
 }
 
+int run(int frames, std::uint64_t seed) {
+    const live::session fresh;
+    live::session one;
+    one.machine.cine_length = 8; // each picture of the ring keeps the memory of the largest one that it held
+    const tally seen = play_round(one, seed, frames);
+    std::printf("%d frames, %u events accepted, %u refused\n", frames, seen.accepted, seen.refused);
+    if (seen.accepted == 0 || seen.refused == 0) return 1;
+    double before = memory_in_use(), growth = 1;
+    for (int round = 2; round <= 6 && growth > 0.001; ++round) {
+        reset(one, fresh);
+        play_round(one, seed, frames);
+        const double after = memory_in_use();
+        growth = before > 0 ? after / before - 1 : 0;
+        std::printf("round %d: %.2f MB in use, %+.3f %%; at most 0.1 %% expected of one of them\n", round, after,
+                    100 * growth);
+        before = after;
+    }
+    return growth > 0.001 ? 1 : 0;
+}
+
 } // namespace
 
 int main(int count, char** arguments) {
-    try {
-        const int frames = count > 1 ? std::atoi(arguments[1]) : 100;
-        const std::uint64_t seed = count > 2 ? std::strtoull(arguments[2], nullptr, 10) : 1;
-        const live::session fresh;
-        live::session one;
-        one.machine.cine_length = 8; // each picture of the ring keeps the memory of the largest one that it held
-        const tally seen = play_round(one, seed, frames);
-        std::printf("%d frames, %u events accepted, %u refused\n", frames, seen.accepted, seen.refused);
-        if (seen.accepted == 0 || seen.refused == 0) return 1;
-        double before = memory_in_use(), growth = 1;
-        for (int round = 2; round <= 6 && growth > 0.001; ++round) {
-            reset(one, fresh);
-            play_round(one, seed, frames);
-            const double after = memory_in_use();
-            growth = before > 0 ? after / before - 1 : 0;
-            std::printf("round %d: %.2f MB in use, %+.3f %%; at most 0.1 %% expected of one of them\n", round, after,
-                        100 * growth);
-            before = after;
-        }
-        return growth > 0.001 ? 1 : 0;
-    } catch (const std::exception& fault) {
-        std::printf("%s\n", fault.what());
-        return 1;
-    }
+    int frames = 100;
+    std::uint64_t seed = 1;
+    return command_line::run(
+        "live_fuzz", count, arguments,
+        [&](CLI::App& app) {
+            using namespace command_line;
+            app.description("Plays random events, valid, out of range and garbage, and watches pixels and memory.");
+            add(app, "--frames", frames, "COUNT", "frames of a round, 1 to 1000000 (100)")
+                ->check(whole_number(1, 1'000'000));
+            add(app, "--seed", seed, "NUMBER", "of the random numbers, 0 to 4294967295 (1)")
+                ->check(whole_number(0, 4'294'967'295));
+        },
+        [&] { return run(frames, seed); });
 }

@@ -1,7 +1,8 @@
-/// What a recorder has written when its program crashes: all but the last second. live_recorder
+/// What a recorder has written when its program crashes: all but the last second. live_tests recorder
 #include "../recording.hpp"
 #include <cstdio>
 
+namespace recorder_test {
 namespace {
 
 struct contents {
@@ -20,7 +21,7 @@ contents contents_of(const std::string& name) {
 
 } // namespace
 
-int main() {
+int run() {
     const char* const name = "recorder.txt";
     std::ofstream file{name};
     bool holds = true;
@@ -39,3 +40,5 @@ int main() {
     std::printf("at the end: %u frames; expected 76\n", written.frames);
     return holds && written.events.size() == 2 && written.frames == 76 ? 0 : 1;
 }
+
+} // namespace recorder_test

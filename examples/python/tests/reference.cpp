@@ -76,7 +76,7 @@ void draw_motion(writer& write) {
     whole.nodes()[3].z = 255_mm;
     body.deform(exec::par, whole);
     draw();
-    scene limb{medium{.density = 1.2F, .sound_speed = 343}};
+    scene limb{tissue::air};
     limb.add(make_cylinder({0, -60_mm, 40_mm}, {0, 60_mm, 40_mm}, 40_mm, 256, 64), tissue::muscle);
     limb.build(exec::par);
     const pose at{.translation = {0, 0, 2_mm}};

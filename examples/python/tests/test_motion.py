@@ -27,7 +27,7 @@ def test_pictures_of_motion_equal_those_of_cpp_bit_for_bit(phantom, equals_cpp):
     whole.nodes[3, 2] = 255 * mm
     body.deform(whole)
     draw()
-    body = us.scene(us.medium(density=1.2, sound_speed=343))
+    body = us.scene(tissue.air)
     body.add(us.make_cylinder((0, -60 * mm, 40 * mm), (0, 60 * mm, 40 * mm), 40 * mm, 256, 64), tissue.muscle)
     body.build()
     at = us.pose([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 2 * mm], [0, 0, 0, 1]])
@@ -102,7 +102,7 @@ def test_tetrahedra_are_written_in_place():
 
 
 def test_press():
-    body = us.scene(us.medium(density=1.2, sound_speed=343))
+    body = us.scene(tissue.air)
     limb = body.add(us.make_cylinder((0, -60 * mm, 40 * mm), (0, 60 * mm, 40 * mm), 40 * mm, 512, 64), tissue.muscle)
     body.build()
     probe, radius, depth = us.linear_array(lines=96), 40 * mm, 2 * mm

@@ -1,0 +1,129 @@
+"""Every event, typical and at both ends of its range, and beyond; in files and by commands: test_commands.py SERVER"""
+import re
+import subprocess
+import sys
+
+from openigtlink import Connection, pack, pack_command, pack_string, pack_transform, read_command, read_status, read_string
+from server_process import Server
+
+IDENTITY = [1, 0, 0, 0, 1, 0, 0, 0, 1]
+NUMBER = r"(-?[\d.]+(?:e[+-]?\d+)?)"
+
+# How many numbers an event takes, where it is not one; names with examples are valid in themselves.
+LISTS = {"slide": 2, "entry": 2, "measure": 4, "area": 8, "hold_probe": 12, "hold_needle": 12, "freeze": 0, "unfreeze": 0, "release": 0}
+
+
+def events_of(text):
+    """Name, and the range of each number, of all events that --help lists."""
+    events = {}
+    for line in text.splitlines():
+        found = re.match(r"([a-z_]+): ", line)
+        if not found:
+            continue
+        name = found.group(1)
+        ranges = [tuple(map(float, pair)) for pair in re.findall(NUMBER + " to " + NUMBER, line.split(" (")[-1])]
+        count = LISTS.get(name, len(ranges))
+        assert (count == 0) == (not ranges), line
+        events[name] = ranges * count if len(ranges) == 1 else ranges
+    return events
+
+
+class Commands:
+    def __init__(self, port):
+        self.client, self.number = Connection(port, 60), 0
+
+    def send(self, text):
+        """Status and sentence of the answer."""
+        self.number += 1
+        self.client.send(pack_command(self.number, "", text))
+        while True:
+            number, _, _, metadata = read_command(self.client.until("RTS_COMMAND", check=False))
+            if number == self.number:
+                return metadata["Status"], metadata.get("Message", metadata.get("Error"))
+
+    def accepted(self, text):
+        status, sentence = self.send(text)
+        assert status == "SUCCESS", (text, sentence)
+
+    def refused(self, text, why):
+        status, sentence = self.send(text)
+        assert status == "FAIL" and re.search(why, sentence), (text, status, sentence)
+
+
+def line_of(name, values):
+    return " ".join([name, *(f"{value:.9g}" for value in values)])
+
+
+def test_events(commands, events):
+    small = "width 64\nlines 24\nplanes 1\ninterval 4\nunfreeze"
+    for name, ranges in events.items():
+        commands.accepted(small)
+        if name.startswith("hold_"):
+            commands.accepted(line_of(name, IDENTITY + [0, 0, 20]))
+            commands.accepted(line_of(name, IDENTITY + [1e5, -1e5, 1e5]))
+            commands.refused(line_of(name, IDENTITY + [0, 0, 1e6]), "is not -100000 to 100000 mm")
+            commands.refused(line_of(name, [1] * 12), "do not form a rigid transform")
+            commands.accepted("release")
+            continue
+        commands.accepted(line_of(name, [0.5 * (low + high) for low, high in ranges]))
+        commands.client.until("IMAGE", check=False)
+        for end in (0, 1):
+            commands.accepted(line_of(name, [ends[end] for ends in ranges]))
+            commands.client.until("IMAGE", check=False)
+        commands.accepted(small)
+        for beyond in ([ends[0] for ends in ranges[:-1]] + [high + 1 for _, high in ranges[-1:]],
+                       [low - 1 for low, _ in ranges[:1]] + [ends[1] for ends in ranges[1:]]):
+            if beyond:
+                commands.refused(line_of(name, beyond), f"{name}: .* is not .* to ")
+        commands.refused(line_of(name, [0] * (len(ranges) + 1)), f"{name} takes ")
+    print(f"{len(events)} events: typical, at both ends and beyond")
+
+
+def test_us_parameters(commands):
+    """SetUsParameter: typical, extreme, beyond."""
+    parameters = {"DepthMm": (40, 150, 1e9), "FrequencyMhz": (7.5, 15, 99), "DynRangeDb": (70, 120, 0),
+                  "GainPercent": (50, 100, 1000), "FocusDepthPercent": (50, 100, 1e6)}
+    for name, (typical, extreme, beyond) in parameters.items():
+        xml = '<Command Name="SetUsParameter"><Parameter Name="%s" Value="%g"/></Command>'
+        commands.accepted(xml % (name, typical))
+        commands.accepted(xml % (name, extreme))
+        commands.refused(xml % (name, beyond), " is not .* to ")
+    commands.refused('<Command Name="SetUsParameter"><Parameter Name="Power" Value="1"/></Command>', "there is no parameter 'Power'")
+
+
+def test_all_or_nothing(commands):
+    commands.accepted("gain 3")
+    commands.refused("gain 7\ndepth 1e+09", r"depth: 1e\+09 is not 10 to 150 mm")
+    commands.refused("gian 6", "there is no event 'gian'")
+
+
+def test_messages(client):
+    """The messages that are no commands."""
+    far = pack_transform("ProbeToReference", IDENTITY + [0, 0, 2e5])
+    client.send(far)
+    code, _, sentence = read_status(client.until("STATUS")["body"])
+    while "running" in sentence or sentence == "starting":  # the greeting
+        code, _, sentence = read_status(client.until("STATUS")["body"])
+    assert code == 10 and "is not -100000 to 100000 mm" in sentence, (code, sentence)
+    client.send(pack_string("CMD_1", "depth 1e+09"))
+    assert 'Status="FAIL"' in read_string(client.until("STRING")["body"])
+    for kind in ("GET_IMAGE", "GET_TRANS"):
+        client.send(pack(kind, "", b""))
+        client.until({"GET_IMAGE": "IMAGE", "GET_TRANS": "TRANSFORM"}[kind])
+
+
+def main():
+    help_text = subprocess.run([sys.argv[1], "--help"], check=True, capture_output=True, text=True).stdout
+    events = events_of(help_text)
+    assert {"gain", "slide", "slider", "area", "hold_probe", "release"} <= set(events), events
+    with Server(sys.argv[1], "--fps", "120") as server:
+        commands = Commands(server.port)
+        test_events(commands, events)
+        commands.accepted("release\nunfreeze\nwidth 64\nlines 24\nplanes 1\nmode 0")
+        test_us_parameters(commands)
+        test_all_or_nothing(commands)
+        test_messages(commands.client)
+        assert server.end() == 0
+
+
+main()

@@ -1,0 +1,106 @@
+/// Anatomies from files: the side of the skin, the unit, the background; and recordings that name theirs. live_tests anatomy LIMB.obj
+#include "../recording.hpp"
+#include <cstdio>
+
+namespace anatomy_test {
+namespace {
+
+using namespace insonify;
+
+bool check(bool holds, const std::string& text) {
+    std::printf("%s %s\n", holds ? "ok  " : "FAIL", text.c_str());
+    return holds;
+}
+
+// A box with a small one at its side towards the skin, where the probe must find it.
+bool finds_skin(const std::string& side) {
+    const std::size_t axis = side[1] == 'x' ? 0 : side[1] == 'y' ? 1 : 2;
+    const float sign = side[0] == '+' ? 1.0F : -1.0F;
+    std::ofstream file{"sided.obj"};
+    std::size_t first = 1;
+    const auto add_box = [&](const char* name, const char* tissue, vec3 middle, float half) {
+        const mesh body = make_box(middle - half, middle + half);
+        file << "o " << name << "\nusemtl " << tissue << '\n';
+        for (const vec3& p : body.positions) file << "v " << p.x << ' ' << p.y << ' ' << p.z << '\n';
+        for (const uvec3& f : body.faces)
+            file << "f " << first + f.x << ' ' << first + f.y << ' ' << first + f.z << '\n';
+        first += body.positions.size();
+    };
+    vec3 at{100, 200, 300}; // centimetres, far from the origin
+    add_box("body", "muscle", at, 5);
+    at[static_cast<int>(axis)] += 4 * sign;
+    add_box("mark", "bone", at, 0.5F);
+    file.close();
+    const scene body = live::load_anatomy({.file = "sided.obj", .unit = 1_cm, .skin = side, .background = "water"});
+    const std::optional<object_id> mark = body.find("mark");
+    const aabb whole = body.box(), small = mark ? body.box(*mark) : aabb{};
+    return check(mark && std::fabs(whole.lower.z) < 0.01_mm && std::fabs(whole.upper.z - 100_mm) < 0.01_mm &&
+                     std::fabs(small.lower.z - 5_mm) < 0.01_mm && std::fabs(whole.lower.x + 50_mm) < 0.01_mm &&
+                     std::fabs(whole.lower.y + 50_mm) < 0.01_mm && body.background() == tissue::water,
+                 "skin at " + side + ": the mark is 5 mm deep");
+}
+
+template <class Call>
+bool refused(const char* part, const Call& call) {
+    try {
+        call();
+    } catch (const std::exception& fault) {
+        return check(std::string{fault.what()}.find(part) != std::string::npos, fault.what());
+    }
+    return check(false, std::string{"not refused: "} + part);
+}
+
+bool without_materials(const std::string& limb) {
+    std::ifstream from{limb};
+    std::ofstream to{"plain.obj"};
+    for (std::string line; std::getline(from, line);)
+        if (line.rfind("usemtl", 0) != 0 && line.rfind("o ", 0) != 0) to << line << '\n';
+    to.close();
+    const scene body = live::load_anatomy({.file = "plain.obj", .tissue = "liver"});
+    return check(body.objects().size() == 1 && body.objects()[0].inside == tissue::liver,
+                 "faces without materials are of the tissue that is given");
+}
+
+// A session on a file, recorded in another folder and replayed from there.
+bool recorded(const std::string& limb) {
+    std::filesystem::create_directories("recorded/of");
+    std::filesystem::copy_file(limb, "recorded/limb copy #1.obj", std::filesystem::copy_options::overwrite_existing);
+    const live::anatomy of{.file = "recorded/limb copy #1.obj", .skin = "-z", .background = "fat"};
+    {
+        std::ofstream file{"recorded/of/session.txt"};
+        file << live::anatomy_line({of, live::content_of(live::load_anatomy(of))}, "recorded/of") << "\nframes 2\n";
+    }
+    const live::recording read = live::load_recording("recorded/of/session.txt");
+    const auto [found, body] = live::load_body({}, &read);
+    bool holds = check(std::filesystem::equivalent(found.file, of.file) && found.skin == of.skin &&
+                           found.background == of.background && found.unit == of.unit && found.tissue == of.tissue &&
+                           live::content_of(body) == read.body->content,
+                       "a recording names its anatomy");
+    std::ofstream{of.file, std::ios::app} << "o more\nusemtl fat\nv 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\n"
+                                             "f -4 -2 -3\nf -4 -3 -1\nf -4 -1 -2\nf -3 -2 -1\n";
+    holds = refused("has changed since the session was recorded", [&] { live::load_body({}, &read); }) && holds;
+    holds = check(live::load_body({.file = of.file}, &read).first.skin.empty(), "an anatomy that is given is taken") &&
+            holds;
+    std::filesystem::remove(of.file);
+    return refused("cannot be opened", [&] { live::load_body({}, &read); }) && holds;
+}
+
+} // namespace
+
+int run(const std::string& limb) {
+    bool holds = true;
+    for (const char* const side : live::sides) holds = finds_skin(side) && holds;
+    holds = without_materials(limb) && recorded(limb) && holds;
+    holds = refused("there is no tissue 'cheese'; known are water",
+                    [&] { live::load_anatomy({.file = limb, .background = "cheese"}); }) &&
+            holds;
+    holds =
+        refused("the skin is at 'up'; it must be at +x", [&] { live::load_anatomy({.file = limb, .skin = "up"}); }) &&
+        holds;
+    holds = refused("--unit 1mm", [&] { live::load_anatomy({.file = limb, .unit = 1}); }) && holds;
+    holds = refused("a whole number from 1 to 1000000", [] { live::parse_step("frames 2.5"); }) && holds;
+    holds = refused("did you mean: frames 3?", [] { live::parse_step("frame 3"); }) && holds;
+    return holds ? 0 : 1;
+}
+
+} // namespace anatomy_test

@@ -1,0 +1,36 @@
+# The viewer ends when it is asked to in the middle of a replay; after a replay it goes on, frozen pictures at the rate of the
+# clock. cmake -D VIEWER=PROGRAM -D XVFB=xvfb-run -D REPLAY=FILE -P viewer.cmake
+set(screen ${XVFB} -a -s "-screen 0 1280x800x24")
+execute_process(COMMAND ${screen} timeout --preserve-status -s TERM -k 20 4 ${VIEWER} --replay ${REPLAY} --record ended.txt
+    RESULT_VARIABLE status)
+if(NOT status EQUAL 0)
+    message(FATAL_ERROR "asked to end in a replay, the viewer ends with ${status}; expected 0")
+endif()
+file(STRINGS ended.txt lines REGEX "^frame")
+list(LENGTH lines count)
+if(count LESS 1 OR count GREATER 200) # 30 a second
+    message(FATAL_ERROR "4 s of a replay have ${count} lines of frames; expected 1 to 200")
+endif()
+
+file(WRITE freezes.txt "width 160\nlines 32\nplanes 1\nframes 5\nfreeze\nframes 2\nmeasure 20 20 90 90\nframe\n")
+string(TIMESTAMP begin "%s")
+execute_process(COMMAND ${screen} ${VIEWER} --replay freezes.txt --frames 98 --screenshot frozen.png --record frozen.txt
+    COMMAND_ERROR_IS_FATAL ANY)
+string(TIMESTAMP end "%s")
+math(EXPR took "${end} - ${begin}")
+if(took LESS 3)
+    message(FATAL_ERROR "98 frames take ${took} s; expected 3 or more")
+endif()
+file(STRINGS frozen.txt lines REGEX "^frame")
+set(frames 0)
+foreach(line IN LISTS lines)
+    string(REGEX MATCH "[0-9]+" count "${line}")
+    if(NOT count)
+        set(count 1)
+    endif()
+    math(EXPR frames "${frames} + ${count}")
+endforeach()
+if(NOT frames EQUAL 98)
+    message(FATAL_ERROR "${frames} frames are recorded; expected the 8 of the replay and 90 after it")
+endif()
+message(STATUS "the viewer ends in a replay, and goes on after one at the rate of the clock")
