@@ -5830,25 +5830,56 @@ scan_lines map_grey(const Policy& policy, scan_lines lines, const grey_map& map)
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
-#ifndef INSONIFY_SIGNAL_BEAM_HPP
-#define INSONIFY_SIGNAL_BEAM_HPP
+#ifndef INSONIFY_PROBE_REFINED_HPP
+#define INSONIFY_PROBE_REFINED_HPP
 
-#ifndef INSONIFY_PROBE_ACQUISITION_HPP
-#define INSONIFY_PROBE_ACQUISITION_HPP
+#ifndef INSONIFY_CORE_MEMO_HPP
+#define INSONIFY_CORE_MEMO_HPP
 
-#include <cstdint>
+#include <concepts>
+#include <optional>
+#include <tuple>
+#include <type_traits>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Depth and sampling of the scan lines.
-struct acquisition {
-    float depth = 0.08F;       ///< metres, at most 10
-    std::uint32_t samples = 0; ///< depth samples of each line; 0: chosen by the model
-    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
-    std::uint32_t frame = 0;   ///< number of the frame: speckle of flowing media (`medium::flowing`) depends on it
+/// Converts to T only, not to a base of T.
+template <class T>
+struct exactly {
+    template <std::same_as<T> U>
+    operator const U&() const;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+/// T has an == of its own that is not a template. A type derived from one with == only inherits the comparison of its
+/// base, which does not see the members that the derived type adds.
+template <class T>
+concept comparable = std::equality_comparable<T> &&
+    (!std::is_class_v<T> || requires(const T& value, const exactly<T>& other) { value == other; });
+
+/// Caches one value, computed from its inputs, until these change. Inputs that are not comparable count as changed.
+template <class Value, class... Inputs>
+class memo {
+  public:
+    /// The value for these inputs.
+    /// @param compute  compute(value) overwrites the old value, whose memory it may reuse
+    template <class Compute>
+    const Value& operator()(const Compute& compute, const Inputs&... inputs) {
+        if constexpr ((comparable<Inputs> && ...))
+            if (inputs_ && *inputs_ == std::tie(inputs...)) return value_;
+        inputs_.reset(); // an exception in compute leaves no valid value
+        compute(value_);
+        inputs_.emplace(inputs...);
+        return value_;
+    }
+    /// The value that was returned last.
+    const Value& value() const { return value_; }
+
+  private:
+    std::optional<std::tuple<Inputs...>> inputs_{};
+    Value value_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 #endif
 #ifndef INSONIFY_PROBE_TRANSDUCER_HPP
 #define INSONIFY_PROBE_TRANSDUCER_HPP
@@ -6011,6 +6042,63 @@ void check_array(const Array& array) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A probe with another number of lines, usually more: the same face, field of view and beam with finer lateral sampling.
+template <transducer Probe>
+struct refined : Probe {
+    std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
+    float rays = 1;          ///< lines for each line of the probe, need not be whole
+
+    /// @param rays_per_line  above 0; the number of lines is rounded
+    refined(const Probe& probe, float rays_per_line)
+        : Probe{probe}, lines{static_cast<std::uint32_t>(std::lround(static_cast<float>(probe.lines) * rays_per_line))},
+          rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}
+
+    /// The line as a ray in the probe frame.
+    INSONIFY_FN ray beam(float line) const { return Probe::beam(coarse(line)); }
+    /// Of a probe that is `steered`: see there.
+    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
+        probe.scatterer_axis(0.0F);
+    }
+    { return Probe::scatterer_axis(coarse(line)); }
+    /// From {x, z} to {line, depth along it}.
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        const vec2 place = Probe::locate(point);
+        return {(place.x + 0.5F) * rays - 0.5F, place.y};
+    }
+
+    friend bool operator==(const refined&, const refined&) requires detail::comparable<Probe>
+    = default;
+
+  private:
+    INSONIFY_FN float coarse(float line) const { return (line + 0.5F) / static_cast<float>(rays) - 0.5F; }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_BEAM_HPP
+#define INSONIFY_SIGNAL_BEAM_HPP
+
+#ifndef INSONIFY_PROBE_ACQUISITION_HPP
+#define INSONIFY_PROBE_ACQUISITION_HPP
+
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Depth and sampling of the scan lines.
+struct acquisition {
+    float depth = 0.08F;       ///< metres, at most 10
+    std::uint32_t samples = 0; ///< depth samples of each line; 0: chosen by the model
+    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    std::uint32_t frame = 0;   ///< number of the frame: speckle of flowing media (`medium::flowing`) depends on it
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 #include <cfloat>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -6146,54 +6234,6 @@ INSONIFY_FN float line_advance(const Probe& probe) {
 #ifndef INSONIFY_PROBE_STEERED_HPP
 #define INSONIFY_PROBE_STEERED_HPP
 
-#ifndef INSONIFY_CORE_MEMO_HPP
-#define INSONIFY_CORE_MEMO_HPP
-
-#include <concepts>
-#include <optional>
-#include <tuple>
-#include <type_traits>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Converts to T only, not to a base of T.
-template <class T>
-struct exactly {
-    template <std::same_as<T> U>
-    operator const U&() const;
-};
-
-/// T has an == of its own that is not a template. A type derived from one with == only inherits the comparison of its
-/// base, which does not see the members that the derived type adds.
-template <class T>
-concept comparable = std::equality_comparable<T> &&
-    (!std::is_class_v<T> || requires(const T& value, const exactly<T>& other) { value == other; });
-
-/// Caches one value, computed from its inputs, until these change. Inputs that are not comparable count as changed.
-template <class Value, class... Inputs>
-class memo {
-  public:
-    /// The value for these inputs.
-    /// @param compute  compute(value) overwrites the old value, whose memory it may reuse
-    template <class Compute>
-    const Value& operator()(const Compute& compute, const Inputs&... inputs) {
-        if constexpr ((comparable<Inputs> && ...))
-            if (inputs_ && *inputs_ == std::tie(inputs...)) return value_;
-        inputs_.reset(); // an exception in compute leaves no valid value
-        compute(value_);
-        inputs_.emplace(inputs...);
-        return value_;
-    }
-    /// The value that was returned last.
-    const Value& value() const { return value_; }
-
-  private:
-    std::optional<std::tuple<Inputs...>> inputs_{};
-    Value value_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
 #include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -6726,6 +6766,147 @@ scan_lines regain(const Policy& policy, scan_lines lines, float frequency, const
         return settings.gain_db(depth, end, frequency) - before.gain_db(depth, end, frequency);
     });
     return lines;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
+#ifndef INSONIFY_SIGNAL_PULSE_HPP
+#define INSONIFY_SIGNAL_PULSE_HPP
+
+#ifndef INSONIFY_SIGNAL_TAPS_HPP
+#define INSONIFY_SIGNAL_TAPS_HPP
+
+#include <cstddef>
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Gaussian kernels are truncated at this number of standard deviations: e^-8 or -69 dB.
+inline constexpr float kernel_sigmas = 4;
+
+/// One coefficient of an FIR filter.
+struct tap {
+    float weight = 0;
+    std::ptrdiff_t offset = 0; ///< of its input sample relative to the result, in complex samples
+};
+
+/// Number of samples that `sum_taps` may read beyond those that its results need.
+inline constexpr std::size_t tap_room = std::size_t{4} * simd_width;
+
+/// Computes as many results as eight SIMD registers hold; the sums stay in registers.
+template <int Width, std::size_t... I>
+INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, float* to, std::index_sequence<I...>) {
+    lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
+    for (const tap& one : taps) {
+        const lanes<Width> weight(one.weight);
+        const float* at = from + 2 * one.offset;
+        ((sums[I] = multiply_add(load<Width>(at + I * Width), weight, sums[I])), ...);
+    }
+    (store(sums[I], to + I * Width), ...);
+}
+
+/// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
+///
+/// @tparam Width  floats in a SIMD register
+/// @param from  read up to `tap_room` samples beyond what `count` results need
+/// @param to    must not overlap the samples read
+template <int Width>
+void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
+    constexpr std::size_t block = std::size_t{4} * Width;
+    constexpr auto registers = std::make_index_sequence<8>{};
+    std::size_t begin = 0;
+    for (; begin + block <= count; begin += block)
+        sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin),
+                                 reinterpret_cast<float*>(to + begin), registers);
+    if (begin == count) return;
+    vec2 last[block];
+    sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(last),
+                             registers);
+    for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <string>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Envelope of an echo along displayed depth: a rectangular burst, smoothed by a Gaussian; its peak is 1.
+struct pulse_envelope {
+    float sigma = 1; ///< standard deviation of the Gaussian
+    float burst = 0; ///< length of the burst, in the unit of `sigma`; 0: a Gaussian
+
+    /// The envelope is truncated at this distance from its centre.
+    INSONIFY_FN float half_length() const { return 0.5F * burst + detail::kernel_sigmas * sigma; }
+
+    /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2 to x + L/2, normalized.
+    INSONIFY_FN float operator()(float x) const {
+        if (!(burst > 1e-2F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
+        const float scale = 0.70710678F / sigma, half = 0.5F * burst;
+        return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale));
+    }
+};
+
+/// Transmit pulse: a burst of the carrier, filtered by a transducer whose impulse response has a Gaussian envelope.
+///
+///     pulse{.cycles = 2.5F}               impulse excitation, for imaging
+///     pulse{.cycles = 2.5F, .burst = 8}   excitation of eight cycles, as for Doppler
+struct pulse {
+    float frequency = 0; ///< carrier frequency, hertz; 0: that of the probe
+    float cycles = 2.5F; ///< length of the impulse response between its -20 dB points, in cycles
+    float burst = 0;     ///< length of the excitation, in cycles; 0: impulse excitation
+
+    /// Fractional bandwidth B of the transducer at -6 dB: 1.61 / cycles.
+    ///
+    /// An envelope with the standard deviation s in time falls to -20 dB at +-2.146 s, and s = 0.3748 / (B f0).
+    INSONIFY_FN constexpr float bandwidth() const { return 1.61F / cycles; }
+
+    /// Fractional bandwidth of the Gaussian pulse whose peak is as curved, and therefore loses as much to attenuation: B for
+    /// impulse excitation, nearly 0 for a long burst, which loses what its carrier does.
+    ///
+    ///     B_peak^2 = B^2 (L / s) exp(-L^2 / 8 s^2) / (sqrt(2 pi) erf(L / (sqrt(8) s))),   s = 0.3748 / B cycles
+    ///
+    /// for a burst of L cycles: the second derivative of `envelope` at its peak over its peak. Attenuation multiplies the
+    /// spectrum by exp(-beta (f - f0)), whose second-order term is that derivative.
+    INSONIFY_FN float bandwidth_at_peak() const {
+        const float per_sigma = burst * bandwidth() / 0.3748F;
+        if (!(per_sigma > 1e-2F)) return bandwidth();
+        return bandwidth() * std::sqrt(per_sigma * std::exp(-per_sigma * per_sigma / 8) /
+                                       (2.5066283F * std::erf(per_sigma * 0.35355339F)));
+    }
+
+    /// Standard deviation of the pulse envelope along displayed depth, metres: 0.1874 c0 / (B f0).
+    ///
+    /// The standard deviation of the spectrum is B f0 / 2.3548, that of the envelope in time 1 / (2 pi) over it; depth
+    /// is c0 t / 2.
+    /// @param carrier  f0, hertz
+    INSONIFY_FN constexpr float sigma_z(float carrier) const { return axial_sigma(bandwidth(), carrier); }
+
+    /// Envelope along displayed depth, metres; a cycle is c0 / (2 f0) long.
+    INSONIFY_FN constexpr pulse_envelope envelope(float carrier) const {
+        return {.sigma = sigma_z(carrier), .burst = burst * display_speed / (2 * carrier)};
+    }
+
+    /// @param carrier  frequency of the probe at which the echoes were traced, hertz
+    /// @throws usage_error  for a setting out of range, or a frequency other than the carrier
+    void check(float carrier) const {
+        if (!is_finite(cycles) || !(cycles > 0))
+            throw usage_error{"pulse: `cycles` must be finite and above 0, such as 2.5"};
+        if (!is_finite(burst) || !(burst >= 0))
+            throw usage_error{"pulse: `burst` must be a finite number of cycles, or 0 for impulse excitation"};
+        if (!is_finite(frequency) || !(frequency >= 0))
+            throw usage_error{"pulse: `frequency` must be finite and above 0, or 0 for that of the probe"};
+        if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
+            throw usage_error{
+                detail::joined({"pulse: its frequency is ", std::to_string(frequency), " Hz, that of the probe ",
+                                std::to_string(carrier), " Hz; make them equal, or leave that of the pulse at 0"})};
+    }
+};
+
+/// The shortest pulse that the fractional `bandwidth` of a probe permits; `pulse{}` for a probe without that member.
+template <transducer Probe>
+INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
+    return {.cycles = 1.61F / fractional_bandwidth(probe)};
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -9288,8 +9469,7 @@ inline std::size_t find_not_finite(const std::vector<vec3>& positions) {
 inline void check_object(const mesh& surface, const medium& inside, const object_settings& settings, object_id id) {
     const std::string who = named(settings.name, id) + ": ";
     check_medium(inside, who + "its medium");
-    if (!is_rigid(settings.at))
-        throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
+    if (!is_rigid(settings.at)) throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
     if (!settings.fibres.varies() && !is_finite(settings.fibres({0, 0, 0})))
         throw geometry_error{who + "the direction of its fibres is not finite; give three numbers, or leave it out"};
     if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
@@ -12934,147 +13114,6 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
         throw geometry_error{"automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at"};
     const detail::path_survey passed = detail::survey_paths(body.view_for_rays(policy), probe, at, depth);
     return clamp(passed.length > 0 ? passed.attenuation : body.background().attenuation, 50, 100);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_SIGNAL_PULSE_HPP
-#define INSONIFY_SIGNAL_PULSE_HPP
-
-#ifndef INSONIFY_SIGNAL_TAPS_HPP
-#define INSONIFY_SIGNAL_TAPS_HPP
-
-#include <cstddef>
-#include <utility>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Gaussian kernels are truncated at this number of standard deviations: e^-8 or -69 dB.
-inline constexpr float kernel_sigmas = 4;
-
-/// One coefficient of an FIR filter.
-struct tap {
-    float weight = 0;
-    std::ptrdiff_t offset = 0; ///< of its input sample relative to the result, in complex samples
-};
-
-/// Number of samples that `sum_taps` may read beyond those that its results need.
-inline constexpr std::size_t tap_room = std::size_t{4} * simd_width;
-
-/// Computes as many results as eight SIMD registers hold; the sums stay in registers.
-template <int Width, std::size_t... I>
-INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, float* to, std::index_sequence<I...>) {
-    lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
-    for (const tap& one : taps) {
-        const lanes<Width> weight(one.weight);
-        const float* at = from + 2 * one.offset;
-        ((sums[I] = multiply_add(load<Width>(at + I * Width), weight, sums[I])), ...);
-    }
-    (store(sums[I], to + I * Width), ...);
-}
-
-/// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
-///
-/// @tparam Width  floats in a SIMD register
-/// @param from  read up to `tap_room` samples beyond what `count` results need
-/// @param to    must not overlap the samples read
-template <int Width>
-void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
-    constexpr std::size_t block = std::size_t{4} * Width;
-    constexpr auto registers = std::make_index_sequence<8>{};
-    std::size_t begin = 0;
-    for (; begin + block <= count; begin += block)
-        sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin),
-                                 reinterpret_cast<float*>(to + begin), registers);
-    if (begin == count) return;
-    vec2 last[block];
-    sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(last),
-                             registers);
-    for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-#endif
-#include <string>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Envelope of an echo along displayed depth: a rectangular burst, smoothed by a Gaussian; its peak is 1.
-struct pulse_envelope {
-    float sigma = 1; ///< standard deviation of the Gaussian
-    float burst = 0; ///< length of the burst, in the unit of `sigma`; 0: a Gaussian
-
-    /// The envelope is truncated at this distance from its centre.
-    INSONIFY_FN float half_length() const { return 0.5F * burst + detail::kernel_sigmas * sigma; }
-
-    /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2 to x + L/2, normalized.
-    INSONIFY_FN float operator()(float x) const {
-        if (!(burst > 1e-2F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
-        const float scale = 0.70710678F / sigma, half = 0.5F * burst;
-        return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale));
-    }
-};
-
-/// Transmit pulse: a burst of the carrier, filtered by a transducer whose impulse response has a Gaussian envelope.
-///
-///     pulse{.cycles = 2.5F}               impulse excitation, for imaging
-///     pulse{.cycles = 2.5F, .burst = 8}   excitation of eight cycles, as for Doppler
-struct pulse {
-    float frequency = 0; ///< carrier frequency, hertz; 0: that of the probe
-    float cycles = 2.5F; ///< length of the impulse response between its -20 dB points, in cycles
-    float burst = 0;     ///< length of the excitation, in cycles; 0: impulse excitation
-
-    /// Fractional bandwidth B of the transducer at -6 dB: 1.61 / cycles.
-    ///
-    /// An envelope with the standard deviation s in time falls to -20 dB at +-2.146 s, and s = 0.3748 / (B f0).
-    INSONIFY_FN constexpr float bandwidth() const { return 1.61F / cycles; }
-
-    /// Fractional bandwidth of the Gaussian pulse whose peak is as curved, and therefore loses as much to attenuation: B for
-    /// impulse excitation, nearly 0 for a long burst, which loses what its carrier does.
-    ///
-    ///     B_peak^2 = B^2 (L / s) exp(-L^2 / 8 s^2) / (sqrt(2 pi) erf(L / (sqrt(8) s))),   s = 0.3748 / B cycles
-    ///
-    /// for a burst of L cycles: the second derivative of `envelope` at its peak over its peak. Attenuation multiplies the
-    /// spectrum by exp(-beta (f - f0)), whose second-order term is that derivative.
-    INSONIFY_FN float bandwidth_at_peak() const {
-        const float per_sigma = burst * bandwidth() / 0.3748F;
-        if (!(per_sigma > 1e-2F)) return bandwidth();
-        return bandwidth() * std::sqrt(per_sigma * std::exp(-per_sigma * per_sigma / 8) /
-                                       (2.5066283F * std::erf(per_sigma * 0.35355339F)));
-    }
-
-    /// Standard deviation of the pulse envelope along displayed depth, metres: 0.1874 c0 / (B f0).
-    ///
-    /// The standard deviation of the spectrum is B f0 / 2.3548, that of the envelope in time 1 / (2 pi) over it; depth
-    /// is c0 t / 2.
-    /// @param carrier  f0, hertz
-    INSONIFY_FN constexpr float sigma_z(float carrier) const { return axial_sigma(bandwidth(), carrier); }
-
-    /// Envelope along displayed depth, metres; a cycle is c0 / (2 f0) long.
-    INSONIFY_FN constexpr pulse_envelope envelope(float carrier) const {
-        return {.sigma = sigma_z(carrier), .burst = burst * display_speed / (2 * carrier)};
-    }
-
-    /// @param carrier  frequency of the probe at which the echoes were traced, hertz
-    /// @throws usage_error  for a setting out of range, or a frequency other than the carrier
-    void check(float carrier) const {
-        if (!is_finite(cycles) || !(cycles > 0))
-            throw usage_error{"pulse: `cycles` must be finite and above 0, such as 2.5"};
-        if (!is_finite(burst) || !(burst >= 0))
-            throw usage_error{"pulse: `burst` must be a finite number of cycles, or 0 for impulse excitation"};
-        if (!is_finite(frequency) || !(frequency >= 0))
-            throw usage_error{"pulse: `frequency` must be finite and above 0, or 0 for that of the probe"};
-        if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
-            throw usage_error{
-                detail::joined({"pulse: its frequency is ", std::to_string(frequency), " Hz, that of the probe ",
-                                std::to_string(carrier), " Hz; make them equal, or leave that of the pulse at 0"})};
-    }
-};
-
-/// The shortest pulse that the fractional `bandwidth` of a probe permits; `pulse{}` for a probe without that member.
-template <transducer Probe>
-INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
-    return {.cycles = 1.61F / fractional_bandwidth(probe)};
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -17304,7 +17343,9 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -17323,6 +17364,13 @@ struct b_mode_settings {
 
         friend bool operator==(const time_gain_settings&, const time_gain_settings&) = default;
     };
+    /// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of the
+    /// time; `sampling_of` says what they trace.
+    enum class quality {
+        full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
+        fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
+        draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
+    };
     /// Electronic noise; see `electronic_noise_settings`.
     struct noise_level {
         float level_db = -135;  ///< rms of its envelope, 0 dB is the echo of a perfect mirror; `no_level_db`: none
@@ -17332,7 +17380,7 @@ struct b_mode_settings {
     };
 
     float depth = 0.08F;         ///< metres
-    std::uint32_t samples = 0;   ///< depth samples of each line; 0: two per standard deviation of the pulse envelope
+    std::uint32_t samples = 0;   ///< depth samples of each line; 0: as `quality` says
     uvec2 size{0, 0};            ///< columns, rows; see `scan_convert_settings`
     float dynamic_range_db = 60; ///< range of levels from black to white
     float reference_db = -25;    ///< level of white; 0 dB is the echo of a perfect mirror
@@ -17354,6 +17402,7 @@ struct b_mode_settings {
     /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the others:
     /// see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
+    enum quality quality = quality::full; ///< lines, samples, planes and looks that are traced
 
     /// @throws usage_error  for a setting out of range; the stages check the others
     void check() const {
@@ -17368,15 +17417,46 @@ struct b_mode_settings {
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
 };
 
-/// Number of lines to trace for each line of the probe, so that at the focus they are at most half the beam width apart:
-/// from `min_rays` to 4. Within these limits the number of traced lines does not depend on that of the probe.
-/// @param min_rays  below 1 where the lines that are left out are interpolated (`resample_lines`)
+/// Number of lines to trace for each line of the probe, so that at the focus `lines_per_beam_width` lines lie within the
+/// beam width or, by default, they are at most half of it apart: from `min_rays` to 4. Within these limits the number of
+/// traced lines does not depend on that of the probe.
+/// @param min_rays  below 1 where the lines that are left out are interpolated (`resample_lines`) or not shown
 template <transducer Probe>
-float rays_per_line(const Probe& probe, float depth, float min_rays = 1) {
+float rays_per_line(const Probe& probe, float depth, float min_rays = 1, float lines_per_beam_width = 2) {
     const beam_model beam = beam_of(probe, depth);
-    const float rays = clamp(2 * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus), min_rays, 4);
+    const float needed = lines_per_beam_width * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus);
     const auto lines = static_cast<float>(probe.lines);
-    return std::ceil(rays * lines - 0.01F) / lines;
+    return std::ceil(clamp(needed, min_rays, 4) * lines - 0.01F) / lines;
+}
+
+/// What is traced for a picture: the result of `sampling_of`.
+struct b_mode_sampling {
+    std::uint32_t lines = 0;   ///< of each look
+    std::uint32_t samples = 0; ///< depth samples of each line; looks at an angle have slightly more
+    std::uint32_t planes = 0;  ///< elevation planes of each line
+    std::uint32_t looks = 0;   ///< that are averaged
+
+    friend bool operator==(const b_mode_sampling&, const b_mode_sampling&) = default;
+};
+
+/// What is traced for a picture: lines, samples, planes and looks, by `quality`. With `interpolates_lines`, some of the
+/// lines are interpolated.
+/// @throws usage_error  for a setting out of range
+template <transducer Probe>
+b_mode_sampling sampling_of(const Probe& probe, const b_mode_settings& settings) {
+    settings.check();
+    using quality = enum b_mode_settings::quality;
+    const bool full = settings.quality == quality::full, draft = settings.quality == quality::draft;
+    const auto lines = static_cast<float>(probe.lines);
+    const float rays = full ? rays_per_line(probe, settings.depth)
+                            : rays_per_line(probe, settings.depth, 1 / lines, draft ? 1 / 2.0F : 1 / 1.5F);
+    const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+    const bool valid = settings.planes % 2 == 1 && settings.planes <= 7; // `trace` refuses another number
+    const std::uint32_t max_planes = full || !valid ? settings.planes : draft ? 1 : 3;
+    return {.lines = refined<Probe>{probe, rays}.lines,
+            .samples = settings.samples != 0 ? settings.samples : samples_for(settings.depth, full ? sigma : 2 * sigma),
+            .planes = std::min(settings.planes, max_planes),
+            .looks = full ? settings.compound.angles : 1};
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -17689,46 +17769,6 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const Probe& p
                    const scan_convert_settings& settings = {}) {
     return scan_convert(policy, lines, make_scan_map(policy, probe, detail::acquisition_of(lines), settings));
 }
-
-} // namespace insonify::inline INSONIFY_ABI
-#endif
-#ifndef INSONIFY_PROBE_REFINED_HPP
-#define INSONIFY_PROBE_REFINED_HPP
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A probe with another number of lines, usually more: the same face, field of view and beam with finer lateral sampling.
-template <transducer Probe>
-struct refined : Probe {
-    std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
-    float rays = 1;          ///< lines for each line of the probe, need not be whole
-
-    /// @param rays_per_line  above 0; the number of lines is rounded
-    refined(const Probe& probe, float rays_per_line)
-        : Probe{probe}, lines{static_cast<std::uint32_t>(std::lround(static_cast<float>(probe.lines) * rays_per_line))},
-          rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}
-
-    /// The line as a ray in the probe frame.
-    INSONIFY_FN ray beam(float line) const { return Probe::beam(coarse(line)); }
-    /// Of a probe that is `steered`: see there.
-    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
-        probe.scatterer_axis(0.0F);
-    }
-    { return Probe::scatterer_axis(coarse(line)); }
-    /// From {x, z} to {line, depth along it}.
-    INSONIFY_FN vec2 locate(vec2 point) const {
-        const vec2 place = Probe::locate(point);
-        return {(place.x + 0.5F) * rays - 0.5F, place.y};
-    }
-
-    friend bool operator==(const refined&, const refined&) requires detail::comparable<Probe>
-    = default;
-
-  private:
-    INSONIFY_FN float coarse(float line) const { return (line + 0.5F) / static_cast<float>(rays) - 0.5F; }
-};
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -18950,12 +18990,12 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
 void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& body, const pose& at,
                                             stored_frame<Probe>& frame) {
-    const refined<Probe> fine{probe, rays_per_line(probe, settings.depth)};
-    const std::uint32_t samples = settings.samples != 0
-                                      ? settings.samples
-                                      : samples_for(settings.depth, nominal_pulse(probe).sigma_z(probe.frequency));
+    const b_mode_sampling sampling = sampling_of(probe, settings);
+    const refined<Probe> fine{probe, static_cast<float>(sampling.lines) / static_cast<float>(probe.lines)};
+    compound_settings compound = settings.compound;
+    compound.angles = sampling.looks;
     const tgc_settings& gain = time_gain_of(policy, body, at);
-    if (plans_.size() < settings.compound.angles) plans_.resize(settings.compound.angles);
+    if (plans_.size() < sampling.looks) plans_.resize(sampling.looks);
     const auto forget_looks = [&](char&) { looks_.reset(); };
     if constexpr (detail::comparable<Model>)
         acquired_(forget_looks, model, settings.tgc, settings.time_gain);
@@ -18965,7 +19005,7 @@ void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& b
     if (watch_.fast()) looks_.reset();
     const detail::stopwatch clock;
     frame.amplitudes = looks_(
-        policy, fine, {.depth = settings.depth, .samples = samples, .planes = settings.planes}, settings.compound,
+        policy, fine, {.depth = settings.depth, .samples = sampling.samples, .planes = sampling.planes}, compound,
         [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
             return acquire_look(policy, body, at, number, look, scan, gain, std::move(recycled));
         },
@@ -21439,6 +21479,7 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
 #define INSONIFY_IO_OBJ_HPP
 
 #include <string>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -21466,8 +21507,9 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 
 /// Loads an OBJ file as a scene, which has yet to be built: load_obj_scene(path, {.unit = 1_mm}).build(exec::par).
 ///
-/// The faces of one object or group (`o`, `g`) with one material (`usemtl`) become one object of the scene, named after
-/// the object or group. The material is looked up by name in the material libraries (`mtllib`), which may have these
+/// The faces of one object (`o`), group (`g`) and material (`usemtl`) become one object of the scene. It has the name of the
+/// `o`; where an `o` has several groups, `heart/left`; without an `o`, that of the group; else that of the material. Each `o`
+/// line begins another object. Of equal names, all but the first get a number: `rib`, `rib.2`. The material is looked up by name in the material libraries (`mtllib`), which may have these
 /// keys after `newmtl`:
 ///
 ///     density          kg/m^3                        sound_speed         m/s
@@ -21480,9 +21522,14 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 /// With density and sound_speed they define a medium; without, they modify the tissue of that name. A name without
 /// keys, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.
 /// Defined where INSONIFY_IMPLEMENTATION is defined.
-/// @throws as load_obj, and io_error for a face without a material, an unknown material, a library with values out of
-///         range, or one outside the folder of the file, unless `libraries` allows it
+/// @throws as load_obj, and io_error for a face without a material, an unknown material, a closed surface of two materials, a
+///         library with values out of range, or one outside the folder of the file, unless `libraries` allows it
 scene load_obj_scene(const std::string& path, const obj_settings& settings);
+
+/// The same, and tells what the scene has otherwise than the file: objects that were given another name, because it was
+/// taken, and groups that were joined, because only together they are closed. The faces of the others are as in the file.
+/// @param notes  a sentence for each, which begins with the path and the line; replaces its content
+scene load_obj_scene(const std::string& path, const obj_settings& settings, std::vector<std::string>& notes);
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
@@ -22249,8 +22296,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
         return report(problem::not_built, "The scene is not built; call build(policy) after the last add or remove.");
     for (const object& one : body.objects())
         if (body.awaits_update(one.id))
-            return report(problem::not_updated, "The positions of " +
-                                                    named(one.name, one.id) +
+            return report(problem::not_updated, "The positions of " + named(one.name, one.id) +
                                                     " were handed out since the last update; call update(policy).");
     if (body.media().size() == 1)
         report(problem::one_medium, "Every object has the medium of the background, so no surface echoes; give the "
@@ -22294,8 +22340,8 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     }
     for (const object& one : body.objects())
         if (const mesh_report mesh = validate(one.surface); !mesh.closed())
-            report(problem::open_surface, "The surface of " + named(one.name, one.id) +
-                                              " is not closed: " + explain(mesh));
+            report(problem::open_surface,
+                   "The surface of " + named(one.name, one.id) + " is not closed: " + explain(mesh));
         else if (body.is_inside_out(one.id))
             report(problem::inside_out, "The vertices of " + named(one.name, one.id) +
                                             " were moved so that it is inside out: its faces point the other way than "
@@ -22631,8 +22677,9 @@ inline void check_ray(const ray& r, const char* caller) {
     const vec3 along = abs(r.direction);
     if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
         !is_number(r.min_distance) || !is_number(r.max_distance))
-        throw usage_error{std::string{caller} + ": the ray needs a finite origin, a finite direction that is not 0, and "
-                                                "limits that are not NaN"};
+        throw usage_error{std::string{caller} +
+                          ": the ray needs a finite origin, a finite direction that is not 0, and "
+                          "limits that are not NaN"};
 }
 
 } // namespace detail
@@ -23825,6 +23872,7 @@ Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
 #include <ios>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -23837,7 +23885,14 @@ inline void check_file_name(const std::string& path) {
         throw io_error{path.substr(0, path.find('\0')) + ": the file name contains a null character; remove it"};
 }
 
-/// The content of a file, without a UTF-8 byte order mark.
+/// Whether a text has the byte order mark of UTF-16, or begins with two of its characters that are ASCII.
+inline bool is_utf16(std::string_view text) {
+    const auto null = [text](std::size_t i) { return text[i] == '\0'; };
+    return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") ||
+           (text.size() >= 4 && null(0) == null(2) && null(1) == null(3) && null(0) != null(1));
+}
+
+/// The content of a text file, without a UTF-8 byte order mark. @throws io_error  for one in UTF-16
 inline std::string read_file(const std::string& path) {
     check_file_name(path);
     std::error_code ignored;
@@ -23850,6 +23905,8 @@ inline std::string read_file(const std::string& path) {
     if (content.bad() || file.bad())
         throw io_error{path + ": reading failed before the end of the file; check the disk"};
     std::string text = std::move(content).str();
+    if (is_utf16(text))
+        throw io_error{path + ": the text is in UTF-16; save it as UTF-8 (a text editor offers it as its encoding)"};
     if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
     return text;
 }
@@ -23928,9 +23985,11 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -23944,18 +24003,29 @@ inline std::string_view next_word(std::string_view& line) {
     return word;
 }
 
-/// Calls body(number, keyword, rest) for every line that is not blank, counted from 1, without comments and trailing
-/// blanks. Lines end in LF, CR LF or CR.
+/// Removes the first line from a text and returns it, without comments and trailing blanks. Lines end in LF, CR LF or CR.
+inline std::string_view next_line(std::string_view& text) {
+    std::string_view line = text.substr(0, text.find_first_of("\r\n"));
+    text.remove_prefix(line.size());
+    if (!text.empty()) text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
+    for (std::size_t i = line.find('#'); i != std::string_view::npos; i = line.find('#', i + 1))
+        if (i == 0 || line[i - 1] == ' ' || line[i - 1] == '\t') line = line.substr(0, i);
+    return line.substr(0, line.find_last_not_of(" \t") + 1);
+}
+
+/// Calls body(number, keyword, rest) for every line that is not blank, counted from 1. A line that ends in a backslash goes on
+/// in the next one.
 template <class Body>
 void for_each_line(std::string_view text, const Body& body) {
-    for (std::uint32_t number = 1; !text.empty(); ++number) {
-        std::string_view line = text.substr(0, text.find_first_of("\r\n"));
-        text.remove_prefix(line.size());
-        if (!text.empty()) text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
-
-        for (std::size_t i = line.find('#'); i != std::string_view::npos; i = line.find('#', i + 1))
-            if (i == 0 || line[i - 1] == ' ' || line[i - 1] == '\t') line = line.substr(0, i);
-        line = line.substr(0, line.find_last_not_of(" \t") + 1);
+    std::string whole;
+    for (std::uint32_t number = 1, lines = 1; !text.empty(); number += lines, lines = 1) {
+        std::string_view line = next_line(text);
+        if (line.ends_with('\\')) {
+            whole.clear();
+            for (; line.ends_with('\\'); ++lines, line = next_line(text))
+                whole.append(line.substr(0, line.size() - 1)).push_back(' ');
+            line = whole.append(line);
+        }
         const std::string_view keyword = next_word(line);
         line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
         if (!keyword.empty()) body(number, keyword, line);
@@ -24003,28 +24073,41 @@ struct named_line {
     std::uint32_t line = 0;
 };
 
-/// An OBJ file, checked line by line and rewritten for tinyobjloader, which ignores malformed numbers, drops the names
-/// of undefined materials, and does not report the line of a triangle.
+/// A group of an object: the faces between `o` and the next `o` with the same `g`.
+struct obj_part {
+    std::string object{};     ///< after `o`
+    std::string group{};      ///< after `g`
+    std::uint32_t number = 0; ///< of the object: `o` lines up to there
+};
+
+/// A line with a face, or without where there are no triangles.
+struct obj_line {
+    std::uint32_t triangles = 0;
+    std::uint32_t part = 0; ///< index into `parts`
+    int medium = -1;        ///< index into `media`; -1: none
+};
+
+/// An OBJ file, checked line by line and rewritten for tinyobjloader, which ignores malformed numbers, does not continue
+/// lines, and does not report the line of a triangle.
 struct obj_text {
-    std::string rewritten{}; ///< an `s` with the line number before each face; `usemtl` with the index into `media`
-    std::vector<named_line> media{};             ///< each once, with the line of its first use
-    std::vector<named_line> libraries{};         ///< arguments of `mtllib`
-    std::vector<std::uint32_t> vertex_lines{};   ///< line of each vertex
-    std::vector<std::uint32_t> face_triangles{}; ///< number of triangles of the face on each line, from line 0
+    std::string rewritten{};                   ///< vertices and faces, before each face an `s` with its line number
+    std::vector<named_line> media{};           ///< arguments of `usemtl`, each once, with the line of its first use
+    std::vector<named_line> libraries{};       ///< arguments of `mtllib`
+    std::vector<std::uint32_t> vertex_lines{}; ///< line of each vertex
+    std::vector<obj_part> parts{};             ///< some may have no faces
+    std::vector<obj_line> lines{};             ///< from line 0
 };
 
 /// @throws io_error  naming the line, for malformed numbers and indices out of range
 inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     if (text.empty()) throw io_error{path + ": the file is empty"};
     obj_text obj;
-    obj.rewritten = "mtllib media\n";
-    bool has_faces = false;
+    obj.parts.emplace_back();
+    obj_line now;                                                        // what applies to the next face
+    std::map<std::pair<std::uint32_t, std::string>, std::size_t> groups; // by number of the object and name
     for_each_line(text, [&](std::uint32_t line, std::string_view keyword, std::string_view rest) {
         const auto fault = [&](const std::string& sentence) {
             return io_error{path + ":" + std::to_string(line) + ": " + sentence};
-        };
-        const auto rewrite = [&](std::string_view key, std::string_view value) {
-            obj.rewritten.append(key).append(value).push_back('\n');
         };
         if (keyword == "v") {
             obj.rewritten.push_back('v');
@@ -24039,8 +24122,7 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
             obj.vertex_lines.push_back(line);
         } else if (keyword == "f") {
             const auto vertices = static_cast<std::int64_t>(obj.vertex_lines.size());
-            rewrite("s ", std::to_string(line));
-            obj.rewritten.push_back('f');
+            obj.rewritten.append("s ").append(std::to_string(line)).append("\nf");
             std::uint32_t corners = 0;
             for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest), ++corners) {
                 word = word.substr(0, word.find('/'));
@@ -24061,21 +24143,33 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
             if (corners > max_corners)
                 throw fault("this face has " + std::to_string(corners) + " corners, more than " +
                             std::to_string(max_corners) + "; triangulate the mesh before exporting it");
-            obj.face_triangles.resize(line + 1);
-            obj.face_triangles[line] = corners - 2;
-            has_faces = true;
+            now.triangles = corners - 2;
+            obj.lines.resize(line);
+            obj.lines.push_back(now);
         } else if (keyword == "usemtl") {
             auto known =
                 std::find_if(obj.media.begin(), obj.media.end(), [&](const named_line& m) { return m.name == rest; });
             if (known == obj.media.end()) known = obj.media.insert(known, {std::string{rest}, line});
-            rewrite("usemtl ", std::to_string(known - obj.media.begin()));
+            now.medium = static_cast<int>(known - obj.media.begin());
         } else if (keyword == "mtllib") {
             obj.libraries.push_back({std::string{rest}, line});
-        } else if (keyword == "o" || keyword == "g") {
-            rewrite(keyword == "o" ? "o " : "g ", rest);
+        } else if (keyword == "o") {
+            now.part = static_cast<std::uint32_t>(obj.parts.size());
+            obj.parts.push_back({std::string{rest}, {}, obj.parts.back().number + 1});
+        } else if (keyword == "g") {
+            obj_part wanted = obj.parts.back();
+            wanted.group = rest;
+            const auto [known, is_new] = groups.try_emplace({wanted.number, wanted.group}, obj.parts.size());
+            now.part = static_cast<std::uint32_t>(known->second);
+            if (is_new) obj.parts.push_back(std::move(wanted));
         }
     });
-    if (!has_faces) throw io_error{path + ": the file has no faces (lines starting with 'f'); export it as a mesh"};
+    if (obj.lines.empty() && obj.vertex_lines.empty())
+        throw io_error{path +
+                       ": the file has no faces (lines starting with 'f') and no vertices ('v'): is it a Wavefront OBJ "
+                       "file? Export it as one"};
+    if (obj.lines.empty())
+        throw io_error{path + ": the file has no faces (lines starting with 'f'); export it as a mesh"};
     return obj;
 }
 
@@ -24235,7 +24329,9 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
         std::vector<std::string> names;
         std::string_view rest = line.name;
         for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) names.emplace_back(word);
-        if (names.size() > 1 && exists(line.name)) names = {line.name};
+        const bool is_one = exists(line.name) || (std::none_of(names.begin(), names.end(), exists) &&
+                                                  std::none_of(names.begin(), names.end(), forbidden));
+        if (names.size() > 1 && is_one) names = {line.name};
         for (const std::string& name : names) {
             if (forbidden(name))
                 throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + printable(name) +
@@ -24264,6 +24360,30 @@ inline std::size_t edits_between(std::string_view one, std::string_view other) {
         }
     }
     return row.back();
+}
+
+/// The medium whose name is like one that is unknown: in another case, with a number at its end as editors append it, or
+/// misspelt. @return  "; did you mean bone?", or nothing
+inline std::string suggest_medium(const std::string& unknown, const obj_libraries& libraries) {
+    const auto plain = [](std::string_view name) { // bone for Bone.001
+        std::string text{name.substr(0, name.find_last_not_of("0123456789._- ") + 1)};
+        for (char& c : text)
+            c = 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c == ' ' || c == '-' ? '_' : c;
+        return text;
+    };
+    const std::string wanted = plain(unknown);
+    std::string best;
+    std::size_t fewest = wanted.size() < 5 ? 1 : 2;
+    const auto consider = [&](std::string_view name) {
+        const std::size_t edits = edits_between(wanted, plain(name));
+        if (name == unknown || edits > fewest || (edits == fewest && !best.empty())) return;
+        best = name;
+        fewest = edits;
+    };
+    for (const tissue::named_medium& one : tissue::all) consider(one.name);
+    for (const loader::material_t& one : libraries.materials)
+        if (one.unknown_parameter.contains("density")) consider(one.name);
+    return best.empty() ? best : "; did you mean " + best + "?";
 }
 
 /// Keys of renderers are ignored, but not those that look like a misspelt one of `load_obj_scene`.
@@ -24320,7 +24440,8 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     if (!known && !(density && sound_speed))
         throw io_error{path + ":" + std::to_string(wanted.line) + ": the medium '" + name +
                        "' is unknown: use the name of a tissue (`tissue::all` lists them), or give density and " +
-                       "sound_speed under 'newmtl " + name + "' in the material library" + libraries.missing};
+                       "sound_speed under 'newmtl " + name + "' in the material library" + libraries.missing +
+                       suggest_medium(wanted.name, libraries)};
 
     obj_medium found{.inside = density && sound_speed ? medium{} : *known};
     medium& m = found.inside;
@@ -24336,7 +24457,8 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
         const std::optional<medium> other = tissue::find(*like);
         if (!other && *like != "none")
             throw io_error{source + ": newmtl " + name + ": structure is '" + printable(*like) +
-                           "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none"};
+                           "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none" +
+                           suggest_medium(*like, {})};
         m.structure = other ? other->structure : structure{};
     }
     if (!is_valid(m))
@@ -24352,23 +24474,23 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#ifndef INSONIFY_IO_IMPLEMENTATION_OBJ_OBJECTS_HPP
+#define INSONIFY_IO_IMPLEMENTATION_OBJ_OBJECTS_HPP
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <sstream>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
-namespace detail {
+namespace insonify::inline INSONIFY_ABI::detail {
 
 /// One triangle of an OBJ file.
 struct obj_face {
     uvec3 corners{0, 0, 0};
-    std::uint32_t part = 0; ///< index of the object or group
-    int medium = -1;        ///< index of the name after `usemtl`; -1: none
     std::uint32_t line = 0;
 };
 
@@ -24376,66 +24498,8 @@ struct obj_face {
 struct obj_content {
     obj_text text{};
     std::vector<vec3> positions{}; ///< metres
-    std::vector<std::string> parts{};
     std::vector<obj_face> faces{};
 };
-
-/// Gives tinyobjloader the names after `usemtl`, which `read_obj_text` has replaced by numbers.
-class medium_numbers : public loader::MaterialReader {
-  public:
-    explicit medium_numbers(std::size_t count) : count_{count} {}
-    bool operator()(const std::string&, std::vector<loader::material_t>*, std::map<std::string, int>* numbers,
-                    std::string*, std::string*) override {
-        for (std::size_t i = 0; i < count_; ++i) numbers->emplace(std::to_string(i), static_cast<int>(i));
-        return true;
-    }
-
-  private:
-    std::size_t count_;
-};
-
-inline obj_content read_obj(const std::string& path, float unit) {
-    if (unit == 0) throw usage_error{path + ": OBJ files have no unit of length; give it: {.unit = 1_mm}"};
-    if (!is_finite(unit) || !(unit > 0))
-        throw usage_error{path + ": the unit must be finite and above 0, as in {.unit = 1_mm}"};
-
-    obj_content content{.text = read_obj_text(path, read_file(path))};
-    loader::attrib_t vertices;
-    std::vector<loader::shape_t> shapes;
-    std::vector<loader::material_t> materials;
-    std::string warnings, errors;
-    std::istringstream stream{std::exchange(content.text.rewritten, {})};
-    medium_numbers numbers{content.text.media.size()};
-    if (!loader::LoadObj(&vertices, &shapes, &materials, &warnings, &errors, &stream, &numbers, true, false))
-        throw io_error{path + ": tinyobjloader cannot read the file: " + errors};
-
-    for (std::size_t i = 0; i + 2 < vertices.vertices.size(); i += 3) {
-        const vec3 p{vertices.vertices[i], vertices.vertices[i + 1], vertices.vertices[i + 2]};
-        content.positions.push_back(unit * p);
-        if (!is_finite(content.positions.back()))
-            throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i / 3]) +
-                           ": a coordinate of this vertex is too large; check the file and its unit"};
-    }
-    std::vector<std::uint32_t>& missing = content.text.face_triangles;
-    for (const loader::shape_t& shape : shapes) {
-        for (std::size_t i = 0; i < shape.mesh.material_ids.size(); ++i) {
-            const auto corner = [&](std::size_t k) {
-                return static_cast<std::uint32_t>(shape.mesh.indices[3 * i + k].vertex_index);
-            };
-            content.faces.push_back({{corner(0), corner(1), corner(2)},
-                                     static_cast<std::uint32_t>(content.parts.size()),
-                                     shape.mesh.material_ids[i],
-                                     shape.mesh.smoothing_group_ids[i]});
-            --missing[content.faces.back().line];
-        }
-        content.parts.push_back(shape.name);
-    }
-    for (std::size_t line = 0; line < missing.size(); ++line)
-        if (missing[line] != 0)
-            throw io_error{path + ":" + std::to_string(line) +
-                           ": this polygon cannot be triangulated; triangulate the mesh before exporting it"};
-    return content;
-}
 
 /// A mesh of some faces and the vertices that they use, whose order is kept.
 inline mesh select_faces(const std::vector<vec3>& positions, std::vector<uvec3> faces) {
@@ -24455,6 +24519,161 @@ inline mesh select_faces(const std::vector<vec3>& positions, std::vector<uvec3> 
     return selected;
 }
 
+/// The faces of one group of an object with one medium, which become an object of the scene.
+struct obj_object {
+    std::string name{};
+    std::uint32_t part = 0; ///< index into `obj_text::parts`
+    int medium = -1;        ///< index into `obj_text::media`
+    std::uint32_t line = 0; ///< of the first face
+    std::vector<uvec3> faces{};
+
+    const named_line& medium_of(const obj_content& content) const {
+        return content.text.media[static_cast<std::size_t>(medium)];
+    }
+};
+
+/// What a part is called, as long as no other has this name.
+inline const std::string& name_of(const obj_part& part) { return part.object.empty() ? part.group : part.object; }
+
+/// The objects in the order of their first faces. @throws io_error  for a face without a medium
+inline std::vector<obj_object> divide_into_objects(const std::string& path, const obj_content& content) {
+    std::vector<obj_object> objects;
+    std::map<std::pair<std::uint32_t, int>, std::size_t> known;
+    for (const obj_face& face : content.faces) {
+        const obj_line& its = content.text.lines[face.line];
+        if (its.medium < 0)
+            throw io_error{path + ":" + std::to_string(face.line) + ": the face of object '" +
+                           printable(name_of(content.text.parts[its.part])) +
+                           "' has no medium; add a line such as 'usemtl muscle' before it"};
+        const auto [place, is_new] = known.try_emplace({its.part, its.medium}, objects.size());
+        if (is_new) objects.push_back({.part = its.part, .medium = its.medium, .line = face.line});
+        objects[place->second].faces.push_back(face.corners);
+    }
+    return objects;
+}
+
+/// Whether each edge of some faces has two of them.
+inline bool is_closed(const obj_content& content, const std::vector<uvec3>& faces) {
+    const mesh_report found = validate(select_faces(content.positions, faces));
+    return found.boundary_edges == 0 && found.non_manifold_edges == 0;
+}
+
+/// Joins open surfaces of one object and one medium that are closed together: a closed surface that `g` lines divide.
+/// @throws io_error  where the open surfaces of an object are closed together, but have different media
+inline void join_split_bodies(const std::string& path, const obj_content& content, std::vector<obj_object>& objects,
+                              std::vector<std::string>& notes) {
+    std::map<std::uint32_t, std::vector<std::size_t>> of_number; // the objects that one `o` has become
+    for (std::size_t i = 0; i < objects.size(); ++i) of_number[content.text.parts[objects[i].part].number].push_back(i);
+    for (auto& [number, members] : of_number) {
+        if (members.size() < 2) continue;
+        std::map<int, std::vector<std::size_t>> open; // by medium
+        for (const std::size_t i : members)
+            if (!is_closed(content, objects[i].faces)) open[objects[i].medium].push_back(i);
+        std::vector<uvec3> rest; // of more than one medium
+        std::vector<std::size_t> first_of_rest;
+        for (const auto& [medium, parts] : open) {
+            std::vector<uvec3> together;
+            for (const std::size_t i : parts)
+                together.insert(together.end(), objects[i].faces.begin(), objects[i].faces.end());
+            if (!is_closed(content, together)) {
+                rest.insert(rest.end(), together.begin(), together.end());
+                first_of_rest.push_back(parts[0]);
+                continue;
+            }
+            notes.push_back(joined({path, ":", std::to_string(objects[parts[1]].line), ": the groups '",
+                                    printable(content.text.parts[objects[parts[0]].part].group), "' and '",
+                                    printable(content.text.parts[objects[parts[1]].part].group),
+                                    "' are one closed surface, and are joined"}));
+            objects[parts[0]].faces = std::move(together);
+            for (std::size_t k = 1; k < parts.size(); ++k) objects[parts[k]].faces.clear();
+        }
+        if (first_of_rest.size() < 2 || !is_closed(content, rest)) continue;
+        const obj_object &one = objects[first_of_rest[0]], &other = objects[first_of_rest[1]];
+        throw io_error{
+            path + ":" + std::to_string(std::max(one.line, other.line)) + ": the closed surface of object '" +
+            printable(name_of(content.text.parts[one.part])) + "' has faces in two media, '" +
+            printable(one.medium_of(content).name) + "' and '" + printable(other.medium_of(content).name) +
+            "', but a body has one; give all its faces the same medium, or export a closed surface for each"};
+    }
+    std::erase_if(objects, [](const obj_object& one) { return one.faces.empty(); });
+}
+
+/// Names objects after their `o`, and `g` where one `o` has several; each name once.
+inline void name_objects(const std::string& path, const obj_content& content, std::vector<obj_object>& objects,
+                         std::vector<std::string>& notes) {
+    std::map<std::uint32_t, std::set<std::uint32_t>> parts_of; // number of an object to its parts with faces
+    for (const obj_object& one : objects) parts_of[content.text.parts[one.part].number].insert(one.part);
+    std::set<std::string> meant, taken;
+    for (obj_object& one : objects) {
+        const obj_part& part = content.text.parts[one.part];
+        one.name = name_of(part);
+        if (parts_of[part.number].size() > 1 && !part.object.empty() && !part.group.empty())
+            one.name += "/" + part.group;
+        if (one.name.empty()) one.name = one.medium_of(content).name;
+        meant.insert(one.name);
+    }
+    for (obj_object& one : objects) {
+        if (taken.insert(one.name).second) continue;
+        std::string name;
+        for (std::uint32_t i = 2; name.empty() || meant.contains(name) || taken.contains(name); ++i)
+            name = one.name + "." + std::to_string(i);
+        taken.insert(name);
+        notes.push_back(joined({path, ":", std::to_string(one.line), ": there are several objects of the name '",
+                                printable(one.name), "'; this one is called '", printable(name), "'"}));
+        one.name = std::move(name);
+    }
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+#endif
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+namespace detail {
+
+inline obj_content read_obj(const std::string& path, float unit) {
+    if (unit == 0) throw usage_error{path + ": OBJ files have no unit of length; give it: {.unit = 1_mm}"};
+    if (!is_finite(unit) || !(unit > 0))
+        throw usage_error{path + ": the unit must be finite and above 0, as in {.unit = 1_mm}"};
+
+    obj_content content{.text = read_obj_text(path, read_file(path))};
+    loader::attrib_t vertices;
+    std::vector<loader::shape_t> shapes;
+    std::vector<loader::material_t> materials;
+    std::string warnings, errors;
+    std::istringstream stream{std::exchange(content.text.rewritten, {})};
+    if (!loader::LoadObj(&vertices, &shapes, &materials, &warnings, &errors, &stream, nullptr, true, false))
+        throw io_error{path + ": tinyobjloader cannot read the file: " + errors};
+
+    for (std::size_t i = 0; i + 2 < vertices.vertices.size(); i += 3) {
+        const vec3 p{vertices.vertices[i], vertices.vertices[i + 1], vertices.vertices[i + 2]};
+        content.positions.push_back(unit * p);
+        if (!is_finite(content.positions.back()))
+            throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i / 3]) +
+                           ": a coordinate of this vertex is too large; check the file and its unit"};
+    }
+    std::vector<std::uint32_t> found(content.text.lines.size()); // triangles of each line
+    for (const loader::shape_t& shape : shapes)
+        for (std::size_t i = 0; i < shape.mesh.smoothing_group_ids.size(); ++i) {
+            const auto corner = [&](std::size_t k) {
+                return static_cast<std::uint32_t>(shape.mesh.indices[3 * i + k].vertex_index);
+            };
+            content.faces.push_back({{corner(0), corner(1), corner(2)}, shape.mesh.smoothing_group_ids[i]});
+            ++found[content.faces.back().line];
+        }
+    for (std::size_t line = 0; line < found.size(); ++line)
+        if (found[line] != content.text.lines[line].triangles)
+            throw io_error{path + ":" + std::to_string(line) +
+                           ": this polygon cannot be triangulated; triangulate the mesh before exporting it"};
+    return content;
+}
+
 } // namespace detail
 
 mesh load_obj(const std::string& path, const obj_settings& settings) {
@@ -24465,34 +24684,25 @@ mesh load_obj(const std::string& path, const obj_settings& settings) {
     return detail::select_faces(content.positions, std::move(faces));
 }
 
-scene load_obj_scene(const std::string& path, const obj_settings& settings) {
+scene load_obj_scene(const std::string& path, const obj_settings& settings, std::vector<std::string>& notes) {
     scene loaded{settings.background};
     const detail::obj_content content = detail::read_obj(path, settings.unit);
     const detail::obj_libraries libraries = detail::read_libraries(path, content.text.libraries, settings.libraries);
-
-    struct future_object {
-        std::string name{};
-        int medium = -1;
-        std::vector<uvec3> faces{};
-    };
-    std::vector<future_object> objects; // by first face
-    std::map<std::pair<std::string, int>, std::size_t> known;
-    for (const detail::obj_face& face : content.faces) {
-        const std::string& name = content.parts[face.part];
-        if (face.medium < 0)
-            throw io_error{path + ":" + std::to_string(face.line) + ": the face of object '" + detail::printable(name) +
-                           "' has no medium; add a line such as 'usemtl muscle' before it"};
-        const auto [place, is_new] = known.try_emplace({name, face.medium}, objects.size());
-        if (is_new) objects.push_back({.name = name, .medium = face.medium});
-        objects[place->second].faces.push_back(face.corners);
-    }
-    for (future_object& one : objects) {
-        const detail::named_line& wanted = content.text.media[static_cast<std::size_t>(one.medium)];
-        const detail::obj_medium found = detail::find_medium(path, wanted, libraries);
+    std::vector<detail::obj_object> objects = detail::divide_into_objects(path, content);
+    notes.clear();
+    detail::join_split_bodies(path, content, objects, notes);
+    detail::name_objects(path, content, objects, notes);
+    for (detail::obj_object& one : objects) {
+        const detail::obj_medium found = detail::find_medium(path, one.medium_of(content), libraries);
         loaded.add(detail::select_faces(content.positions, std::move(one.faces)), found.inside,
-                   {.priority = found.priority, .name = one.name.empty() ? wanted.name : one.name});
+                   {.priority = found.priority, .name = std::move(one.name)});
     }
     return loaded;
+}
+
+scene load_obj_scene(const std::string& path, const obj_settings& settings) {
+    std::vector<std::string> notes;
+    return load_obj_scene(path, settings, notes);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
