@@ -3,7 +3,8 @@
 #
 # A folder includes itself and lower floors, never a sibling. The roots stand above all; `fwd.hpp` alone may be included
 # from anywhere, and includes core/config.hpp alone. Own includes stand outside of every #if but the guard, and every
-# header is included by another, up to the umbrella.
+# header is included by another, up to the umbrella. Headers with code are enclosed by core/save_macros.hpp and
+# core/restore_macros.hpp.
 cmake_minimum_required(VERSION 3.25)
 
 set(core 1)
@@ -51,8 +52,19 @@ foreach(header IN LISTS headers)
 
     string(MAKE_C_IDENTIFIER INSONIFY_${header} guard)
     string(TOUPPER ${guard} guard)
+    if(header MATCHES "^core/(save|restore)_macros.hpp$")
+        continue()
+    endif()
     if(NOT text MATCHES "^#ifndef ${guard}\n#define ${guard}\n" AND NOT header STREQUAL io/implementation.hpp)
         fault("does not begin with its guard ${guard}")
+    endif()
+    if(text MATCHES "namespace insonify" AND NOT header MATCHES "^(fwd|core/config).hpp$")
+        if(NOT text MATCHES "^[^\n]*\n[^\n]*\n\n#include <insonify/core/save_macros.hpp>\n\n")
+            fault("does not include core/save_macros.hpp first, in a paragraph of its own")
+        endif()
+        if(NOT text MATCHES "\n\n#include <insonify/core/restore_macros.hpp>\n\n#endif[^\n]*\n?$")
+            fault("does not include core/restore_macros.hpp last, in a paragraph of its own")
+        endif()
     endif()
     if(text MATCHES "glm(::|/)" AND NOT header STREQUAL core/math.hpp)
         fault("names GLM, which core/math.hpp alone does")

@@ -1,0 +1,26 @@
+// Everything, after the macros of others: it compiles, draws a picture, and leaves the macros as they were.
+#include "macros_of_others.hpp"
+#define INSONIFY_IMPLEMENTATION
+#include <insonify/insonify.hpp>
+
+#if !defined(near) || !defined(far) || !defined(small) || !defined(emit) || !defined(slots)
+#error "a macro is lost"
+#endif
+
+namespace {
+
+int not_of_unreal(int value) { return value + 1; }
+int not_of_windows(int, int, int) { return 3; }
+
+} // namespace
+
+int main() {
+    using namespace insonify;
+    scene body{tissue::muscle};
+    body.add(make_sphere({0, 0, 20_mm}, 5_mm, 3), tissue::blood);
+    body.build(exec::par);
+    const linear_array probe{.lines = 32, .width = 30_mm};
+    (probe.check)(); // in parentheses, as no function-like macro is expanded there
+    const image picture = b_mode(exec::par_unseq, body, probe, pose{}, {.depth = 40_mm, .size = {64, 64}});
+    return picture.pixels.size() == 4096 && check(1) == 2 && RGB(1, 2, 3) == 3 ? 0 : 1;
+}
