@@ -1,6 +1,8 @@
 #ifndef INSONIFY_B_MODE_HPP
 #define INSONIFY_B_MODE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/scanner.hpp>
 #include <utility>
 
@@ -51,4 +53,7 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

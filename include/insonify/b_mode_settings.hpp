@@ -1,6 +1,8 @@
 #ifndef INSONIFY_B_MODE_SETTINGS_HPP
 #define INSONIFY_B_MODE_SETTINGS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/image/grey_map.hpp>
 #include <insonify/probe/refined.hpp>
 #include <insonify/signal/beam.hpp>
@@ -125,4 +127,7 @@ b_mode_sampling sampling_of(const Probe& probe, const b_mode_settings& settings)
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

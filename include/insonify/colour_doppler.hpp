@@ -1,6 +1,8 @@
 #ifndef INSONIFY_COLOUR_DOPPLER_HPP
 #define INSONIFY_COLOUR_DOPPLER_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/b_mode.hpp>
 #include <insonify/doppler_ensemble.hpp>
 #include <insonify/probe/probe_section.hpp>
@@ -178,4 +180,7 @@ flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& 
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_DISPLAY_HPP
 #define INSONIFY_DISPLAY_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/b_mode_settings.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/image/scan_convert.hpp>
@@ -138,4 +140,7 @@ class clip_watch {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_DOPPLER_ENSEMBLE_HPP
 #define INSONIFY_DOPPLER_ENSEMBLE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/probe/refined.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/electronic_noise.hpp>
@@ -104,4 +106,7 @@ iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Prob
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

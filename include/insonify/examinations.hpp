@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXAMINATIONS_HPP
 #define INSONIFY_EXAMINATIONS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/b_mode.hpp>
 #include <insonify/probe/presets.hpp>
 #include <insonify/probe/radial_array.hpp>
@@ -67,4 +69,7 @@ inline const b_mode_settings& settings_for(const radial_array&) { return intrava
 /// @}
 
 } // namespace insonify::inline INSONIFY_ABI::presets
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

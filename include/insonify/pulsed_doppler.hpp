@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PULSED_DOPPLER_HPP
 #define INSONIFY_PULSED_DOPPLER_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/colour_doppler.hpp>
 #include <insonify/signal/doppler_spectrum.hpp>
 
@@ -131,4 +133,7 @@ doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const P
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCANNER_HPP
 #define INSONIFY_SCANNER_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/b_mode_settings.hpp>
 #include <insonify/core/stopwatch.hpp>
@@ -330,4 +332,7 @@ const tgc_settings& scanner<Probe, Model, Tracer>::time_gain_of(const Policy& po
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

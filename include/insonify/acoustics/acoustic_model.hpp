@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_ACOUSTIC_MODEL_HPP
 #define INSONIFY_ACOUSTICS_ACOUSTIC_MODEL_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <concepts>
@@ -78,4 +80,7 @@ constexpr float nanoseconds_of() {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

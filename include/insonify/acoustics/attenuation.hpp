@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_ATTENUATION_HPP
 #define INSONIFY_ACOUSTICS_ATTENUATION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/medium.hpp>
 #include <concepts>
 
@@ -64,4 +66,7 @@ INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequenc
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

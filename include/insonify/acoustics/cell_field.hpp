@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 #define INSONIFY_ACOUSTICS_CELL_FIELD_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/rest_curve.hpp>
 #include <insonify/acoustics/structured_line.hpp>
 #include <insonify/core/error.hpp>
@@ -297,4 +299,7 @@ using gaussian_field = cell_field<gaussian_numbers>;
 using poisson_scatterers = cell_field<poisson_numbers>;
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

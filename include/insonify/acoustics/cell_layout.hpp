@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_CELL_LAYOUT_HPP
 #define INSONIFY_ACOUSTICS_CELL_LAYOUT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/scatter_numbers.hpp>
 #include <insonify/acoustics/scattering.hpp>
 #include <insonify/acoustics/view_direction.hpp>
@@ -128,4 +130,7 @@ INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

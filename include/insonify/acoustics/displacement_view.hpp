@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_DISPLACEMENT_VIEW_HPP
 #define INSONIFY_ACOUSTICS_DISPLACEMENT_VIEW_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/geometry/pose.hpp>
@@ -83,4 +85,7 @@ struct displacement_view {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

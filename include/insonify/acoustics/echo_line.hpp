@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_ECHO_LINE_HPP
 #define INSONIFY_ACOUSTICS_ECHO_LINE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd_bits.hpp>
@@ -203,4 +205,7 @@ class echo_line {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_ECHO_PATH_HPP
 #define INSONIFY_ACOUSTICS_ECHO_PATH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/line_refraction.hpp>
@@ -60,4 +62,7 @@ INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line&
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

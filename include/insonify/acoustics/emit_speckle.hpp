@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 #define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/propagation.hpp>
@@ -73,4 +75,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_FIBRE_CHART_HPP
 #define INSONIFY_ACOUSTICS_FIBRE_CHART_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>
 #include <cstddef>
@@ -39,4 +41,7 @@ struct fibre_chart {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
 #define INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/line_refraction.hpp>
 #include <insonify/acoustics/narrow_obstacle.hpp>
@@ -38,4 +40,7 @@ INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_FRESNEL_HPP
 #define INSONIFY_ACOUSTICS_FRESNEL_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/interface_law.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -108,4 +110,7 @@ struct fresnel {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
 #define INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/medium.hpp>
 #include <concepts>
 
@@ -28,4 +30,7 @@ concept interface_law = requires(const Law& law, const incidence& at) {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_LAW2011_HPP
 #define INSONIFY_ACOUSTICS_LAW2011_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/interface_law.hpp>
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/core/decibels.hpp>
@@ -215,4 +217,7 @@ struct law2011 {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

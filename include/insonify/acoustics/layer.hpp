@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_LAYER_HPP
 #define INSONIFY_ACOUSTICS_LAYER_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/acoustics/placed_structure.hpp>
@@ -165,4 +167,7 @@ struct traced_line {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_LINE_NODES_HPP
 #define INSONIFY_ACOUSTICS_LINE_NODES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/simd_math.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -74,4 +76,7 @@ class line_nodes {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

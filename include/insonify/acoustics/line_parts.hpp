@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_LINE_PARTS_HPP
 #define INSONIFY_ACOUSTICS_LINE_PARTS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/line_nodes.hpp>
 #include <insonify/execution/simd_bits.hpp>
 #include <cstdint>
@@ -68,4 +70,7 @@ struct part_lanes {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

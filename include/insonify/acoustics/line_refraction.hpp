@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
 #define INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/fresnel.hpp>
 #include <insonify/acoustics/layer.hpp>
 
@@ -109,4 +111,7 @@ class line_refraction {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_MEDIUM_HPP
 #define INSONIFY_ACOUSTICS_MEDIUM_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/structure.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/core/units.hpp>
@@ -57,4 +59,7 @@ INSONIFY_FN inline bool is_valid(const medium& m) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

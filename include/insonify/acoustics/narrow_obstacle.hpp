@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
 #define INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/propagation.hpp>
@@ -61,4 +63,7 @@ INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, c
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

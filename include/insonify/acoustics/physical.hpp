@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_PHYSICAL_HPP
 #define INSONIFY_ACOUSTICS_PHYSICAL_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/cell_field.hpp>
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
@@ -291,4 +293,7 @@ struct physical {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

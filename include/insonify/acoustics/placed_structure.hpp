@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
 #define INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/fibre_chart.hpp>
 #include <insonify/acoustics/structure_rms.hpp>
 #include <insonify/core/decibels.hpp>
@@ -80,4 +82,7 @@ struct placed_structure {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

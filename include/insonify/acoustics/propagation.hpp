@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_PROPAGATION_HPP
 #define INSONIFY_ACOUSTICS_PROPAGATION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/echo_path.hpp>
 
 /// How the state of the wave changes within the layers of a line, by a model's `timing` and `attenuation`.
@@ -25,4 +27,7 @@ INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& 
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_REST_CURVE_HPP
 #define INSONIFY_ACOUSTICS_REST_CURVE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/scattering.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -58,4 +60,7 @@ class rest_curve {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

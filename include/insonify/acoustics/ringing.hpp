@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_RINGING_HPP
 #define INSONIFY_ACOUSTICS_RINGING_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/interface_law.hpp>
@@ -83,4 +85,7 @@ INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, cons
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

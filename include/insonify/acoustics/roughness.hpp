@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_ROUGHNESS_HPP
 #define INSONIFY_ACOUSTICS_ROUGHNESS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/interface_law.hpp>
 #include <cfloat>
 #include <concepts>
@@ -84,4 +86,7 @@ INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 unifo
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
 #define INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/execution/simd_bits.hpp>
@@ -91,4 +93,7 @@ struct poisson_numbers {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_SCATTERING_HPP
 #define INSONIFY_ACOUSTICS_SCATTERING_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/placed_structure.hpp>
@@ -91,4 +93,7 @@ struct no_scatterers {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_SHEATH_GAINS_HPP
 #define INSONIFY_ACOUSTICS_SHEATH_GAINS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/structure_gains.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -96,4 +98,7 @@ class sheath_gains {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_SHEET_CROSSINGS_HPP
 #define INSONIFY_ACOUSTICS_SHEET_CROSSINGS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/line_nodes.hpp>
 #include <insonify/acoustics/line_parts.hpp>
 #include <insonify/acoustics/placed_structure.hpp>
@@ -242,4 +244,7 @@ class sheet_crossings {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

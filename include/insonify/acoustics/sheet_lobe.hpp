@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_SHEET_LOBE_HPP
 #define INSONIFY_ACOUSTICS_SHEET_LOBE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/structure.hpp>
 #include <cmath>
 
@@ -24,4 +26,7 @@ INSONIFY_FN inline float tilt_of_lattice(const structure::sheet_layer& layer, st
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_SPECULAR_HPP
 #define INSONIFY_ACOUSTICS_SPECULAR_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/execution/simd_math.hpp>
@@ -123,4 +125,7 @@ struct specular_return {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_STRAIGHTENED_HPP
 #define INSONIFY_ACOUSTICS_STRAIGHTENED_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/scattering.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -36,4 +38,7 @@ INSONIFY_FN void scatter_along_fibres(const Field& field, const material_line& l
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_STRUCTURE_HPP
 #define INSONIFY_ACOUSTICS_STRUCTURE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -110,4 +112,7 @@ INSONIFY_FN inline bool is_valid(const structure& s) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

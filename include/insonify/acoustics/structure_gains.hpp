@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_STRUCTURE_GAINS_HPP
 #define INSONIFY_ACOUSTICS_STRUCTURE_GAINS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/sheet_crossings.hpp>
 #include <insonify/acoustics/structure_noise.hpp>
 #include <insonify/core/random.hpp>
@@ -178,4 +180,7 @@ class gain_window {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

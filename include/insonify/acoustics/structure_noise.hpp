@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_STRUCTURE_NOISE_HPP
 #define INSONIFY_ACOUSTICS_STRUCTURE_NOISE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/simd_bits.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -37,4 +39,7 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_STRUCTURE_RMS_HPP
 #define INSONIFY_ACOUSTICS_STRUCTURE_RMS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/sheet_lobe.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -75,4 +77,7 @@ INSONIFY_FN inline float structure_rms(const structure& s, float fnumber) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_STRUCTURED_LINE_HPP
 #define INSONIFY_ACOUSTICS_STRUCTURED_LINE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/cell_layout.hpp>
 #include <insonify/acoustics/sheath_gains.hpp>
 #include <cfloat>
@@ -55,4 +57,7 @@ class structured_line {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_TISSUE_HPP
 #define INSONIFY_ACOUSTICS_TISSUE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/acoustics/tissue_structure.hpp>
 #include <insonify/core/decibels.hpp>
@@ -188,4 +190,7 @@ constexpr std::optional<medium> find(std::string_view name) {
 
 } // namespace tissue
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_TISSUE_STRUCTURE_HPP
 #define INSONIFY_ACOUSTICS_TISSUE_STRUCTURE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/structure.hpp>
 #include <insonify/core/units.hpp>
 
@@ -107,4 +109,7 @@ inline constexpr structure parenchyma_structure{.mottling = {1.2F, {9_mm, 9_mm, 
 inline constexpr structure kidney_structure{.mottling = {1.5F, {5_mm, 5_mm, 5_mm}}};
 
 } // namespace insonify::inline INSONIFY_ABI::tissue
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

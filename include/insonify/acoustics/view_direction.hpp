@@ -1,6 +1,8 @@
 #ifndef INSONIFY_ACOUSTICS_VIEW_DIRECTION_HPP
 #define INSONIFY_ACOUSTICS_VIEW_DIRECTION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/random.hpp>
 
 /// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
@@ -47,4 +49,7 @@ struct view_slabs {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_ASSEMBLE_HPP
 #define INSONIFY_BVH_ASSEMBLE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/tree_pieces.hpp>
 #include <insonify/execution/any_policy.hpp>
 #include <algorithm>
@@ -127,4 +129,7 @@ class tree_assembler {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_BATCH_HPP
 #define INSONIFY_BVH_BATCH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/ray_lanes.hpp>
 #include <insonify/bvh/traverse_packet.hpp>
 #include <insonify/execution/for_each.hpp>
@@ -157,4 +159,7 @@ void trace_batch(const Policy& policy, const bvh_view<Range, Width>& tree, view<
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

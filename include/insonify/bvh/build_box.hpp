@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_BUILD_BOX_HPP
 #define INSONIFY_BVH_BUILD_BOX_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/simd.hpp>
 #include <insonify/geometry/aabb.hpp>
 #include <cstdint>
@@ -82,4 +84,7 @@ struct centre_range {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

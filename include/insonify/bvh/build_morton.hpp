@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_BUILD_MORTON_HPP
 #define INSONIFY_BVH_BUILD_MORTON_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/assemble.hpp>
 #include <insonify/bvh/morton_order.hpp>
 #include <algorithm>
@@ -80,4 +82,7 @@ topology<Width> build_morton::operator()(const Policy& policy, const Range& rang
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_BUILD_SAH_HPP
 #define INSONIFY_BVH_BUILD_SAH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/assemble.hpp>
 #include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/bvh/sah_bins.hpp>
@@ -156,4 +158,7 @@ topology<Width> build_sah::operator()(const Policy& policy, const Range& range) 
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_BVH_HPP
 #define INSONIFY_BVH_BVH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/batch.hpp>
 #include <insonify/bvh/storage.hpp>
 #include <insonify/geometry/mesh.hpp>
@@ -144,4 +146,7 @@ bvh(const Policy&, const Container&)
 /// @}
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_CONCEPTS_HPP
 #define INSONIFY_BVH_CONCEPTS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/geometry/aabb.hpp>
 #include <insonify/geometry/hit.hpp>
 #include <insonify/geometry/ray.hpp>
@@ -34,4 +36,7 @@ concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_as
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_LARGE_ARRAY_HPP
 #define INSONIFY_BVH_LARGE_ARRAY_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -108,4 +110,7 @@ class large_array {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #undef INSONIFY_ADDRESS_SANITIZER
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

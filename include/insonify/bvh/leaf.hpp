@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_LEAF_HPP
 #define INSONIFY_BVH_LEAF_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/build_box.hpp>
 #include <insonify/bvh/concepts.hpp>
 #include <insonify/bvh/prepared_ray.hpp>
@@ -104,4 +106,7 @@ struct leaf {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_LEAF_TRIANGLES_HPP
 #define INSONIFY_BVH_LEAF_TRIANGLES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/leaf.hpp>
 #include <insonify/bvh/ray_packet.hpp>
 #include <insonify/execution/simd_bits.hpp>
@@ -255,4 +257,7 @@ struct alignas(64) leaf<Range, Width> {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

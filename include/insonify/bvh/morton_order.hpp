@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_MORTON_ORDER_HPP
 #define INSONIFY_BVH_MORTON_ORDER_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/execution/simd_bits.hpp>
@@ -217,4 +219,7 @@ class morton_order {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_NODE_HPP
 #define INSONIFY_BVH_NODE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/large_array.hpp>
 #include <insonify/geometry/aabb.hpp>
 #include <bit>
@@ -90,4 +92,7 @@ struct topology {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

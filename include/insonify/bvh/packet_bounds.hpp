@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_PACKET_BOUNDS_HPP
 #define INSONIFY_BVH_PACKET_BOUNDS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/node.hpp>
 #include <insonify/execution/simd.hpp>
 
@@ -103,4 +105,7 @@ INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const packet_bound
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_PREPARED_RAY_HPP
 #define INSONIFY_BVH_PREPARED_RAY_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/node.hpp>
 #include <insonify/execution/simd_bits.hpp>
 #include <insonify/geometry/triangle.hpp>
@@ -87,4 +89,7 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

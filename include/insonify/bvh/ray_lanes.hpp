@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_RAY_LANES_HPP
 #define INSONIFY_BVH_RAY_LANES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/simd_bits.hpp>
 #include <insonify/geometry/aabb.hpp>
 #include <insonify/geometry/ray.hpp>
@@ -90,4 +92,7 @@ INSONIFY_INLINE std::uint32_t may_enter(const aabb& box, float max_abs_coordinat
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

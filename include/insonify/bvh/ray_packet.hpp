@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_RAY_PACKET_HPP
 #define INSONIFY_BVH_RAY_PACKET_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/packet_bounds.hpp>
 #include <insonify/bvh/prepared_ray.hpp>
 #include <insonify/bvh/ray_lanes.hpp>
@@ -286,4 +288,7 @@ struct ray_packet : packet_bounds<N> {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

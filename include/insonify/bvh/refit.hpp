@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_REFIT_HPP
 #define INSONIFY_BVH_REFIT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/execution/for_each.hpp>
 
@@ -103,4 +105,7 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_SAH_BINS_HPP
 #define INSONIFY_BVH_SAH_BINS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/build_box.hpp>
 #include <insonify/bvh/node.hpp>
 #include <insonify/execution/simd_bits.hpp>
@@ -172,4 +174,7 @@ class sah_bins {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_STORAGE_HPP
 #define INSONIFY_BVH_STORAGE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/build_morton.hpp>
 #include <insonify/bvh/build_sah.hpp>
 #include <insonify/bvh/refit.hpp>
@@ -142,4 +144,7 @@ class bvh_storage {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_TRAVERSAL_STACK_HPP
 #define INSONIFY_BVH_TRAVERSAL_STACK_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/node.hpp>
 #include <insonify/execution/pack.hpp>
 
@@ -74,4 +76,7 @@ struct any_order {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

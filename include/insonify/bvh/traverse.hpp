@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_TRAVERSE_HPP
 #define INSONIFY_BVH_TRAVERSE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/bvh/traversal_stack.hpp>
 #include <insonify/core/view.hpp>
@@ -140,4 +142,7 @@ struct ray_traversal {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_TRAVERSE_PACKET_HPP
 #define INSONIFY_BVH_TRAVERSE_PACKET_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/ray_packet.hpp>
 #include <insonify/bvh/traverse.hpp>
 
@@ -104,4 +106,7 @@ struct packet_traversal {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_BVH_TREE_PIECES_HPP
 #define INSONIFY_BVH_TREE_PIECES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/node.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <algorithm>
@@ -70,4 +72,7 @@ topology<Width> join_pieces(const Policy& policy, tree_piece<Width>& top, const 
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_CORE_DECIBELS_HPP
 #define INSONIFY_CORE_DECIBELS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <cfloat>
 #include <cmath>
@@ -23,4 +25,7 @@ constexpr float amplitude_of_decibels(int level) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

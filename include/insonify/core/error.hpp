@@ -1,6 +1,8 @@
 #ifndef INSONIFY_CORE_ERROR_HPP
 #define INSONIFY_CORE_ERROR_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <stdexcept>
 
@@ -22,4 +24,7 @@ struct usage_error : std::logic_error {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_CORE_MATH_HPP
 #define INSONIFY_CORE_MATH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 
 #if defined(__CUDACC__)
@@ -114,4 +116,7 @@ INSONIFY_FN inline float multiply_add(float a, float b, float c) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_CORE_MEMO_HPP
 #define INSONIFY_CORE_MEMO_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <concepts>
 #include <optional>
@@ -46,4 +48,7 @@ class memo {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_CORE_RANDOM_HPP
 #define INSONIFY_CORE_RANDOM_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <cstdint>
 
@@ -43,4 +45,7 @@ INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

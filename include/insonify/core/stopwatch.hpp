@@ -1,6 +1,8 @@
 #ifndef INSONIFY_CORE_STOPWATCH_HPP
 #define INSONIFY_CORE_STOPWATCH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <chrono>
 
@@ -25,4 +27,7 @@ class stopwatch {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_CORE_TEXT_HPP
 #define INSONIFY_CORE_TEXT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -27,4 +29,7 @@ inline std::string number_text(float value) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

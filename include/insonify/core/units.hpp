@@ -1,6 +1,8 @@
 #ifndef INSONIFY_CORE_UNITS_HPP
 #define INSONIFY_CORE_UNITS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 
 /// All public numbers are in SI units: metres, seconds, hertz, radians, kg/m^3, m/s, rayl (kg/(m^2 s)), dB/m. Literals
@@ -36,4 +38,7 @@ INSONIFY_LITERAL(dB_per_cm, 100.0L)
 // clang-format on
 
 } // namespace insonify::inline INSONIFY_ABI::inline literals
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_CORE_VIEW_HPP
 #define INSONIFY_CORE_VIEW_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <concepts>
 #include <cstddef>
@@ -55,4 +57,7 @@ struct view {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_ANY_POLICY_HPP
 #define INSONIFY_EXECUTION_ANY_POLICY_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/for_each.hpp>
 #include <cstddef>
 
@@ -44,4 +46,7 @@ namespace insonify::inline INSONIFY_ABI {
 template <>
 inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
 }
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

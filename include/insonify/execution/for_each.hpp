@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_FOR_EACH_HPP
 #define INSONIFY_EXECUTION_FOR_EACH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/thread_pool.hpp>
 #include <cstddef>
@@ -71,4 +73,7 @@ void for_each_block(const Policy& policy, std::size_t count, std::size_t block, 
 using exec::for_each_index;
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_PACK_HPP
 #define INSONIFY_EXECUTION_PACK_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/simd_bits.hpp>
 #include <bit>
 
@@ -53,4 +55,7 @@ INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values,
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

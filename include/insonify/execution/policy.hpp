@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_POLICY_HPP
 #define INSONIFY_EXECUTION_POLICY_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <cstdint>
 
@@ -92,4 +94,7 @@ inline constexpr bool exec::is_unsequenced_v<detail::standard::parallel_unsequen
 #endif
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_SIMD_HPP
 #define INSONIFY_EXECUTION_SIMD_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <insonify/execution/simd_scalar.hpp>
 #include <insonify/execution/simd_std.hpp>
@@ -47,4 +49,7 @@ INSONIFY_FN INSONIFY_INLINE Lanes difference_of_products(const Lanes& a, const L
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

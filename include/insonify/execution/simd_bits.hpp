@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_SIMD_BITS_HPP
 #define INSONIFY_EXECUTION_SIMD_BITS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/simd.hpp>
 #include <insonify/execution/vector_type.hpp>
 
@@ -95,4 +97,7 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> floor_bits(const lanes<N>& x) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_SIMD_MATH_HPP
 #define INSONIFY_EXECUTION_SIMD_MATH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/simd_bits.hpp>
 #include <cfloat>
 
@@ -48,4 +50,7 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_SIMD_SCALAR_HPP
 #define INSONIFY_EXECUTION_SIMD_SCALAR_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 
 #if defined(INSONIFY_NO_SIMD)
@@ -187,4 +189,7 @@ INSONIFY_FN float sum(const lanes<N>& a) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_SIMD_STD_HPP
 #define INSONIFY_EXECUTION_SIMD_STD_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 
 #if defined(INSONIFY_STD_SIMD)
@@ -123,4 +125,7 @@ INSONIFY_INLINE float sum(const stdx::simd<float, Abi>& a) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

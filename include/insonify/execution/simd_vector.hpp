@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_SIMD_VECTOR_HPP
 #define INSONIFY_EXECUTION_SIMD_VECTOR_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/vector_type.hpp>
 
 #if !defined(INSONIFY_NO_SIMD) && !defined(INSONIFY_STD_SIMD)
@@ -169,4 +171,7 @@ INSONIFY_INLINE float sum(const lanes<N>& a) {
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

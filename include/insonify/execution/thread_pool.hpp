@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_THREAD_POOL_HPP
 #define INSONIFY_EXECUTION_THREAD_POOL_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <algorithm>
@@ -174,4 +176,7 @@ class thread_pool {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

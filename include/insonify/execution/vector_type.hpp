@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXECUTION_VECTOR_TYPE_HPP
 #define INSONIFY_EXECUTION_VECTOR_TYPE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <cstdint>
 
@@ -18,4 +20,7 @@ using vector = typename vector_type<T, N>::type;
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

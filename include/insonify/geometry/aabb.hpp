@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_AABB_HPP
 #define INSONIFY_GEOMETRY_AABB_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <cfloat>
 
@@ -61,4 +63,7 @@ INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_FACE_GROUPS_HPP
 #define INSONIFY_GEOMETRY_FACE_GROUPS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <algorithm>
@@ -62,4 +64,7 @@ class face_groups {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

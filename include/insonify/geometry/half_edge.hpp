@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_HALF_EDGE_HPP
 #define INSONIFY_GEOMETRY_HALF_EDGE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <algorithm>
 #include <cstdint>
@@ -34,4 +36,7 @@ inline void sort_by_ends(std::vector<half_edge>& edges) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_HIT_HPP
 #define INSONIFY_GEOMETRY_HIT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <cfloat>
 #include <cstdint>
@@ -24,4 +26,7 @@ INSONIFY_FN constexpr bool nearer(const hit& a, const hit& b) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

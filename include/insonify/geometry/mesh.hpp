@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_MESH_HPP
 #define INSONIFY_GEOMETRY_MESH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/core/view.hpp>
@@ -80,4 +82,7 @@ inline double enclosed_volume(const mesh_view& m) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_NEEDLE_HPP
 #define INSONIFY_GEOMETRY_NEEDLE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <cmath>
@@ -83,4 +85,7 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

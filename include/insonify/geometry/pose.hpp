@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_POSE_HPP
 #define INSONIFY_GEOMETRY_POSE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 
@@ -68,4 +70,7 @@ inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

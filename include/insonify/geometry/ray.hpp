@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_RAY_HPP
 #define INSONIFY_GEOMETRY_RAY_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <cfloat>
 
@@ -18,4 +20,7 @@ struct ray {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_SHAPES_HPP
 #define INSONIFY_GEOMETRY_SHAPES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/half_edge.hpp>
 #include <insonify/geometry/mesh.hpp>
@@ -210,4 +212,7 @@ inline mesh make_plane(vec3 centre, vec3 normal, float width, float thickness) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_SMOOTH_NORMALS_HPP
 #define INSONIFY_GEOMETRY_SMOOTH_NORMALS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <cstddef>
@@ -95,4 +97,7 @@ struct smooth_normals_view {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

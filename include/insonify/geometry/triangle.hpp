@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_TRIANGLE_HPP
 #define INSONIFY_GEOMETRY_TRIANGLE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/geometry/aabb.hpp>
 #include <insonify/geometry/hit.hpp>
 #include <insonify/geometry/ray.hpp>
@@ -105,4 +107,7 @@ INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
 INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return intersect(sheared_ray{r}, t); }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

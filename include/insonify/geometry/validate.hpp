@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_VALIDATE_HPP
 #define INSONIFY_GEOMETRY_VALIDATE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/geometry/half_edge.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <algorithm>
@@ -207,4 +209,7 @@ inline std::string explain(const mesh_report& report) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_GEOMETRY_VERTEX_GROUPS_HPP
 #define INSONIFY_GEOMETRY_VERTEX_GROUPS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/half_edge.hpp>
 #include <insonify/geometry/mesh.hpp>
@@ -113,4 +115,7 @@ struct vertex_groups {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

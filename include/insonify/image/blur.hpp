@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_BLUR_HPP
 #define INSONIFY_IMAGE_BLUR_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/image/progressive.hpp>
 #include <insonify/image/scan_convert.hpp>
 #include <vector>
@@ -78,4 +80,7 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

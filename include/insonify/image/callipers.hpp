@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_CALLIPERS_HPP
 #define INSONIFY_IMAGE_CALLIPERS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/view.hpp>
 #include <insonify/image/scan_convert.hpp>
 #include <cstddef>
@@ -49,4 +51,7 @@ inline outline_measure measure_outline(const scan_map& map, view<const vec2> out
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_CHECK_SIZE_HPP
 #define INSONIFY_IMAGE_CHECK_SIZE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/core/text.hpp>
@@ -33,4 +35,7 @@ inline void check_size(uvec2 size, const char* caller, std::string_view advice =
 } // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

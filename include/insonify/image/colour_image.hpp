@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_COLOUR_IMAGE_HPP
 #define INSONIFY_IMAGE_COLOUR_IMAGE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <cstddef>
 #include <vector>
@@ -31,4 +33,7 @@ struct colour_image {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_DOPPLER_PICTURE_HPP
 #define INSONIFY_IMAGE_DOPPLER_PICTURE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/image/colour_image.hpp>
 #include <insonify/image/scan_convert.hpp>
 #include <insonify/signal/autocorrelation.hpp>
@@ -150,4 +152,7 @@ colour_image colour_overlay(const Policy& policy, const image& grey, const flow_
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_GREY_MAP_HPP
 #define INSONIFY_IMAGE_GREY_MAP_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/execution/simd_math.hpp>
@@ -105,4 +107,7 @@ scan_lines map_grey(const Policy& policy, scan_lines lines, const grey_map& map)
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

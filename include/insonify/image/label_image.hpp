@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_LABEL_IMAGE_HPP
 #define INSONIFY_IMAGE_LABEL_IMAGE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/image/scan_convert.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -86,4 +88,7 @@ image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const 
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_M_MODE_HPP
 #define INSONIFY_IMAGE_M_MODE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/image/check_size.hpp>
 #include <insonify/image/image.hpp>
@@ -87,4 +89,7 @@ class m_mode {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_NOISE_HPP
 #define INSONIFY_IMAGE_NOISE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/random.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/image/check_size.hpp>
@@ -53,4 +55,7 @@ image add_noise(const Policy& policy, image picture, const image& noise) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_PROGRESSIVE_HPP
 #define INSONIFY_IMAGE_PROGRESSIVE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/for_each.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/image/image.hpp>
@@ -53,4 +55,7 @@ class progressive {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

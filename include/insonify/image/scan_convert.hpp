@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IMAGE_SCAN_CONVERT_HPP
 #define INSONIFY_IMAGE_SCAN_CONVERT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/memo.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/execution/for_each.hpp>
@@ -254,4 +256,7 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const Probe& p
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

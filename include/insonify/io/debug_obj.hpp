@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_DEBUG_OBJ_HPP
 #define INSONIFY_IO_DEBUG_OBJ_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/geometry/pose.hpp>
@@ -69,4 +71,7 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_IMPLEMENTATION_DEBUG_OBJ_HPP
 #define INSONIFY_IO_IMPLEMENTATION_DEBUG_OBJ_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/io/debug_obj.hpp>
 #include <insonify/io/implementation_file.hpp>
@@ -51,4 +53,7 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

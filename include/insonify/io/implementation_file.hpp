@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_IMPLEMENTATION_FILE_HPP
 #define INSONIFY_IO_IMPLEMENTATION_FILE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <filesystem>
 #include <fstream>
@@ -59,4 +61,7 @@ inline void close_file(std::ofstream& file, const std::string& path) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_IMPLEMENTATION_OBJ_HPP
 #define INSONIFY_IO_IMPLEMENTATION_OBJ_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/io/implementation_file.hpp>
 #include <insonify/io/implementation_obj_media.hpp>
 #include <insonify/io/implementation_obj_objects.hpp>
@@ -87,4 +89,7 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

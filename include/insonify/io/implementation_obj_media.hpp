@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_IMPLEMENTATION_OBJ_MEDIA_HPP
 #define INSONIFY_IO_IMPLEMENTATION_OBJ_MEDIA_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/decibels.hpp>
 #include <insonify/io/implementation_file.hpp>
@@ -232,4 +234,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_IMPLEMENTATION_OBJ_OBJECTS_HPP
 #define INSONIFY_IO_IMPLEMENTATION_OBJ_OBJECTS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/geometry/validate.hpp>
@@ -153,4 +155,7 @@ inline void name_objects(const std::string& path, const obj_content& content, st
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_IMPLEMENTATION_OBJ_TEXT_HPP
 #define INSONIFY_IO_IMPLEMENTATION_OBJ_TEXT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <algorithm>
 #include <charconv>
@@ -194,4 +196,7 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

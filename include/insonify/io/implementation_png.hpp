@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_IMPLEMENTATION_PNG_HPP
 #define INSONIFY_IO_IMPLEMENTATION_PNG_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/image/check_size.hpp>
 #include <insonify/io/implementation_file.hpp>
 #include <insonify/io/implementation_stb.hpp>
@@ -56,4 +58,7 @@ void write_png(const std::string& path, const colour_image& picture) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

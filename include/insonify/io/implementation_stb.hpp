@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_IMPLEMENTATION_STB_HPP
 #define INSONIFY_IO_IMPLEMENTATION_STB_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <cassert>
 // NOLINTBEGIN(modernize-deprecated-headers): stb_image_write includes these names.
@@ -89,5 +91,7 @@ using ::abs; // insonify::abs would hide it
 #pragma pop_macro("STBIW_ASSERT")
 #pragma pop_macro("STBIW_CRC32")
 #pragma pop_macro("STBIW_ZLIB_COMPRESS")
+
+#include <insonify/core/restore_macros.hpp>
 
 #endif

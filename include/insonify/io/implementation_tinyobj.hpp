@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_IMPLEMENTATION_TINYOBJ_HPP
 #define INSONIFY_IO_IMPLEMENTATION_TINYOBJ_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 
 // A private copy of tinyobjloader in a renamed namespace, with every macro that configures it or that it defines saved
@@ -70,5 +72,7 @@ namespace loader = tinyobj;
 #pragma pop_macro("IS_SPACE")
 #pragma pop_macro("IS_DIGIT")
 #pragma pop_macro("IS_NEW_LINE")
+
+#include <insonify/core/restore_macros.hpp>
 
 #endif

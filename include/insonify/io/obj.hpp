@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_OBJ_HPP
 #define INSONIFY_IO_OBJ_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/scene/scene.hpp>
@@ -58,4 +60,7 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings);
 scene load_obj_scene(const std::string& path, const obj_settings& settings, std::vector<std::string>& notes);
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

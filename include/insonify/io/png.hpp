@@ -1,6 +1,8 @@
 #ifndef INSONIFY_IO_PNG_HPP
 #define INSONIFY_IO_PNG_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/image/colour_image.hpp>
 #include <insonify/image/image.hpp>
 #include <string>
@@ -18,4 +20,7 @@ void write_png(const std::string& path, const image& picture);
 void write_png(const std::string& path, const colour_image& picture);
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_ACQUISITION_HPP
 #define INSONIFY_PROBE_ACQUISITION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <cstdint>
 
@@ -15,4 +17,7 @@ struct acquisition {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

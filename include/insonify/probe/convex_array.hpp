@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_CONVEX_ARRAY_HPP
 #define INSONIFY_PROBE_CONVEX_ARRAY_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/units.hpp>
 #include <insonify/probe/sector.hpp>
 
@@ -40,4 +42,7 @@ struct convex_array {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

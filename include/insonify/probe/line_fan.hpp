@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_LINE_FAN_HPP
 #define INSONIFY_PROBE_LINE_FAN_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/simd_bits.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/transducer.hpp>
@@ -287,4 +289,7 @@ class line_fan {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_LINE_GRID_HPP
 #define INSONIFY_PROBE_LINE_GRID_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <cstddef>
 #include <vector>
@@ -54,4 +56,7 @@ using iq_lines = line_grid<vec2>;        ///< complex baseband values: x in phas
 using label_lines = line_grid<label_id>; ///< the object at each sample
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_LINEAR_ARRAY_HPP
 #define INSONIFY_PROBE_LINEAR_ARRAY_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/units.hpp>
 #include <insonify/probe/transducer.hpp>
 
@@ -38,4 +40,7 @@ struct linear_array {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

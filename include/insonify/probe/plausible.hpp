@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_PLAUSIBLE_HPP
 #define INSONIFY_PROBE_PLAUSIBLE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/core/text.hpp>
@@ -61,4 +63,7 @@ inline void check_angle(float radians, const char* setting, float max, const cha
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_PRESETS_HPP
 #define INSONIFY_PROBE_PRESETS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
@@ -72,4 +74,7 @@ constexpr convex_array in_use(const convex_array& transducer) { return detail::i
 constexpr phased_array in_use(const phased_array& transducer) { return detail::in_use(transducer, 2.5F); }
 
 } // namespace insonify::inline INSONIFY_ABI::presets
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_PROBE_SECTION_HPP
 #define INSONIFY_PROBE_PROBE_SECTION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/memo.hpp>
 #include <insonify/probe/transducer.hpp>
 
@@ -31,4 +33,7 @@ struct probe_section : Probe {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_REFINED_HPP
 #define INSONIFY_PROBE_REFINED_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/memo.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <cmath>
@@ -39,4 +41,7 @@ struct refined : Probe {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

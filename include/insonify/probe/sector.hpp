@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_SECTOR_HPP
 #define INSONIFY_PROBE_SECTOR_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/probe/transducer.hpp>
 
@@ -26,4 +28,7 @@ struct sector {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_STEERED_HPP
 #define INSONIFY_PROBE_STEERED_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/memo.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/probe/transducer.hpp>
@@ -96,4 +98,7 @@ struct steered : Probe {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

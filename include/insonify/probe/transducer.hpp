@@ -1,6 +1,8 @@
 #ifndef INSONIFY_PROBE_TRANSDUCER_HPP
 #define INSONIFY_PROBE_TRANSDUCER_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/geometry/ray.hpp>
@@ -81,4 +83,7 @@ void check_array(const Array& array) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_BODY_MOTION_HPP
 #define INSONIFY_SCENE_BODY_MOTION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/scene/rest_along.hpp>
@@ -125,4 +127,7 @@ struct needle_drag {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

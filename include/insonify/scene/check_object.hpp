@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_CHECK_OBJECT_HPP
 #define INSONIFY_SCENE_CHECK_OBJECT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/scene/object.hpp>
@@ -64,4 +66,7 @@ inline void check_object(const mesh& surface, const medium& inside, const object
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

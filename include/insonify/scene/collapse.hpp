@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_COLLAPSE_HPP
 #define INSONIFY_SCENE_COLLAPSE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/scene/rest_along.hpp>
@@ -72,4 +74,7 @@ struct collapse {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_COMPOSE_HPP
 #define INSONIFY_SCENE_COMPOSE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/scene/inverse_map.hpp>
 #include <utility>
 
@@ -42,4 +44,7 @@ auto compose(First first, Second second, Others... others) {
 /// @}
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_CROSSINGS_HPP
 #define INSONIFY_SCENE_CROSSINGS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/scene/media_stack.hpp>
 #include <insonify/scene/scene_view.hpp>
 
@@ -100,4 +102,7 @@ INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line,
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

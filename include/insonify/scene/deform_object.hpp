@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_DEFORM_OBJECT_HPP
 #define INSONIFY_SCENE_DEFORM_OBJECT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/scene/check_object.hpp>
 #include <insonify/scene/inverse_map.hpp>
 #include <insonify/scene/inverse_tetrahedra.hpp>
@@ -67,4 +69,7 @@ bool deform_object(const Policy& policy, object& one, object_state& state, const
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_DIAGNOSE_HPP
 #define INSONIFY_SCENE_DIAGNOSE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/geometry/validate.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/plausible.hpp>
@@ -223,4 +225,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_DISPLACEMENT_GRID_HPP
 #define INSONIFY_SCENE_DISPLACEMENT_GRID_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <cstddef>
@@ -49,4 +51,7 @@ struct displacement_grid {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_DISPLACEMENTS_HPP
 #define INSONIFY_SCENE_DISPLACEMENTS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/scene/kept_map.hpp>
 #include <insonify/scene/object_state.hpp>
@@ -35,4 +37,7 @@ displacements_at(const any_policy<false>& policy, const kept_map& map, const dis
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

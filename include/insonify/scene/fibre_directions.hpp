@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_FIBRE_DIRECTIONS_HPP
 #define INSONIFY_SCENE_FIBRE_DIRECTIONS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <concepts>
 #include <memory>
@@ -40,4 +42,7 @@ class fibre_directions {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

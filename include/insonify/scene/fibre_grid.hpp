@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_FIBRE_GRID_HPP
 #define INSONIFY_SCENE_FIBRE_GRID_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/fibre_chart.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/aabb.hpp>
@@ -147,4 +149,7 @@ class fibre_grid {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

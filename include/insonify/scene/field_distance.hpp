@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_FIELD_DISTANCE_HPP
 #define INSONIFY_SCENE_FIELD_DISTANCE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/nearest_point.hpp>
 
@@ -31,4 +33,7 @@ float distance_to_field(const Probe& probe, float depth, const triangle& face) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_FLAT_SCENE_HPP
 #define INSONIFY_SCENE_FLAT_SCENE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/scene/object_state.hpp>
@@ -116,4 +118,7 @@ class use_count {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_INDENTATION_HPP
 #define INSONIFY_SCENE_INDENTATION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/scene/rest_along.hpp>
@@ -50,4 +52,7 @@ struct indentation {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_INVERSE_MAP_HPP
 #define INSONIFY_SCENE_INVERSE_MAP_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/execution/for_each.hpp>
@@ -177,4 +179,7 @@ void invert_map(const Policy& policy, const Map& map, const displacement_lattice
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_INVERSE_TETRAHEDRA_HPP
 #define INSONIFY_SCENE_INVERSE_TETRAHEDRA_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/scene/tetrahedra.hpp>
 
@@ -158,4 +160,7 @@ void check_map(const Policy& policy, const tetrahedra& map, const aabb&) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

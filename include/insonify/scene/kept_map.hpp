@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_KEPT_MAP_HPP
 #define INSONIFY_SCENE_KEPT_MAP_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/scene/inverse_map.hpp>
 #include <insonify/scene/inverse_tetrahedra.hpp>
@@ -88,4 +90,7 @@ class kept_map {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_LAYERS_HPP
 #define INSONIFY_SCENE_LAYERS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/scene/crossings.hpp>
 #include <insonify/scene/surface_incidence.hpp>
@@ -141,4 +143,7 @@ INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& 
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

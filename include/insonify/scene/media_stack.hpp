@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
 #define INSONIFY_SCENE_MEDIA_STACK_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/view.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -57,4 +59,7 @@ struct media_stack {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_NEAREST_POINT_HPP
 #define INSONIFY_SCENE_NEAREST_POINT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/traverse.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/triangle.hpp>
@@ -80,4 +82,7 @@ INSONIFY_FN nearest_point find_nearest(const bvh_view<mesh_view, Width>& tree, v
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_OBJECT_HPP
 #define INSONIFY_SCENE_OBJECT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/mesh.hpp>
@@ -39,4 +41,7 @@ struct object {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

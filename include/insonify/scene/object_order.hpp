@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_OBJECT_ORDER_HPP
 #define INSONIFY_SCENE_OBJECT_ORDER_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/scene/object_state.hpp>
 #include <algorithm>
 #include <cmath>
@@ -39,4 +41,7 @@ inline std::vector<medium> distinct_media(const medium& background, const std::v
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

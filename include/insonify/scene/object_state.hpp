@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_OBJECT_STATE_HPP
 #define INSONIFY_SCENE_OBJECT_STATE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/execution/for_each.hpp>
@@ -153,4 +155,7 @@ struct object_state {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

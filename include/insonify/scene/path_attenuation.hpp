@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_PATH_ATTENUATION_HPP
 #define INSONIFY_SCENE_PATH_ATTENUATION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/probe/plausible.hpp>
 #include <insonify/probe/transducer.hpp>
@@ -83,4 +85,7 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

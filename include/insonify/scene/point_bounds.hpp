@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_POINT_BOUNDS_HPP
 #define INSONIFY_SCENE_POINT_BOUNDS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd_bits.hpp>
 #include <insonify/geometry/aabb.hpp>
@@ -57,4 +59,7 @@ inline point_bounds bounds_of(view<const vec3> points, vec3* copy) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_POISEUILLE_HPP
 #define INSONIFY_SCENE_POISEUILLE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/scene/velocity_field.hpp>
@@ -89,4 +91,7 @@ struct poiseuille {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_PRESS_HPP
 #define INSONIFY_SCENE_PRESS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/pressed_face.hpp>
 #include <insonify/scene/queries.hpp>
@@ -116,4 +118,7 @@ contact press(const scene& body, const Probe& probe, const pose& at, const press
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

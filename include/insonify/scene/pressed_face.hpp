@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_PRESSED_FACE_HPP
 #define INSONIFY_SCENE_PRESSED_FACE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/scene/indentation.hpp>
 #include <array>
 #include <cmath>
@@ -64,4 +66,7 @@ struct pressed_face {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_QUERIES_HPP
 #define INSONIFY_SCENE_QUERIES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/scene/media_stack.hpp>
 #include <insonify/scene/nearest_point.hpp>
@@ -126,4 +128,7 @@ inline std::optional<surface_point> nearest_surface(const scene& body, object_id
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_REST_ALONG_HPP
 #define INSONIFY_SCENE_REST_ALONG_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <cmath>
 
@@ -34,4 +36,7 @@ vec3 rest_along(const Map& map, vec3 now, vec3 direction, float max) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

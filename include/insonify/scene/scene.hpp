@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_SCENE_HPP
 #define INSONIFY_SCENE_SCENE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/execution/any_policy.hpp>
@@ -275,4 +277,7 @@ class scene {
 } // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/scene/scene_changes.hpp> // the definitions of what is only declared above
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

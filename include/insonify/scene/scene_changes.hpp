@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_SCENE_CHANGES_HPP
 #define INSONIFY_SCENE_SCENE_CHANGES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/scene/scene.hpp>
 #include <atomic>
 
@@ -114,4 +116,7 @@ void scene::deform_those(const threads& policy, const Map& map, const Follows& f
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

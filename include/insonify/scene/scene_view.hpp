@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_SCENE_VIEW_HPP
 #define INSONIFY_SCENE_SCENE_VIEW_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/acoustics/placed_structure.hpp>
@@ -64,4 +66,7 @@ struct scene_view {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

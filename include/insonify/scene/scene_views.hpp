@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_SCENE_VIEWS_HPP
 #define INSONIFY_SCENE_SCENE_VIEWS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/scene/flat_scene.hpp>
 #include <mutex>
@@ -69,4 +71,7 @@ class scene_views {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_SKIN_HEIGHTS_HPP
 #define INSONIFY_SCENE_SKIN_HEIGHTS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/scene/pressed_face.hpp>
 #include <algorithm>
@@ -136,4 +138,7 @@ class skin_heights {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_SMOOTH_SURFACE_HPP
 #define INSONIFY_SCENE_SMOOTH_SURFACE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/for_each.hpp>
 #include <insonify/geometry/smooth_normals.hpp>
 #include <insonify/geometry/vertex_groups.hpp>
@@ -41,4 +43,7 @@ class smooth_surface {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_STRUCTURE_AXES_HPP
 #define INSONIFY_SCENE_STRUCTURE_AXES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/geometry/aabb.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <cmath>
@@ -106,4 +108,7 @@ inline mat3 structure_axes(const mesh_view& surface, const aabb& box, vec3 fibre
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

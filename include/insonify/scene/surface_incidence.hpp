@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_SURFACE_INCIDENCE_HPP
 #define INSONIFY_SCENE_SURFACE_INCIDENCE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/scene/scene_view.hpp>
 
@@ -69,4 +71,7 @@ INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float 
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

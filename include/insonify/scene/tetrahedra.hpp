@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_TETRAHEDRA_HPP
 #define INSONIFY_SCENE_TETRAHEDRA_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/scene/inverse_map.hpp>
@@ -80,4 +82,7 @@ class tetrahedra {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

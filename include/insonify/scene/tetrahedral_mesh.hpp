@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_TETRAHEDRAL_MESH_HPP
 #define INSONIFY_SCENE_TETRAHEDRAL_MESH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/storage.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
@@ -153,4 +155,7 @@ struct located_vertices {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

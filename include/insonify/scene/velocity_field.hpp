@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_VELOCITY_FIELD_HPP
 #define INSONIFY_SCENE_VELOCITY_FIELD_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/scene/object.hpp>
 #include <concepts>
 
@@ -21,4 +23,7 @@ concept velocity_field = requires(const Field& field, object_id object, vec3 poi
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

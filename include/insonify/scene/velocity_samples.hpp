@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_VELOCITY_SAMPLES_HPP
 #define INSONIFY_SCENE_VELOCITY_SAMPLES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/scene/velocity_field.hpp>
@@ -77,4 +79,7 @@ struct velocity_samples {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_AUTOCORRELATION_HPP
 #define INSONIFY_SIGNAL_AUTOCORRELATION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/signal/slow_time.hpp>
 #include <algorithm>
@@ -94,4 +96,7 @@ inline flow_sample flow_of(const autocorrelation& of, float max_velocity) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 #define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/signal/pulse.hpp>
 #include <insonify/signal/taps.hpp>
 #include <cstddef>
@@ -67,4 +69,7 @@ class axial_kernel {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_BEAM_HPP
 #define INSONIFY_SIGNAL_BEAM_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/probe/acquisition.hpp>
@@ -133,4 +135,7 @@ INSONIFY_FN float line_advance(const Probe& probe) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

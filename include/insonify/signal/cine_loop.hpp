@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_CINE_LOOP_HPP
 #define INSONIFY_SIGNAL_CINE_LOOP_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 #include <algorithm>
 #include <cstddef>
@@ -61,4 +63,7 @@ class cine_loop {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

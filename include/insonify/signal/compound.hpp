@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_COMPOUND_HPP
 #define INSONIFY_SIGNAL_COMPOUND_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/acquisition.hpp>
@@ -268,4 +270,7 @@ class compounding {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

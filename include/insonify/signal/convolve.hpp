@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_CONVOLVE_HPP
 #define INSONIFY_SIGNAL_CONVOLVE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/text.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/acquisition.hpp>
@@ -139,4 +141,7 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

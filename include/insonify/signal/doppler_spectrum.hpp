@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_DOPPLER_SPECTRUM_HPP
 #define INSONIFY_SIGNAL_DOPPLER_SPECTRUM_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/signal/autocorrelation.hpp>
 #include <bit>
 
@@ -151,4 +153,7 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

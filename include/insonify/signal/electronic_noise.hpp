@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
 #define INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/decibels.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/random.hpp>
@@ -55,4 +57,7 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_ENVELOPE_HPP
 #define INSONIFY_SIGNAL_ENVELOPE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
@@ -74,4 +76,7 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_GAIN_HPP
 #define INSONIFY_SIGNAL_GAIN_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/core/decibels.hpp>
 #include <insonify/core/error.hpp>
@@ -183,4 +185,7 @@ scan_lines regain(const Policy& policy, scan_lines lines, float frequency, const
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

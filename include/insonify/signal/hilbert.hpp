@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_HILBERT_HPP
 #define INSONIFY_SIGNAL_HILBERT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/simd.hpp>
 #include <bit>
 #include <cstddef>
@@ -94,4 +96,7 @@ class hilbert_transform {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
 #define INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/view.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/signal/beam.hpp>
@@ -190,4 +192,7 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

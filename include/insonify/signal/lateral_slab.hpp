@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_LATERAL_SLAB_HPP
 #define INSONIFY_SIGNAL_LATERAL_SLAB_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/signal/lateral_kernel.hpp>
 #include <algorithm>
 #include <utility>
@@ -125,4 +127,7 @@ class lateral_slab {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_PERSISTENCE_HPP
 #define INSONIFY_SIGNAL_PERSISTENCE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/geometry/pose.hpp>
@@ -56,4 +58,7 @@ class persistence {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_PULSE_HPP
 #define INSONIFY_SIGNAL_PULSE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
@@ -89,4 +91,7 @@ INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

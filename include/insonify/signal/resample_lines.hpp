@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_RESAMPLE_LINES_HPP
 #define INSONIFY_SIGNAL_RESAMPLE_LINES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
@@ -87,4 +89,7 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_RF_HPP
 #define INSONIFY_SIGNAL_RF_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
@@ -49,4 +51,7 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_SLOW_TIME_HPP
 #define INSONIFY_SIGNAL_SLOW_TIME_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/execution/for_each.hpp>
@@ -154,4 +156,7 @@ iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const 
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SIGNAL_TAPS_HPP
 #define INSONIFY_SIGNAL_TAPS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
 #include <cstddef>
@@ -53,4 +55,7 @@ void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t coun
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_APERTURE_MEAN_HPP
 #define INSONIFY_TRACING_APERTURE_MEAN_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/tracing/turned_lines.hpp>
@@ -128,4 +130,7 @@ class aperture_average {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_APERTURE_SHADING_HPP
 #define INSONIFY_TRACING_APERTURE_SHADING_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/tracing/aperture_mean.hpp>
 #include <insonify/tracing/kept_layers.hpp>
 #include <algorithm>
@@ -297,4 +299,7 @@ class aperture_shading {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_CAMERA_HPP
 #define INSONIFY_TRACING_CAMERA_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/pose.hpp>
@@ -75,4 +77,7 @@ struct perspective_camera {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_CHECK_HPP
 #define INSONIFY_TRACING_CHECK_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/probe/acquisition.hpp>
@@ -42,4 +44,7 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_CURVED_KERNEL_HPP
 #define INSONIFY_TRACING_CURVED_KERNEL_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <cmath>
 
@@ -74,4 +76,7 @@ class curved_kernel {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

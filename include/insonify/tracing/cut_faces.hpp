@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_CUT_FACES_HPP
 #define INSONIFY_TRACING_CUT_FACES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/leaf_triangles.hpp>
 #include <insonify/tracing/slice_frame.hpp>
 
@@ -73,4 +75,7 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

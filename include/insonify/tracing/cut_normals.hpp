@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_CUT_NORMALS_HPP
 #define INSONIFY_TRACING_CUT_NORMALS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/for_each.hpp>
 #include <insonify/tracing/slice_cut.hpp>
 #include <algorithm>
@@ -67,4 +69,7 @@ class cut_normals {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

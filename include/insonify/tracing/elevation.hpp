@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_ELEVATION_HPP
 #define INSONIFY_TRACING_ELEVATION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/for_each.hpp>
@@ -252,4 +254,7 @@ class planes_of_lines {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

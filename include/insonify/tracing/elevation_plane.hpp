@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_ELEVATION_PLANE_HPP
 #define INSONIFY_TRACING_ELEVATION_PLANE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/config.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -16,4 +18,7 @@ struct elevation_plane {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_FRAME_DISPLACEMENTS_HPP
 #define INSONIFY_TRACING_FRAME_DISPLACEMENTS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/geometry/aabb.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/frame_plan.hpp>
@@ -61,4 +63,7 @@ class frame_displacements {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_FRAME_PLAN_HPP
 #define INSONIFY_TRACING_FRAME_PLAN_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/core/memo.hpp>
 #include <insonify/probe/acquisition.hpp>
@@ -130,4 +132,7 @@ class frame_plan {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

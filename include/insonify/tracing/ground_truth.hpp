@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_GROUND_TRUTH_HPP
 #define INSONIFY_TRACING_GROUND_TRUTH_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/interface_law.hpp>
 #include <insonify/acoustics/line_refraction.hpp>
 #include <insonify/acoustics/physical.hpp>
@@ -127,4 +129,7 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_KEPT_LAYERS_HPP
 #define INSONIFY_TRACING_KEPT_LAYERS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/layer.hpp>
 #include <cstddef>
 #include <vector>
@@ -39,4 +41,7 @@ class kept_layers {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

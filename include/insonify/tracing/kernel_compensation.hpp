@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
 #define INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/roughness.hpp>
 #include <insonify/core/view.hpp>
@@ -230,4 +232,7 @@ class compensated_echoes {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_KERNEL_TABLE_HPP
 #define INSONIFY_TRACING_KERNEL_TABLE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/large_array.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/signal/beam.hpp>
@@ -262,4 +264,7 @@ void compute_kernel_table(const Policy& policy, const Probe& probe, float depth,
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_LABEL_HPP
 #define INSONIFY_TRACING_LABEL_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/trace.hpp>
@@ -104,4 +106,7 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

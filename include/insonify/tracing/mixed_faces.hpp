@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_MIXED_FACES_HPP
 #define INSONIFY_TRACING_MIXED_FACES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/traverse.hpp>
 #include <insonify/geometry/face_groups.hpp>
 #include <insonify/geometry/mesh.hpp>
@@ -98,4 +100,7 @@ void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

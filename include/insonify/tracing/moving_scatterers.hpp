@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_MOVING_SCATTERERS_HPP
 #define INSONIFY_TRACING_MOVING_SCATTERERS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/scattering.hpp>
 #include <insonify/scene/velocity_field.hpp>
 #include <cmath>
@@ -138,4 +140,7 @@ struct moving_scatterers {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_MOVING_SURFACES_HPP
 #define INSONIFY_TRACING_MOVING_SURFACES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/tracing/moving_scatterers.hpp>
 #include <vector>
@@ -74,4 +76,7 @@ class moving_surfaces {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_NEAR_FIELD_HPP
 #define INSONIFY_TRACING_NEAR_FIELD_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/tissue.hpp>
@@ -119,4 +121,7 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_PATH_ESTIMATE_HPP
 #define INSONIFY_TRACING_PATH_ESTIMATE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
@@ -57,4 +59,7 @@ class path_estimate {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_PATH_WALK_HPP
 #define INSONIFY_TRACING_PATH_WALK_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/scene/layers.hpp>
@@ -295,4 +297,7 @@ class path_walk {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_PATHS_HPP
 #define INSONIFY_TRACING_PATHS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/error.hpp>
 #include <insonify/tracing/path_walk.hpp>
 #include <insonify/tracing/trace.hpp>
@@ -59,4 +61,7 @@ iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

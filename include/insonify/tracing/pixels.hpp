@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_PIXELS_HPP
 #define INSONIFY_TRACING_PIXELS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/law2011.hpp>
 #include <insonify/fwd.hpp>
 #include <insonify/tracing/camera.hpp>
@@ -125,4 +127,7 @@ Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_RAY_TUBE_HPP
 #define INSONIFY_TRACING_RAY_TUBE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <cmath>
 
@@ -62,4 +64,7 @@ class ray_tube {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

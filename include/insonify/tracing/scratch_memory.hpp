@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_SCRATCH_MEMORY_HPP
 #define INSONIFY_TRACING_SCRATCH_MEMORY_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/tracing/tracer.hpp>
 #include <vector>
 
@@ -41,4 +43,7 @@ class scratch_memory {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

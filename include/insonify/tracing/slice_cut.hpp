@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_SLICE_CUT_HPP
 #define INSONIFY_TRACING_SLICE_CUT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/for_each.hpp>
 #include <insonify/scene/scene_view.hpp>
 #include <insonify/tracing/cut_faces.hpp>
@@ -208,4 +210,7 @@ class slice_cut {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_SLICE_FINDER_HPP
 #define INSONIFY_TRACING_SLICE_FINDER_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/bvh/large_array.hpp>
 #include <insonify/scene/crossings.hpp>
 #include <insonify/tracing/frame_plan.hpp>
@@ -192,4 +194,7 @@ class slice_finder {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

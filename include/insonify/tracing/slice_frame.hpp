@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_SLICE_FRAME_HPP
 #define INSONIFY_TRACING_SLICE_FRAME_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/geometry/pose.hpp>
@@ -80,4 +82,7 @@ struct slice_frame {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_SLICE_REGION_HPP
 #define INSONIFY_TRACING_SLICE_REGION_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/geometry/aabb.hpp>
 #include <insonify/probe/line_fan.hpp>
 #include <insonify/tracing/slice_frame.hpp>
@@ -89,4 +91,7 @@ inline bool overlaps(const slice_region& region, const aabb& box) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

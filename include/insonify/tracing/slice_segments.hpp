@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_SLICE_SEGMENTS_HPP
 #define INSONIFY_TRACING_SLICE_SEGMENTS_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/tracing/slice_cut.hpp>
 #include <insonify/tracing/turned_fan.hpp>
 #include <algorithm>
@@ -45,4 +47,7 @@ class slice_segments {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

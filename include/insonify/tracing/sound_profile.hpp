@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_SOUND_PROFILE_HPP
 #define INSONIFY_TRACING_SOUND_PROFILE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/tracing/tracer.hpp>
 #include <array>
@@ -51,4 +53,7 @@ struct sound_profile {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_STRAIGHT_LINES_HPP
 #define INSONIFY_TRACING_STRAIGHT_LINES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/aperture_shading.hpp>
@@ -187,4 +189,7 @@ void straight_lines::prepare(const Policy& policy, const scene& body, const fram
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_SURFACE_STRIP_HPP
 #define INSONIFY_TRACING_SURFACE_STRIP_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/core/math.hpp>
 #include <cmath>
 
@@ -50,4 +52,7 @@ class surface_strip {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_TRACE_HPP
 #define INSONIFY_TRACING_TRACE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/tracing/straight_lines.hpp>
 #include <insonify/tracing/trace_frame.hpp>
 #include <utility>
@@ -70,4 +72,7 @@ line_grid<typename Model::sample_type> trace_slice(const Policy& policy, const s
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_TRACE_ENSEMBLE_HPP
 #define INSONIFY_TRACING_TRACE_ENSEMBLE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/tracing/moving_scatterers.hpp>
 #include <insonify/tracing/moving_surfaces.hpp>
 #include <insonify/tracing/trace.hpp>
@@ -139,4 +141,7 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_TRACE_FRAME_HPP
 #define INSONIFY_TRACING_TRACE_FRAME_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/scene.hpp>
@@ -95,4 +97,7 @@ line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const s
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_TRACE_LINE_HPP
 #define INSONIFY_TRACING_TRACE_LINE_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/tracing/frame_plan.hpp>
 #include <insonify/tracing/tracer.hpp>
 #include <concepts>
@@ -71,4 +73,7 @@ INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_TRACER_HPP
 #define INSONIFY_TRACING_TRACER_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/scene/layers.hpp>
@@ -93,4 +95,7 @@ concept tracer = acoustic_model<Model> && requires(const Tracer& trace_one, cons
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_TURNED_FAN_HPP
 #define INSONIFY_TRACING_TURNED_FAN_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/probe/line_fan.hpp>
 #include <insonify/scene/layers.hpp>
 #include <algorithm>
@@ -256,4 +258,7 @@ class turned_fan {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_TRACING_TURNED_LINES_HPP
 #define INSONIFY_TRACING_TURNED_LINES_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/tracing/scratch_memory.hpp>
 #include <insonify/tracing/slice_finder.hpp>
 #include <insonify/tracing/slice_segments.hpp>
@@ -189,4 +191,7 @@ class turned_lines {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif
