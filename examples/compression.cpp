@@ -86,37 +86,32 @@ struct groin {
     }
 };
 
-/// Flow in the lumen of a vessel as it is now, an ellipse: Poiseuille's law, for the pressure gradient of the vessel at rest.
-struct stream {
-    vec3 from, to;  ///< on the axis
-    vec2 half;      ///< axes of the ellipse: along x, and across it
-    float peak = 0; ///< on the axis, m/s
+/// A vessel as a map deforms it: an ellipse. Its flow is that of the pressure gradient at rest, by Poiseuille's law.
+struct stream : poiseuille {
+    vec2 half{}; ///< axes of the ellipse: along x, and across it
 
     template <class Map>
-    stream(const vessel& of, const Map& map, float peak_at_rest)
-        : from{map(of.axis_at(-5_mm))}, to{map(of.axis_at(5_mm))} {
+    stream(const vessel& of, const Map& map, float peak_at_rest) {
         const vec3 middle = of.axis_at(0), up = normalize(vec3{0, -slope, 1});
         half = 0.5F * vec2{length(map(middle + vec3{of.radius, 0, 0}) - map(middle - vec3{of.radius, 0, 0})),
                            length(map(middle + of.radius * up) - map(middle - of.radius * up))};
-        const vec2 squared = half * half;
-        peak = peak_at_rest * 2 * squared.x * squared.y / ((squared.x + squared.y) * of.radius * of.radius);
+        const float a = half.x / of.radius, b = half.y / of.radius;
+        object = of.lumen;
+        from = of.axis_at(-5_mm);
+        to = of.axis_at(5_mm);
+        radius = of.radius;
+        peak_velocity = peak_at_rest * 2 * a * a * a * b * b * b / (a * a + b * b);
     }
-    /// 1 on the axis, 0 on the wall.
-    float profile(vec3 point) const {
-        const vec3 along = normalize(to - from), away = point - from - dot(point - from, along) * along;
-        const float x = away.x / half.x, z = length(vec2{away.y, away.z}) / half.y;
-        return 1 - x * x - z * z;
-    }
-    vec3 velocity(vec3 point) const { return peak * max(profile(point), 0) * normalize(to - from); }
 };
 
 /// How much of a lumen is coloured.
-float filling(const image& velocities, const scan_map& map, const pose& at, const stream& of) {
+float filling(const image& velocities, const scan_map& map, const pose& at, const scene& body, const stream& of) {
     int inside = 0, coloured = 0;
     for (std::uint32_t y = 0; y < map.size.y; ++y)
         for (std::uint32_t x = 0; x < map.size.x; ++x) {
             const vec2 point = map.point(x, y);
-            if (of.profile(at.point({point.x, 0, point.y})) < 0.2F) continue;
+            const vec3 rest = body.rest_of(at.point({point.x, 0, point.y}));
+            if (length(cross(rest - of.from, normalize(of.to - of.from))) > 0.9F * of.radius) continue;
             ++inside;
             coloured += velocities(x, y) != 0 ? 1 : 0;
         }
@@ -159,9 +154,8 @@ class examination_of_groin {
                                  touch.deformation);
         own_.body.deform(exec::par, map);
         const stream in_artery{own_.artery, map, -0.5_m_per_s * beat_(time)}, in_vein{own_.vein, map, 0.2_m_per_s};
-        const auto flow = [&own = own_, in_artery, in_vein](object_id object, vec3 point, float) {
-            if (object == own.artery.lumen) return in_artery.velocity(point);
-            return object == own.vein.lumen ? in_vein.velocity(point) : vec3{0, 0, 0};
+        const auto flow = [&](object_id object, vec3 point, float at_time) {
+            return in_artery(object, point, at_time) + in_vein(object, point, at_time);
         };
         ++settings_.frame;
         const image& grey = b_mode(exec::par_unseq, own_.body, probe_, face, settings_, physical{}, drawing_);
@@ -176,8 +170,8 @@ class examination_of_groin {
         const scan_map pixels = make_scan_map(exec::par, probe_, {.depth = settings_.depth}, {.size = settings_.size});
         seen.artery_height = 2 * in_artery.half.y;
         seen.vein_height = 2 * in_vein.half.y;
-        seen.artery_filling = filling(velocities, pixels, face, in_artery);
-        seen.vein_filling = filling(velocities, pixels, face, in_vein);
+        seen.artery_filling = filling(velocities, pixels, face, own_.body, in_artery);
+        seen.vein_filling = filling(velocities, pixels, face, own_.body, in_vein);
         return seen;
     }
 

@@ -23,13 +23,17 @@ class patient {
     explicit patient(scene anatomy) : body{without_tools(anatomy)}, at_rest_{body} {
         for (const object& one : body.objects()) soft_.push_back(one.id);
         at_rest_.build(exec::par);
-        const auto vessel_named = [&](const char* name) {
+        const auto find_vessel = [&](const char* name, vessel& in_world, vessel& in_object) {
             const std::optional<object_id> found = body.find(name);
-            if (!found || body[*found].surface.positions.size() < 8) return vessel{};
-            return vessel{*found, in_world(*found)};
+            if (!found || body[*found].surface.positions.size() < 8) return;
+            const object& one = body[*found];
+            std::vector<vec3> points = one.surface.positions;
+            in_object = vessel{*found, points};
+            for (vec3& point : points) point = one.at.point(point);
+            in_world = vessel{*found, points};
         };
-        motion.artery = flow.artery = vessel_named("artery");
-        motion.vein = flow.vein = vessel_named("vein");
+        find_vessel("artery", motion.artery, flow.artery);
+        find_vessel("vein", motion.vein, flow.vein);
     }
 
     scene body;
@@ -83,6 +87,7 @@ class patient {
         now.pressed = touch.depth > 0;
         if (now.pressed) now.face = limited(touch.deformation);
         now.vein_wall.outside = 3_mmHg * touch.mean_depth / 1_mm;
+        flow.vein_opening = now.vein_wall.opening();
         now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm && !held.held;
         if (now.dragged) now.drag = {.entry = held.entry, .tip = held.tip(), .drag = held.drag};
         body.place(gel_id, at);
@@ -90,8 +95,6 @@ class patient {
         body.deform(policy, now, soft_);
         motion = now;
         settled_ = true;
-        for (vessel* one : {&flow.artery, &flow.vein})
-            if (one->radius > 0) one->follow(in_world(one->object));
     }
 
   private:
@@ -106,13 +109,6 @@ class patient {
                           .fibres = one.fibres,
                           .crease_angle = one.crease_angle});
         return body.build(exec::par);
-    }
-
-    std::span<const vec3> in_world(object_id id) {
-        const object& one = body[id];
-        points_.clear();
-        for (const vec3& position : one.surface.positions) points_.push_back(one.at.point(position));
-        return points_;
     }
 
     // Tissue that is pressed deeper than `decay` would fold over: the face is deeper in it than that only where a tracker puts
@@ -150,7 +146,6 @@ class patient {
 
     scene at_rest_;
     std::vector<object_id> soft_{};
-    std::vector<vec3> points_{};
     press_workspace press_{};
     bool settled_ = false;
 };

@@ -22,7 +22,7 @@ class vessel {
     friend bool operator==(const vessel&, const vessel&) = default;
 
     vessel() = default;
-    /// @param points  vertices in the world
+    /// @param points  its vertices
     vessel(object_id id, std::span<const vec3> points) : object{id} {
         along_ = longest_axis(points);
         right_ = normalize(cross(along_, std::fabs(along_.z) < 0.8F ? vec3{0, 0, 1} : vec3{1, 0, 0}));
@@ -34,14 +34,9 @@ class vessel {
             last = std::max(last, dot(point, along_));
         }
         spacing_ = std::max((last - first_) / (nodes - 1), 1e-6F);
-        follow(points);
-    }
 
-    /// Fits the cross-sections to vertices that have moved.
-    void follow(std::span<const vec3> points) {
         std::array<float, nodes> count{};
         std::array<vec3, nodes> spread{};
-        centres_.fill({0, 0});
         const auto node_of = [&](vec3 point) { return static_cast<std::size_t>(std::lround(place(point))); };
         for (const vec3& point : points) {
             centres_[node_of(point)] += across(point);
@@ -53,7 +48,6 @@ class vessel {
             const vec2 away = across(point) - centres_[i];
             spread[i] += vec3{away.x * away.x, away.x * away.y, away.y * away.y} / count[i];
         }
-        radius = 0;
         float filled = 0;
         for (std::size_t i = 0; i < nodes; ++i) {
             const float area = spread[i].x * spread[i].z - spread[i].y * spread[i].y;
@@ -140,18 +134,23 @@ class vessel {
     std::array<vec3, nodes> shapes_{}; // of the ellipse: x, xy, y; 1 on the wall
 };
 
-/// Blood in an artery, which pulses, and in a vein, which does not and runs back: a `velocity_field`.
+/// Blood in an artery, which pulses, and in a vein, which does not and runs back: a `velocity_field`. Deformed vessels keep its
+/// volume flow; but a vein that closes lets less through.
 struct blood_flow {
-    vessel artery{}, vein{}; ///< as they are now
+    vessel artery{}, vein{}; ///< at rest, in coordinates of the objects
     pulsatile beat{.heart_rate = 1.2F, .resistive_index = 0.75F};
     float artery_velocity = 0.6F; ///< on the axis in systole, m/s
     float vein_velocity = 0.12F;  ///< on the axis, m/s
+    float vein_opening = 1;       ///< height of the vein over its width: see `collapse::opening`
+
+    /// Laminar flow through an ellipse, of the pressure gradient that gives 1 through a circle of its width.
+    static float through(float opening) { return 2 * opening * opening * opening / (1 + opening * opening); }
 
     vec3 operator()(object_id object, vec3 point, float time) const {
         if (artery.radius > 0 && object == artery.object)
             return artery_velocity * beat(time) * artery.profile(point) * artery.direction(point);
         if (vein.radius > 0 && object == vein.object)
-            return -vein_velocity * vein.profile(point) * vein.direction(point);
+            return -vein_velocity * through(vein_opening) * vein.profile(point) * vein.direction(point);
         return {0, 0, 0};
     }
 };

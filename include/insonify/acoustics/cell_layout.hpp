@@ -19,6 +19,19 @@ struct rest_line {
     vec3 steering{0, 0, 0};  ///< see `line_frame::steering`
 };
 
+/// The normal of the slots of a segment that deformation shears out of the slice plane: slots lie in wave fronts there, since
+/// no other lines show how echoes change out of the plane, and their phase must follow what moves in that direction.
+/// @param normal  along the line, of tissue that is not sheared
+/// @return        no more than 60 degrees from it, so that the line traverses the slots
+INSONIFY_FN inline vec3 sheared_normal(vec3 normal, vec3 elevation) {
+    const float size = dot(elevation, elevation);
+    const vec3 sheared = size > 0 ? normal - (dot(normal, elevation) / size) * elevation : normal;
+    if (4 * dot(sheared, sheared) >= dot(normal, normal)) return sheared;
+    constexpr float steepest = 1.732F; // tan 60 degrees
+    const vec3 forward = normalize(normal), aside = sheared - dot(sheared, forward) * forward;
+    return dot(aside, aside) > 0 ? forward + steepest * normalize(aside) : forward;
+}
+
 /// The slots and cells that one segment of a line traverses.
 struct cell_layout {
     double slot = 0;             ///< at the origin of the segment
@@ -98,8 +111,9 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
     // The axes of the grid: along the line and along its elevation, whose sign does not matter. Steered lines
     // use the grid of straight ones, so that the looks of a compounded image see the same scatterers.
-    const vec3 towards = lattice_direction(segment.along - line.tilt * segment.elevation - segment.steering, random),
-               view = normalize(towards);
+    const vec3 along = segment.along - line.tilt * segment.elevation - segment.steering,
+               normal = line.displacement != nullptr ? sheared_normal(along, segment.elevation) : along;
+    const vec3 towards = lattice_direction(normal, random), view = normalize(towards);
     const vec3 chosen = lattice_direction(segment.elevation, mix_bits(random + 1));
     const bool down = chosen.x != 0 ? chosen.x < 0 : chosen.y != 0 ? chosen.y < 0 : chosen.z < 0;
     const vec3 upwards = down ? -chosen : chosen;

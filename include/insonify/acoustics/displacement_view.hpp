@@ -17,12 +17,15 @@ struct displacement_view {
     vec3 per_spacing{1, 1, 1};     ///< nodes per metre along each axis
     pose at{};                     ///< grid to object; the first node is at the origin of the grid
     float straight_length = 1e-3F; ///< metres over which a line counts as straight in tissue at rest
+    vec3 offset{0, 0, 0};          ///< added to positions at rest, metres in coordinates of the object
 
     /// Position at rest of the tissue that is now at a point, both in coordinates of the object.
     INSONIFY_FN vec3 rest(vec3 now) const {
         const cell inside = cell_of(now);
-        return now + displacement(mixed(mixed(inside.edge(0), inside.edge(1), inside.part.y),
-                                        mixed(inside.edge(2), inside.edge(3), inside.part.y), inside.part.z));
+        return now +
+               displacement(mixed(mixed(inside.edge(0), inside.edge(1), inside.part.y),
+                                  mixed(inside.edge(2), inside.edge(3), inside.part.y), inside.part.z)) +
+               offset;
     }
 
     /// Derivative of `rest`: column k is the change of the position at rest along axis k of the object.

@@ -42,6 +42,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     within.plane = line.plane;
     within.tilt = line.frame.tilt;
     within.surfaces = {here.begin, here.end};
+    within.flowing = m.flowing;
     within.frame_number = m.flowing ? line.frame_number : 0;
     within.displacement = line.displacement(here.place);
     within.steering = place.local_direction(line.frame.steering);

@@ -27,6 +27,7 @@ struct material_line {
     vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
     vec2 own_surfaces{0, 0};                         ///< see `layer::own_surfaces`
     vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
+    bool flowing = false;                            ///< the medium flows
     std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
     const displacement_view* displacement = nullptr; ///< of the tissue from now to rest; null: it is at rest
 

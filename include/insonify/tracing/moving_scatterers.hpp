@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/scattering.hpp>
+#include <insonify/acoustics/straightened.hpp>
 #include <insonify/scene/velocity_field.hpp>
 #include <cmath>
 #include <cstdint>
@@ -34,6 +34,10 @@ namespace detail {
 /// Space is divided along the line into pieces of one wavelength. From pulse to pulse, the scatterers of a piece move
 /// with the velocity at its centre; pieces slide past each other where there is shear. So the phase of their echoes
 /// changes by exactly what the velocity says, however long the train. Pieces at rest are emitted once, for all pulses.
+///
+/// Scatterers move in tissue at rest, and the deformation moves them on from there. Where it has the gradient F, a velocity V
+/// at rest becomes F V. Blood moves by V / det F at rest, so that its volume flow through a vessel is that of the field
+/// however the vessel is deformed (the Piola transform).
 template <scattering_field Scattering, velocity_field Field>
 struct moving_scatterers {
     static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
@@ -52,16 +56,17 @@ struct moving_scatterers {
         float resting_from = begin;
         const auto emit_resting = [&](float until) {
             *current = all_pulses;
-            if (until > resting_from) at_rest.scatter(line, resting_from, until, spacing, emit);
+            if (until > resting_from) scatter_along_fibres(at_rest, line, resting_from, until, spacing, emit);
         };
         const auto last = static_cast<std::uint32_t>(end / piece);
         for (auto i = static_cast<std::uint32_t>(begin / piece); i <= last; ++i) {
             const float piece_begin = max(begin, static_cast<float>(i) * piece),
                         piece_end = min(end, static_cast<float>(i + 1) * piece);
-            const vec3 centre = line.at((static_cast<float>(i) + 0.5F) * piece);
-            if (!(piece_end > piece_begin) || !moves(line.object, centre)) continue;
+            if (!(piece_end > piece_begin)) continue;
+            const velocity_at_rest around{line, line.at((static_cast<float>(i) + 0.5F) * piece)};
+            if (!moves(line.object, around.point)) continue;
             emit_resting(piece_begin);
-            if (piece_end > from) emit_moving(line, piece_begin, piece_end, centre, spacing, emit);
+            if (piece_end > from) emit_moving(line, piece_begin, piece_end, around, spacing, emit);
             resting_from = piece_end;
         }
         emit_resting(end);
@@ -71,6 +76,18 @@ struct moving_scatterers {
     INSONIFY_FN float covariance(float distance, float angle) const { return at_rest.covariance(distance, angle); }
 
   private:
+    // What the field says of a piece, in coordinates of the object.
+    struct velocity_at_rest {
+        vec3 point;       // where its centre was at rest
+        float factor = 1; // of the velocity there
+
+        INSONIFY_FN velocity_at_rest(const material_line& line, vec3 centre) : point{centre} {
+            if (line.displacement == nullptr) return;
+            point = line.displacement->rest(centre);
+            if (line.flowing) factor = determinant(line.displacement->gradient(centre)); // of the inverse of F
+        }
+    };
+
     INSONIFY_FN bool moves(std::uint32_t object, vec3 point) const {
         for (std::uint32_t k = 0; k < pulses.end(); ++k)
             if ((*field)(object_id{object}, point, pulses.time(k)) != vec3{0, 0, 0}) return true;
@@ -83,19 +100,26 @@ struct moving_scatterers {
     static constexpr std::uint32_t stay = 64, generation = 2 * stay;
 
     template <class Emit>
-    INSONIFY_FN void emit_moving(const material_line& line, float begin, float end, vec3 centre, float spacing,
-                                 Emit&& emit) const {
+    INSONIFY_FN void emit_moving(const material_line& line, float begin, float end, const velocity_at_rest& around,
+                                 float spacing, Emit&& emit) const {
         const bool renewed = line.frame_number != 0;
         dvec3 moved{0, 0, 0}, birth{0, 0, 0}, next_birth{0, 0, 0}; // floats would lose the phase in a long train
         const auto emit_generation = [&](std::uint32_t number, const dvec3& born, float weight) {
             material_line now = line;
-            now.origin = vec3{dvec3{line.origin} - (moved - born)};
+            displacement_view deformed;
+            if (line.displacement == nullptr) {
+                now.origin = vec3{dvec3{line.origin} - (moved - born)};
+            } else {
+                deformed = *line.displacement;
+                deformed.offset = vec3{born - moved};
+                now.displacement = &deformed;
+            }
             now.frame_number += number * 0x9E3779B9U;
             if (weight == 1)
-                at_rest.scatter(now, begin, end, spacing, emit);
+                scatter_along_fibres(at_rest, now, begin, end, spacing, emit);
             else
-                at_rest.scatter(now, begin, end, spacing,
-                                [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
+                scatter_along_fibres(at_rest, now, begin, end, spacing,
+                                     [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
         };
         const std::uint32_t first =
             renewed && pulses.first >= generation ? pulses.first / generation * generation - stay : 0;
@@ -113,8 +137,9 @@ struct moving_scatterers {
                     emit_generation(number + 1, next_birth, std::sin(turn));
                 }
             }
-            const vec3 velocity = (*field)(object_id{line.object}, centre, pulses.time(k) + 0.5F * pulses.interval);
-            moved += static_cast<double>(pulses.interval) * dvec3{velocity};
+            const vec3 velocity =
+                (*field)(object_id{line.object}, around.point, pulses.time(k) + 0.5F * pulses.interval);
+            moved += static_cast<double>(pulses.interval * around.factor) * dvec3{velocity};
         }
     }
 
@@ -137,6 +162,13 @@ struct moving_scatterers {
         }
     }
 };
+
+/// Scatterers move first; where fibres are curved, what has moved is straightened.
+template <class Scattering, class Field, class Emit>
+INSONIFY_FN void scatter_along_fibres(const moving_scatterers<Scattering, Field>& moving, const material_line& line,
+                                      float begin, float end, float spacing, const Emit& emit) {
+    moving.scatter(line, begin, end, spacing, emit);
+}
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI

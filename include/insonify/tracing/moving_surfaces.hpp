@@ -36,6 +36,10 @@ class moving_surfaces {
                                     clamp(below.slope.y, -steepest, steepest) * line.frame.elevation;
                 of_surface = {tissue.object, place.local_point(line.frame.at(below.begin)),
                               place.local_direction(normal), below.begin, 0};
+                if (const displacement_view* deformed = line.displacement(tissue.place)) {
+                    of_surface.normal = transpose(inverse(deformed->gradient(of_surface.point))) * of_surface.normal;
+                    of_surface.point = deformed->rest(of_surface.point);
+                }
             }
             motions_.push_back(of_surface);
             for (std::uint32_t k = 0; k < pulses.end() && !any; ++k) any = of_surface.speed(field, pulses.time(k)) != 0;
@@ -61,8 +65,8 @@ class moving_surfaces {
   private:
     struct motion {
         std::uint32_t object = ~0U; ///< with which it moves
-        vec3 point{0, 0, 0};        ///< in coordinates of the object
-        vec3 normal{0, 0, 0};       ///< over its component along the line; 0: at rest
+        vec3 point{0, 0, 0};        ///< where it was at rest, in coordinates of the object
+        vec3 normal{0, 0, 0};       ///< over its component along the line, for velocities at rest; 0: does not move
         float distance = 0;         ///< along the line, at pulse 0
         double moved = 0;           ///< since then; a float would lose the phase
 

@@ -94,7 +94,6 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
                     const acquisition& scan, const Field& field, const pulse_train& pulses, float from,
                     ensemble_workspace<Probe, Model, Field>& own, ensemble_echoes& out) {
     const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
-    const straight_lines how{};
     frame_view<Probe> frame = own.tracing.plan.view_of(policy, probe, at, model, scan, samples, body.media());
     pulse sent = nominal_pulse(probe);
     sent.burst = pulses.burst;
@@ -103,21 +102,16 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
     out.resting.reshape(probe.lines, samples, scan.depth);
     for (iq_lines& each : out.moving) each.reshape(probe.lines, samples, scan.depth);
     constexpr std::size_t block = detail::lines_per_block;
-    const std::size_t blocks = (probe.lines + block - 1) / block;
-    own.tracing.scratch.resize(std::max(blocks, own.tracing.scratch.size()));
-    own.tracing.plane_samples.resize(std::max(blocks, own.tracing.plane_samples.size()));
-    own.surfaces.resize(std::max(blocks, own.surfaces.size()));
-    auto& state = own.tracing.tracing.state;
-    how.prepare(policy, body, frame, model, view<detail::scratch_memory>{own.tracing.scratch}, state);
-    exec::for_each_block(policy, probe.lines, block, 1e6F, [&](std::size_t begin, std::size_t end) {
-        const detail::block_tracer tracer = state.of_block(begin);
+    own.surfaces.resize(std::max((probe.lines + block - 1) / block, own.surfaces.size()));
+    const auto trace_block = [&](const scene_view& seen, const detail::block_tracer& tracer, std::size_t begin,
+                                 std::size_t end) {
         detail::scratch_memory& memory = own.tracing.scratch[begin / block];
         std::vector<vec2>& room = own.tracing.plane_samples[begin / block];
         for (std::size_t i = begin; i < end; ++i) {
             const auto number = static_cast<std::uint32_t>(i);
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
                 room.assign((std::size_t{pulses.count} + 1) * samples, vec2{0, 0});
-                const line_task task = tracer.seen(detail::task_of(frame, state.prepared_scene(), number, plane));
+                const line_task task = tracer.seen(detail::task_of(frame, seen, number, plane));
                 memory.fit([&](line_scratch& scratch) {
                     const view<const layer> layers = tracer.template layers_of<Model>(task, scratch);
                     if (layers.empty()) return false;
@@ -137,7 +131,8 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
                 }
             }
         }
-    });
+    };
+    detail::trace_blocks(policy, body, frame, model, straight_lines{}, 1e6F, own.tracing, trace_block);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
