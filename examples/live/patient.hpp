@@ -92,7 +92,7 @@ class patient {
         if (now.dragged) now.drag = {.entry = held.entry, .tip = held.tip(), .drag = held.drag};
         body.place(gel_id, at);
         if (now == motion && settled_) return;
-        body.deform(policy, now, soft_);
+        body.deform(policy, keep_contact(now, now.face), soft_);
         motion = now;
         settled_ = true;
     }

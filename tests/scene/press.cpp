@@ -3,6 +3,8 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/scene/body_motion.hpp>
+#include <insonify/scene/compose.hpp>
 #include <insonify/scene/press.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -100,4 +102,38 @@ TEST_CASE("press: a curved face, and objects that do not belong to the body") {
     CHECK(touch.lines[probe.lines / 2] == 1);
     CHECK(touch.lines[0] == 0);
     CHECK_THROWS_AS(press(body, probe, {}, {.decay = 0}), usage_error);
+}
+
+TEST_CASE("what a probe touches stays in touch, whatever else deforms and in whatever order") {
+    using namespace press_test;
+    const scene bodies[] = {layers(), limb(60_mm)};
+    for (const scene& at_rest : bodies) {
+        scene body = at_rest;
+        for (const float beside : {1_mm, 3_mm, 6_mm}) {
+            const pose at{.translation = {0, 0, 4_mm}};
+            const contact touch = press(body, probe, at);
+            CHECK(touch.touching == probe.lines);
+            const vec3 entry{-0.5F * probe.width - beside, 0, at_rest.box().lower.z + 1_mm};
+            const needle_drag drag{.entry = entry, .tip = entry + vec3{20_mm, 0, 15_mm}};
+            const breathing chest{.amplitude = 5_mm, .time = 1};
+            const auto in_air = [&](const auto& map) {
+                body.deform(exec::par, map);
+                int lines = 0;
+                for (std::uint32_t line = 0; line < probe.lines; ++line)
+                    lines += object_at(body, at.point(probe.beam(static_cast<float>(line)).origin)) ? 0 : 1;
+                return lines;
+            };
+            const auto own = [&](vec3 rest) { return drag(touch.deformation(rest)); };
+            const int found[] = {in_air(touch.deformation),
+                                 in_air(compose(drag, touch.deformation)),
+                                 in_air(compose(touch.deformation, drag)),
+                                 in_air(compose(chest, drag, touch.deformation)),
+                                 in_air(compose(touch.deformation, chest, drag)),
+                                 in_air(keep_contact(own, touch.deformation))};
+            for (const int lines : found) {
+                MESSAGE((beside * 1e3F), " mm beside the face: ", lines, " of 96 lines start in air, expected 0");
+                CHECK(lines == 0);
+            }
+        }
+    }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <tuple>
 #include <type_traits>
 
@@ -18,6 +19,7 @@ struct composed_maps {
         std::function<void()> check;
     };
     std::vector<map> maps{};
+    std::optional<pressed_face> face{}; // the last one among them
 
     vec3 operator()(vec3 rest) const {
         for (const map& one : maps) rest = one.place(rest);
@@ -226,12 +228,22 @@ composed_maps composed_of(const py::args& given, std::tuple<Maps...>*) {
                                      rest = [map](vec3 now) { return map->rest_of(now); };
                                  made.maps.push_back({[map](vec3 place) { return (*map)(place); }, rest,
                                                       [map] { check_settings(*map); }});
+                                 if constexpr (std::is_same_v<Maps, composed_maps>) {
+                                     if (map->face) made.face = map->face;
+                                 } else if constexpr (detail::has_face_v<Maps>) {
+                                     made.face = detail::face_of(*map);
+                                 }
                                  return true;
                              }()) ||
                             ...);
         if (!found)
             throw py::type_error("compose: not a map: " + py::cast<std::string>(py::repr(one)) +
                                  "; make one of a function by sample_map");
+    }
+    if (made.face && made.maps.size() > 1) {
+        const kept_contact kept{made, *made.face};
+        made.maps.push_back(
+            {[kept](vec3 moved) { return kept(moved); }, [kept](vec3 now) { return kept.rest_of(now); }, [] {}});
     }
     return made;
 }

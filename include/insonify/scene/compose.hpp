@@ -3,45 +3,65 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/scene/inverse_map.hpp>
+#include <insonify/scene/keep_contact.hpp>
+#include <type_traits>
 #include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Two maps for `scene::deform`, one after the other: see `compose`.
-template <deformation_map First, deformation_map Then>
-struct composed {
-    First first{}; ///< from rest
-    Then then{};   ///< of what the first one gives
+namespace detail {
 
-    /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const { return then(first(rest)); }
-    /// The inverse.
-    vec3 rest_of(vec3 now) const requires invertible_map<First> && invertible_map<Then> {
-        return first.rest_of(then.rest_of(now));
-    }
+/// Whether a map contains the face of a probe.
+template <class Map>
+inline constexpr bool has_face_v = std::is_same_v<Map, pressed_face> || std::is_same_v<Map, indentation>;
+template <class First, class Then>
+inline constexpr bool has_face_v<composed<First, Then>> = has_face_v<First> || has_face_v<Then>;
 
-    /// @throws usage_error, geometry_error  as the two maps
-    void check() const {
-        if constexpr (requires { first.check(); }) first.check();
-        if constexpr (requires { then.check(); }) then.check();
-    }
-};
+/// The last face of a map that contains one.
+inline const pressed_face& face_of(const pressed_face& map) { return map; }
+inline pressed_face face_of(const indentation& map) {
+    pressed_face same{.at = map.at,
+                      .left = -0.5F * map.face.x,
+                      .right = 0.5F * map.face.x,
+                      .elevation = map.face.y,
+                      .decay = map.decay,
+                      .recovery = map.recovery};
+    for (std::array<float, pressed_face::columns>& row : same.depth) row.fill(map.depth);
+    return same;
+}
+template <class First, class Then>
+pressed_face face_of(const composed<First, Then>& map) {
+    if constexpr (has_face_v<Then>)
+        return face_of(map.then);
+    else
+        return face_of(map.first);
+}
+
+template <class First, class Then>
+composed<First, Then> in_order(First first, Then then) {
+    return {std::move(first), std::move(then)};
+}
+template <class First, class Second, class... Others>
+auto in_order(First first, Second second, Others... others) requires(sizeof...(Others) > 0) {
+    return in_order(in_order(std::move(first), std::move(second)), std::move(others)...);
+}
+
+} // namespace detail
 
 /// The map that applies several maps, from the first to the last.
 ///
 ///     body.deform(exec::par, compose(pulsation{.time = t}, breathing{.time = t}));
 ///
-/// @{
-template <deformation_map First, deformation_map Then>
-composed<First, Then> compose(First first, Then then) {
-    return {std::move(first), std::move(then)};
-}
+/// What the face of a probe touches (`pressed_face`, `indentation`) stays in touch with it, wherever the face is in the list: see
+/// `keep_contact`.
 template <deformation_map First, deformation_map Second, deformation_map... Others>
 auto compose(First first, Second second, Others... others) {
-    return compose(compose(std::move(first), std::move(second)), std::move(others)...);
+    auto all = detail::in_order(std::move(first), std::move(second), std::move(others)...);
+    if constexpr (detail::has_face_v<decltype(all)>)
+        return keep_contact(all, detail::face_of(all));
+    else
+        return all;
 }
-/// @}
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -30,22 +30,30 @@ struct pressed_face {
         const float width = right - left;
         return width > 0 ? clamp((x - left) / width, 0, 1) * (columns - 1) : 0;
     }
+    /// Where a row and a column are: x and y of the probe, metres.
+    vec2 place(std::size_t row, std::size_t column) const {
+        return {left + (right - left) * static_cast<float>(column) / (columns - 1),
+                elevation * (static_cast<float>(row) / (rows - 1) - 0.5F)};
+    }
+    /// z of the face, metres, at x and y of the probe: linear between the columns, and on from the outer ones.
+    float surface_at(vec2 place) const { return mixed(height, cell_of(place)); }
+    /// Its depth below the skin at rest, likewise.
+    float depth_at(vec2 place) const {
+        const cell at_place = cell_of(place);
+        const float lower = mixed(depth[at_place.row], at_place), upper = mixed(depth[at_place.row + 1], at_place);
+        return lower + at_place.upper * (upper - lower);
+    }
     /// The column that is nearest to a point of the face.
     std::size_t nearest_column(float x) const { return static_cast<std::size_t>(std::lround(column(x))); }
 
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {
         const vec3 local = at.local_point(rest);
-        const float x = column(local.x), y = clamp(local.y / elevation + 0.5F, 0, 1) * (rows - 1);
-        const auto i = static_cast<std::size_t>(min(x, columns - 2)), k = static_cast<std::size_t>(min(y, rows - 2));
-        const float part = x - static_cast<float>(i), upper = y - static_cast<float>(k);
-        const auto mixed = [part, i](const std::array<float, columns>& values) {
-            return values[i] + part * (values[i + 1] - values[i]);
-        };
-        const float here = mixed(depth[k]) + upper * (mixed(depth[k + 1]) - mixed(depth[k]));
+        const vec2 place{clamp(local.x, left, right), clamp(local.y, -0.5F * elevation, 0.5F * elevation)};
+        const float here = depth_at(place);
         const vec2 beside{max(max(left - local.x, local.x - right), 0), max(std::fabs(local.y) - 0.5F * elevation, 0)};
         const float at_skin = here * detail::beside_face(length(beside), recovery);
-        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z - mixed(height) + here, decay)});
+        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z - surface_at(place) + here, decay)});
     }
     /// The inverse.
     vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
@@ -63,6 +71,22 @@ struct pressed_face {
     }
 
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
+
+  private:
+    struct cell {
+        std::size_t column, row;
+        float part, upper; // within it; beyond 0 to 1 outside of the face
+    };
+    cell cell_of(vec2 place) const {
+        const float width = right - left, x = width > 0 ? (place.x - left) / width * (columns - 1) : 0,
+                    y = (place.y / elevation + 0.5F) * (rows - 1);
+        const auto i = static_cast<std::size_t>(clamp(x, 0, columns - 2)),
+                   k = static_cast<std::size_t>(clamp(y, 0, rows - 2));
+        return {i, k, x - static_cast<float>(i), y - static_cast<float>(k)};
+    }
+    static float mixed(const std::array<float, columns>& values, const cell& at) {
+        return values[at.column] + at.part * (values[at.column + 1] - values[at.column]);
+    }
 };
 
 } // namespace insonify::inline INSONIFY_ABI
