@@ -14,7 +14,7 @@ namespace dataset {
 /// needle last. Objects of one name have one label.
 struct label_names {
     static constexpr std::uint8_t outside = 255; ///< outside the field of view
-    std::vector<std::string> names{"background"};
+    std::vector<std::string> names{};
 
     std::uint8_t of(const std::string& name) const {
         const auto found = std::find(names.begin(), names.end(), name);
@@ -45,6 +45,40 @@ inline scene wide_phantom() {
     return body;
 }
 
+/// A smooth displacement: waves along three directions.
+struct bending {
+    vec3 direction[3]{};
+    vec3 wave[3]{};      ///< radians per metre
+    float phase[3]{};    ///< radians
+    float amplitude = 0; ///< of each wave, metres
+
+    bending() = default;
+    bending(const description& d, const sample& s) {
+        amplitude = s.bend * 1_mm * std::sqrt(2.0F / 3);
+        for (std::uint64_t i = 0; i < 3; ++i) {
+            const auto random = [&](std::uint64_t k) { return hash_normal(s.seed, 2000 + 10 * i + k); };
+            const vec2 a = random(0), b = random(1), c = random(2);
+            direction[i] = normalize(vec3{a.x, a.y, b.x});
+            wave[i] = normalize(vec3{b.y, c.x, c.y}) * (2 * pi / (d.bend_length * 1_mm));
+            phase[i] = 2 * pi * hash_uniform(s.seed, 2000 + 10 * i + 9);
+        }
+    }
+    vec3 operator()(vec3 p) const {
+        vec3 sum{0, 0, 0};
+        for (int i = 0; i < 3; ++i) sum += amplitude * std::sin(dot(wave[i], p) + phase[i]) * direction[i];
+        return sum;
+    }
+};
+
+/// What was done to the anatomy of a sample.
+struct specimen {
+    pose at{};                   ///< of the probe
+    bool on_surface = true;      ///< false: the probe's place is beside the anatomy
+    bending bend{};              ///< of the scaled anatomy
+    std::vector<vec2> factors{}; ///< of attenuation and backscatter: the background, then the objects
+    contact touch{};             ///< of the probe, where it is pressed
+};
+
 /// The anatomies as they were loaded.
 class anatomies {
   public:
@@ -53,78 +87,122 @@ class anatomies {
         if (d.anatomy.empty()) {
             originals_.push_back(wide_phantom());
             files_.emplace_back("nerve block phantom");
+            find_around(d, files_.back());
         }
         for (const std::string& file : d.anatomy) {
             originals_.push_back(
                 load_obj_scene(file, {.unit = d.unit * 1_mm, .background = *tissue::find(d.background)}));
-            files_.push_back(file);
+            files_.push_back(as_utf8(std::filesystem::path{file}.filename().string()));
             check_anatomy(originals_.back(), file, d.unit * 1_mm);
+            find_around(d, file);
         }
-        std::vector<std::string> found;
-        for (std::size_t i = 0; i < originals_.size(); ++i) {
-            for (const object& one : originals_[i].objects()) found.push_back(name_of(one));
-            if (!d.around.empty() && !originals_[i].find(d.around)) {
-                std::string known;
-                for (const object& one : originals_[i].objects()) known += (known.empty() ? "" : ", ") + name_of(one);
-                throw usage_error{"--around: " + files_[i] + " has no object '" + d.around + "'; it has " + known};
-            }
-        }
-        std::sort(found.begin(), found.end());
-        found.erase(std::unique(found.begin(), found.end()), found.end());
-        labels_.names.insert(labels_.names.end(), found.begin(), found.end());
-        if (labels_.of("needle") == labels_.names.size()) labels_.names.emplace_back("needle");
-        if (labels_.names.size() >= label_names::outside)
-            throw usage_error{"--anatomy: more than 253 names of objects; labels are 8-bit"};
+        name_objects();
     }
 
     const label_names& labels() const { return labels_; }
     const std::vector<std::string>& files() const { return files_; }
-    static std::string name_of(const object& one) {
-        return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id)) : one.name;
+    const scene& original(std::size_t anatomy) const { return originals_[anatomy]; }
+    /// Of the objects of an anatomy, in its order.
+    const std::vector<std::string>& names(std::size_t anatomy) const { return names_[anatomy]; }
+    std::size_t most_objects() const {
+        std::size_t most = 0;
+        for (const auto& each : names_) most = std::max(most, each.size());
+        return most;
     }
 
     /// The anatomy of a sample: scaled, bent, pressed, with its own media; and the pose of the probe on it.
     template <transducer Probe>
-    std::pair<scene, pose> make(const Probe& probe, const description& d, const sample& s) const {
+    std::pair<scene, specimen> make(const Probe& probe, const description& d, const sample& s) const {
         const scene& original = originals_[s.anatomy];
         std::uint64_t next = 1000; // beyond those of draw_sample
-        scene body{varied(original.background(), d, s, next)};
-        const vec3 middle = original.box().centre();
-        const bending bend{d, s};
+        std::vector<vec2> factors;
+        const auto varied = [&](medium one) {
+            const auto factor = [&] {
+                return d.media.from + (d.media.to - d.media.from) * hash_uniform(s.seed, next++);
+            };
+            factors.push_back({factor(), 0});
+            factors.back().y = factor();
+            one.attenuation *= factors.back().x;
+            one.backscatter *= factors.back().y;
+            return one;
+        };
+        specimen made{.bend{d, s}};
+        scene body{varied(original.background())};
         aabb box;
+        std::vector<object_id> ids;
         for (const object& one : original.objects()) {
             mesh surface = one.surface;
             for (vec3& p : surface.positions) {
-                const vec3 scaled = s.scale * (one.at.point(p) - middle);
-                p = scaled + bend(scaled);
+                const vec3 scaled = s.scale * one.at.point(p);
+                p = scaled + made.bend(scaled);
                 box = merged(box, p);
             }
-            body.add(std::move(surface), varied(one.inside, d, s, next),
-                     {.priority = one.priority,
-                      .name = name_of(one),
-                      .fibres = fibres_of(one, s.scale, middle),
-                      .crease_angle = one.crease_angle});
+            ids.push_back(body.add(
+                std::move(surface), varied(one.inside),
+                {.priority = one.priority, .fibres = fibres_of(one, s.scale), .crease_angle = one.crease_angle}));
         }
         std::optional<object_id> needle; // built with the others, and placed where the probe turns out to be
         if (s.needle)
-            needle = body.add(make_needle(needle_diameter(s.gauge), 100_mm), tissue::steel,
-                              {.priority = 100, .name = "needle"});
+            needle = body.add(make_needle(needle_diameter(s.gauge), 100_mm), tissue::steel, {.priority = 100});
         body.build(exec::seq);
-        const auto [skin, at, outside] = place_probe(body, box, needle, d, s);
+        const std::optional<std::size_t> around = around_[s.anatomy];
+        const probe_place place =
+            place_probe(body, box, around ? std::optional{ids[*around]} : std::nullopt, needle, d, s);
+        const pose &skin = place.skin, &at = place.at;
         body.set_background_fibres(skin.direction({1, 0, 0}), skin.direction({0, 0, 1}));
         if (needle) {
             body.place(*needle, needle_pose(s, at));
             body.update(exec::seq);
         }
-        if (s.pressure > 0) yield(body, probe, at, outside, needle);
-        return {std::move(body), at};
+        if (s.pressure > 0) made.touch = yield(body, probe, at, place.outside, needle);
+        made.at = at;
+        made.on_surface = place.on_surface;
+        made.factors = std::move(factors);
+        return {std::move(body), std::move(made)};
     }
 
   private:
+    // The object that the probe is placed on, in the anatomy that was loaded last.
+    void find_around(const description& d, const std::string& file) {
+        const auto& objects = originals_.back().objects();
+        std::string known;
+        around_.push_back(d.around.empty() ? std::optional<std::size_t>{} : objects.size());
+        for (std::size_t i = 0; i < objects.size(); ++i) {
+            if (around_.back() == objects.size() && objects[i].name == d.around) around_.back() = i;
+            known += (known.empty() ? "" : ", ") + name_of(objects[i]);
+        }
+        if (around_.back() == objects.size())
+            throw usage_error{"--around: " + file + " has no object '" + d.around + "'; it has " + known};
+    }
+    // Objects without a name get one, and those that are named like the background or the needle another one.
+    void name_objects() {
+        std::vector<std::string> found;
+        for (const scene& original : originals_) {
+            names_.emplace_back();
+            for (const object& one : original.objects()) {
+                std::string name = as_utf8(name_of(one));
+                while (name == "background" || name == "needle") name += " (object)";
+                names_.back().push_back(name);
+                found.push_back(std::move(name));
+            }
+        }
+        std::sort(found.begin(), found.end());
+        found.erase(std::unique(found.begin(), found.end()), found.end());
+        labels_.names = std::move(found);
+        labels_.names.insert(labels_.names.begin(), "background");
+        labels_.names.emplace_back("needle");
+        if (labels_.names.size() > label_names::outside)
+            throw usage_error{"--anatomy: more than 253 names of objects; labels are 8-bit"};
+    }
+    static std::string name_of(const object& one) {
+        return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id)) : one.name;
+    }
+
     /// Deforms the body, but not the needle, where the probe is pressed into it.
     /// @param outside  a point in front of the surface: gel that contains it makes way
     template <transducer Probe>
-    static void yield(scene& body, const Probe& probe, const pose& at, vec3 outside, std::optional<object_id> needle) {
+    static contact yield(scene& body, const Probe& probe, const pose& at, vec3 outside,
+                         std::optional<object_id> needle) {
         const auto contains_outside = [&](object_id id) {
             const ray away{.origin = outside, .direction = {0, 0, 1}};
             const auto hit = first_surface(body, away, [=](object_id other) { return other == id; });
@@ -141,43 +219,15 @@ class anatomies {
         });
         touch.deformation.decay = max(20_mm, 2 * touch.depth); // an edge of a tilted probe may be deep
         body.deform(exec::seq, touch.deformation, soft);
+        return touch;
     }
-
-    /// A smooth displacement: waves along three directions.
-    struct bending {
-        vec3 direction[3]{}, wave[3]{};
-        float phase[3]{}, amplitude = 0;
-
-        bending(const description& d, const sample& s) {
-            amplitude = s.bend * 1_mm * std::sqrt(2.0F / 3);
-            for (std::uint64_t i = 0; i < 3; ++i) {
-                const auto random = [&](std::uint64_t k) { return hash_normal(s.seed, 2000 + 10 * i + k); };
-                const vec2 a = random(0), b = random(1), c = random(2);
-                direction[i] = normalize(vec3{a.x, a.y, b.x});
-                wave[i] = normalize(vec3{b.y, c.x, c.y}) * (2 * pi / (d.bend_length * 1_mm));
-                phase[i] = 2 * pi * hash_uniform(s.seed, 2000 + 10 * i + 9);
-            }
-        }
-        vec3 operator()(vec3 p) const {
-            vec3 sum{0, 0, 0};
-            for (int i = 0; i < 3; ++i) sum += amplitude * std::sin(dot(wave[i], p) + phase[i]) * direction[i];
-            return sum;
-        }
-    };
 
     /// The fibres of an object where it has been moved to: as if it were not bent.
-    static fibre_directions fibres_of(const object& one, float scale, vec3 middle) {
+    static fibre_directions fibres_of(const object& one, float scale) {
         if (!one.fibres.varies()) return one.at.direction(one.fibres({0, 0, 0}));
-        return [fibres = one.fibres, at = one.at, scale, middle](vec3 p) {
-            return at.direction(fibres(at.local_point(p / scale + middle)));
+        return [fibres = one.fibres, at = one.at, scale](vec3 p) {
+            return at.direction(fibres(at.local_point(p / scale)));
         };
-    }
-
-    static medium varied(medium one, const description& d, const sample& s, std::uint64_t& next) {
-        const auto factor = [&] { return d.media.from + (d.media.to - d.media.from) * hash_uniform(s.seed, next++); };
-        one.attenuation *= factor();
-        one.backscatter *= factor();
-        return one;
     }
 
     /// Where the probe is, and a point in front of the surface there.
@@ -185,12 +235,12 @@ class anatomies {
         pose skin{}; ///< x along `lateral`, z inwards: what `at` is a turn of
         pose at{};
         vec3 outside{0, 0, 0};
+        bool on_surface = true;
     };
 
     /// On the surface of the object `around`, or of the first, facing inwards.
-    static probe_place place_probe(const scene& body, aabb box, std::optional<object_id> needle, const description& d,
-                                   const sample& s) {
-        const std::optional<object_id> on = body.find(d.around);
+    static probe_place place_probe(const scene& body, aabb box, std::optional<object_id> on,
+                                   std::optional<object_id> needle, const description& d, const sample& s) {
         if (on) box = body.box(*on);
         const vec3 from = normalize(vec3{d.from[0], d.from[1], d.from[2]}),
                    lateral{d.lateral[0], d.lateral[1], d.lateral[2]};
@@ -202,7 +252,7 @@ class anatomies {
         const float far = length(box.size());
         const auto hit = first_surface(body, {.origin = box.centre() + shift + far * outwards, .direction = -outwards},
                                        [=](object_id id) { return on ? id == *on : id != needle; });
-        // A ray that misses leaves the probe on the box, looking at its middle: the sample shows no anatomy, and says so.
+        // A ray that misses leaves the probe on the box, looking at its middle.
         const vec3 place = hit ? hit->point : box.centre() + shift + 0.5F * far * outwards;
         const vec3 inwards = hit ? -hit->normal : -outwards;
         const pose on_surface =
@@ -218,7 +268,7 @@ class anatomies {
             return pose{m, {0, 0, 0}};
         };
         return {on_surface, on_surface * turned(s.turn, 2) * turned(s.tilt, 0) * turned(s.rock, 1),
-                place - 0.1_mm * inwards};
+                place - 0.1_mm * inwards, hit.has_value()};
     }
 
     /// In the plane of the image, from the left, its tip below the middle of the face.
@@ -229,7 +279,9 @@ class anatomies {
     }
 
     std::vector<scene> originals_;
-    std::vector<std::string> files_;
+    std::vector<std::string> files_; // their names
+    std::vector<std::vector<std::string>> names_;
+    std::vector<std::optional<std::size_t>> around_; // the object that the probe is placed on
     label_names labels_;
 };
 

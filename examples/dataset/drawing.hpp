@@ -14,10 +14,9 @@ namespace dataset {
 /// a part to be complete.
 class drawing {
   public:
-    /// @param samples  of the longest line
-    /// @param writer   number of this process
-    drawing(const description& d, const anatomies& all, std::uint32_t samples, int writer)
-        : d_{d}, all_{all}, samples_{samples}, writer_{writer} {}
+    /// @param writer  number of this process
+    drawing(const description& d, const anatomies& all, const parts& files, int writer)
+        : d_{d}, all_{all}, files_{files}, writer_{writer} {}
 
     /// Draws until no part is left.
     /// @param next     returns the number of the next part that no process has taken; called by one thread at a time
@@ -29,7 +28,7 @@ class drawing {
                 while (const std::optional<place> at = take(next, written)) {
                     record& one = at->part->records[at->index];
                     one = render(d_, all_, draw_sample(d_, at->part->first + at->index));
-                    if (d_.format == "hdf5") pack(one, d_, samples_);
+                    files_.pack(one);
                     if (--at->part->left == 0) write(*at->part, written);
                 }
             } catch (...) {
@@ -56,14 +55,16 @@ class drawing {
         const std::lock_guard lock{taking_};
         while (!stopped_ && (!current_ || current_->taken == current_->records.size())) {
             const std::uint32_t part = next();
-            if (part >= part_count(d_)) stopped_ = true;
+            if (part >= files_.count()) stopped_ = true;
             if (stopped_) break;
-            if (std::filesystem::exists(std::filesystem::path{d_.output} / part_name(d_, part))) {
-                const std::lock_guard telling{writing_};
-                written(part, 0U);
-                continue;
+            if (files_.exists(part)) { // of a run that was stopped, or had fewer samples
+                const std::lock_guard reading{writing_};
+                if (files_.fault(part).empty()) {
+                    written(part, 0U);
+                    continue;
+                }
             }
-            const auto [first, last] = samples_of_part(d_, part);
+            const auto [first, last] = files_.samples_of(part);
             current_ = std::make_shared<open_part>();
             current_->number = part;
             current_->first = first;
@@ -78,13 +79,13 @@ class drawing {
     template <class Written>
     void write(const open_part& part, const Written& written) {
         const std::lock_guard lock{writing_};
-        write_part(d_, all_, part.number, part.records, writer_, samples_);
+        files_.write(part.number, part.records, writer_);
         written(part.number, static_cast<std::uint32_t>(part.records.size()));
     }
 
     const description& d_;
     const anatomies& all_;
-    std::uint32_t samples_;
+    const parts& files_;
     int writer_;
     std::shared_ptr<open_part> current_{};
     std::mutex taking_{}, writing_{};

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <hdf5.h>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,10 +17,9 @@ namespace dataset {
 /// A handle of HDF5, closed where its scope ends.
 class handle {
   public:
-    /// @param what  for the message, such as "write part-0003.h5"
     /// @throws insonify::io_error  for an invalid id
     handle(hid_t id, herr_t (*close)(hid_t), const std::string& what) : id_{id}, close_{close} {
-        if (id < 0) throw insonify::io_error{"HDF5 cannot " + what + "; is the disk full, or the folder read-only?"};
+        if (id < 0) throw insonify::io_error{"HDF5 cannot " + what};
     }
     handle(handle&& other) noexcept : id_{std::exchange(other.id_, -1)}, close_{other.close_} {}
     handle(const handle&) = delete;
@@ -35,36 +35,41 @@ class handle {
     herr_t (*close_)(hid_t);
 };
 
-inline void check(herr_t result, const std::string& what) {
-    if (result < 0) throw insonify::io_error{"HDF5 cannot " + what + "; is the disk full?"};
+/// HDF5 prints its own messages unless it is told not to, in each thread.
+inline void keep_hdf5_quiet() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+/// What the numbers of an array are.
+enum class number_type { byte, boolean, whole, real };
+
+inline std::size_t size_of(number_type type) {
+    return type == number_type::byte || type == number_type::boolean ? 1 : 4;
 }
 
+/// As h5py has it: an enumeration of bytes for truth values.
+inline handle type_handle(number_type type) {
+    if (type == number_type::boolean) {
+        handle made{H5Tenum_create(H5T_STD_I8LE), H5Tclose, "make a type"};
+        const std::int8_t no = 0, yes = 1;
+        H5Tenum_insert(made, "FALSE", &no);
+        H5Tenum_insert(made, "TRUE", &yes);
+        return made;
+    }
+    return {H5Tcopy(type == number_type::byte    ? H5T_STD_U8LE
+                    : type == number_type::whole ? H5T_STD_U32LE
+                                                 : H5T_IEEE_F32LE),
+            H5Tclose, "make a type"};
+}
+
+/// A piece of an array, compressed.
+using packed_chunk = std::vector<unsigned char>;
+
+/// How repetitions are sought: runs of one byte, which is twice as fast and takes a tenth more bytes of images, or any.
+enum class repetitions { runs, any };
+
+/// Compresses numbers as the filters of HDF5 do: first bytes, second bytes and so on together, then deflate, whose checksum
+/// reveals damage. Any thread may do it.
 template <class Number>
-hid_t type_of();
-template <>
-inline hid_t type_of<float>() {
-    return H5T_IEEE_F32LE;
-}
-template <>
-inline hid_t type_of<std::uint8_t>() {
-    return H5T_STD_U8LE;
-}
-template <>
-inline hid_t type_of<std::uint32_t>() {
-    return H5T_STD_U32LE;
-}
-template <>
-inline hid_t type_of<std::uint64_t>() {
-    return H5T_STD_U64LE;
-}
-
-/// A row of an array, compressed.
-using packed_row = std::vector<unsigned char>;
-
-/// Compresses numbers as the filters of HDF5 do: first bytes, second bytes and so on together, then deflate. Run lengths
-/// alone are twice as fast as a search for longer matches, for a tenth more bytes. Any thread may do it.
-template <class Number>
-packed_row pack(const std::vector<Number>& numbers) {
+packed_chunk pack(const std::vector<Number>& numbers, repetitions sought = repetitions::runs) {
     const std::size_t size = numbers.size() * sizeof(Number);
     const auto* bytes = reinterpret_cast<const unsigned char*>(numbers.data());
     std::vector<unsigned char> shuffled(size);
@@ -72,8 +77,9 @@ packed_row pack(const std::vector<Number>& numbers) {
         for (std::size_t i = 0; i < numbers.size(); ++i)
             shuffled[byte * numbers.size() + i] = bytes[i * sizeof(Number) + byte];
     z_stream stream{};
-    deflateInit2(&stream, 1, Z_DEFLATED, MAX_WBITS, MAX_MEM_LEVEL, Z_RLE);
-    packed_row packed(deflateBound(&stream, static_cast<uLong>(size)));
+    deflateInit2(&stream, 1, Z_DEFLATED, MAX_WBITS, MAX_MEM_LEVEL,
+                 sought == repetitions::runs ? Z_RLE : Z_DEFAULT_STRATEGY);
+    packed_chunk packed(deflateBound(&stream, static_cast<uLong>(size)));
     stream.next_in = shuffled.data();
     stream.avail_in = static_cast<uInt>(size);
     stream.next_out = packed.data();
@@ -85,116 +91,208 @@ packed_row pack(const std::vector<Number>& numbers) {
     return packed;
 }
 
-/// A file that is being written. The same content gives the same bytes: no times are stored.
+/// The place of an array in a file, and its meaning.
+struct array_name {
+    std::string path;
+    std::string unit; ///< "\u2013" where it has none
+    std::string description;
+};
+
+/// A file that is being made, in memory: a full disk is met by `write_file`, and not inside HDF5, which cannot close a file
+/// that it cannot write. The same content gives the same bytes: no times are stored.
 class hdf5_file {
   public:
-    explicit hdf5_file(const std::string& path)
-        : path_{path}, file_{H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose,
-                             "create " + path} {}
+    hdf5_file() : file_{create()} {}
 
-    /// Messages of HDF5 would go to stderr, beside the exception.
-    static void keep_quiet() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+    /// The bytes of the file.
+    std::string image() const {
+        check(H5Fflush(file_, H5F_SCOPE_GLOBAL));
+        const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
+        check(size < 0 ? -1 : 0);
+        std::string bytes(static_cast<std::size_t>(size), '\0');
+        check(H5Fget_file_image(file_, bytes.data(), bytes.size()) < 0 ? -1 : 0);
+        return bytes;
+    }
 
-    /// Writes everything to the disk.
-    void flush() { check(H5Fflush(file_, H5F_SCOPE_GLOBAL), "write " + path_); }
-
-    void add_group(const std::string& name, const std::string& text) {
-        const handle properties{H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "write " + path_};
-        check(H5Pset_obj_track_times(properties, false), "write " + path_);
-        const handle group{H5Gcreate2(file_, name.c_str(), H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose,
-                           "write " + path_};
+    void add_group(const std::string& path, const std::string& text) {
+        const handle properties{H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "make a file"};
+        check(H5Pset_obj_track_times(properties, false));
+        const handle group{H5Gcreate2(file_, path.c_str(), H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose,
+                           "make a file"};
         set_text(group, "description", text);
     }
-
-    /// An attribute of the whole file.
-    void set_text(const std::string& name, const std::string& text) { set_text(file_, name, text); }
-
-    /// An array with its unit and description.
-    template <class Number>
-    void add(const std::string& name, const std::vector<hsize_t>& shape, const Number* values, const std::string& unit,
-             const std::string& text) {
-        const handle space{shape.empty() ? H5Screate(H5S_SCALAR)
-                                         : H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
-                           H5Sclose, "write " + path_};
-        const handle properties{H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "write " + path_};
-        check(H5Pset_obj_track_times(properties, false), "write " + path_);
-        const handle array{
-            H5Dcreate2(file_, name.c_str(), type_of<Number>(), space, H5P_DEFAULT, properties, H5P_DEFAULT), H5Dclose,
-            "write " + path_};
-        check(H5Dwrite(array, type_of<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values), "write " + path_);
-        set_text(array, "unit", unit);
-        set_text(array, "description", text);
+    /// Another name of what is there.
+    void add_link(const std::string& path, const std::string& target) {
+        check(H5Lcreate_hard(file_, target.c_str(), file_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT));
     }
-    /// A single number.
-    template <class Number>
-    void add(const std::string& name, Number value, const std::string& unit, const std::string& text) {
-        add(name, {}, &value, unit, text);
+    /// An attribute of the whole file, or of a group.
+    void set_text(const std::string& name, const std::string& text, const std::string& group = "/") {
+        const handle object{H5Oopen(file_, group.c_str(), H5P_DEFAULT), H5Oclose, "make a file"};
+        set_text(object, name, text);
     }
-    /// An array of packed rows.
-    /// @param row  returns the row of a number
-    template <class Row>
-    void add_packed(const std::string& name, hid_t type, const std::vector<hsize_t>& shape, const Row& row,
-                    const std::string& unit, const std::string& text) {
-        const handle space{H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose,
-                           "write " + path_};
-        const handle properties{H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "write " + path_};
-        check(H5Pset_obj_track_times(properties, false), "write " + path_);
-        std::vector<hsize_t> block = shape, start(shape.size(), 0);
-        block[0] = 1;
-        check(H5Pset_chunk(properties, static_cast<int>(block.size()), block.data()), "write " + path_);
-        check(H5Pset_shuffle(properties), "write " + path_);
-        check(H5Pset_deflate(properties, 1), "write " + path_);
-        const handle array{H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT), H5Dclose,
-                           "write " + path_};
+
+    /// Texts: one, or an array.
+    void add_text(const array_name& name, const std::string& text) { add_texts(name, {text}, {}); }
+    void add_texts(const array_name& name, const std::vector<std::string>& texts, const std::vector<hsize_t>& shape) {
+        std::vector<const char*> letters;
+        for (const std::string& text : texts) letters.push_back(text.c_str());
+        const handle type = text_type();
+        const handle array = create_array(name, type, space_of(shape), properties());
+        check(H5Dwrite(array, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, letters.data()));
+    }
+    /// A number.
+    void add_number(const array_name& name, float value) {
+        const handle type = type_handle(number_type::real);
+        const handle array = create_array(name, type, space_of({}), properties());
+        check(H5Dwrite(array, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value));
+    }
+    /// An array of numbers, with a checksum.
+    void add_array(const array_name& name, number_type numbers, const std::vector<hsize_t>& shape, const void* values) {
+        const handle type = type_handle(numbers), how = properties();
+        check(H5Pset_chunk(how, static_cast<int>(shape.size()), shape.data()));
+        check(H5Pset_fletcher32(how));
+        const handle array = create_array(name, type, space_of(shape), how);
+        check(H5Dwrite(array, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values));
+    }
+    /// An array of packed chunks, one or several for each row.
+    /// @param chunk   shape of one
+    /// @param pieces  returns the chunks of a row, which differ in their place on the last axis
+    template <class Pieces>
+    void add_packed(const array_name& name, number_type numbers, const std::vector<hsize_t>& shape,
+                    const std::vector<hsize_t>& chunk, const Pieces& pieces) {
+        const handle how = properties();
+        check(H5Pset_chunk(how, static_cast<int>(chunk.size()), chunk.data()));
+        check(H5Pset_shuffle(how));
+        check(H5Pset_deflate(how, 1));
+        const handle array = create_array(name, type_handle(numbers), space_of(shape), how);
+        std::vector<hsize_t> start(shape.size(), 0);
         for (; start[0] < shape[0]; ++start[0]) {
-            const packed_row& packed = row(start[0]);
-            check(H5Dwrite_chunk(array, H5P_DEFAULT, 0, start.data(), packed.size(), packed.data()), "write " + path_);
+            start.back() = 0;
+            for (const packed_chunk& packed : pieces(start[0])) {
+                check(H5Dwrite_chunk(array, H5P_DEFAULT, 0, start.data(), packed.size(), packed.data()));
+                start.back() += chunk.back();
+            }
         }
-        set_text(array, "unit", unit);
-        set_text(array, "description", text);
     }
 
-    /// An array whose rows are those of arrays of the same name in other files, one after the other.
+    /// An array whose rows are those of arrays of the same name in other files, one after the other. Rows of files that are
+    /// not there, or cannot be opened, have the value `missing`.
     struct source {
         std::string file; ///< relative to this one
         hsize_t rows = 0;
     };
-    void add_virtual(const std::string& name, hid_t type, std::vector<hsize_t> shape,
-                     const std::vector<source>& sources, const std::string& unit, const std::string& text) {
-        const int rank = static_cast<int>(shape.size());
-        const handle properties{H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "write " + path_};
-        check(H5Pset_obj_track_times(properties, false), "write " + path_);
-        const handle whole{H5Screate_simple(rank, shape.data(), nullptr), H5Sclose, "write " + path_};
+    void add_virtual(const array_name& name, number_type numbers, std::vector<hsize_t> shape,
+                     const std::vector<source>& sources, double missing) {
+        const handle how = properties(), whole = space_of(shape), type = type_handle(numbers);
+        if (numbers != number_type::boolean) check(H5Pset_fill_value(how, H5T_NATIVE_DOUBLE, &missing));
         std::vector<hsize_t> start(shape.size(), 0), part = shape;
         for (const source& each : sources) {
             part[0] = each.rows;
-            const handle rows{H5Screate_simple(rank, part.data(), nullptr), H5Sclose, "write " + path_};
-            const handle place{H5Scopy(whole), H5Sclose, "write " + path_};
-            check(H5Sselect_hyperslab(place, H5S_SELECT_SET, start.data(), nullptr, part.data(), nullptr),
-                  "write " + path_);
-            check(H5Pset_virtual(properties, place, each.file.c_str(), name.c_str(), rows), "write " + path_);
+            const handle rows = space_of(part);
+            const handle place{H5Scopy(whole), H5Sclose, "make a file"};
+            check(H5Sselect_hyperslab(place, H5S_SELECT_SET, start.data(), nullptr, part.data(), nullptr));
+            check(H5Pset_virtual(how, place, each.file.c_str(), name.path.c_str(), rows));
             start[0] += each.rows;
         }
-        const handle array{H5Dcreate2(file_, name.c_str(), type, whole, H5P_DEFAULT, properties, H5P_DEFAULT), H5Dclose,
-                           "write " + path_};
-        set_text(array, "unit", unit);
-        set_text(array, "description", text);
+        create_array(name, type, whole, how);
     }
 
   private:
-    void set_text(hid_t object, const std::string& name, const std::string& text) {
-        const handle type{H5Tcopy(H5T_C_S1), H5Tclose, "write " + path_};
-        check(H5Tset_size(type, H5T_VARIABLE), "write " + path_);
-        check(H5Tset_cset(type, H5T_CSET_UTF8), "write " + path_);
-        const handle space{H5Screate(H5S_SCALAR), H5Sclose, "write " + path_};
+    static void check(herr_t result) {
+        if (result < 0) throw insonify::io_error{"HDF5 cannot make a file; is there enough memory?"};
+    }
+    static handle create() {
+        keep_hdf5_quiet();
+        const handle access{H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "make a file"};
+        check(H5Pset_fapl_core(access, std::size_t{1} << 22U, false));
+        return {H5Fcreate("in memory", H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, "make a file"};
+    }
+    static handle properties() {
+        handle made{H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "make a file"};
+        check(H5Pset_obj_track_times(made, false));
+        return made;
+    }
+    static handle space_of(const std::vector<hsize_t>& shape) {
+        return {shape.empty() ? H5Screate(H5S_SCALAR)
+                              : H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
+                H5Sclose, "make a file"};
+    }
+    static handle text_type() {
+        handle type{H5Tcopy(H5T_C_S1), H5Tclose, "make a file"};
+        check(H5Tset_size(type, H5T_VARIABLE));
+        check(H5Tset_cset(type, H5T_CSET_UTF8));
+        return type;
+    }
+    handle create_array(const array_name& name, hid_t type, hid_t space, hid_t how) const {
+        handle array{H5Dcreate2(file_, name.path.c_str(), type, space, H5P_DEFAULT, how, H5P_DEFAULT), H5Dclose,
+                     "make a file"};
+        set_text(array, "unit", name.unit);
+        set_text(array, "description", name.description);
+        return array;
+    }
+    static void set_text(hid_t object, const std::string& name, const std::string& text) {
+        const handle type = text_type(), space = space_of({});
         const handle attribute{H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                               "write " + path_};
+                               "make a file"};
         const char* letters = text.c_str();
-        check(H5Awrite(attribute, type, &letters), "write " + path_);
+        check(H5Awrite(attribute, type, &letters));
     }
 
-    std::string path_;
     handle file_;
+};
+
+/// A file that is read to be checked. What cannot be read is empty.
+class hdf5_reader {
+  public:
+    explicit hdf5_reader(const std::string& path) {
+        keep_hdf5_quiet();
+        file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    }
+    hdf5_reader(const hdf5_reader&) = delete;
+    hdf5_reader& operator=(const hdf5_reader&) = delete;
+    ~hdf5_reader() {
+        if (file_ >= 0) H5Fclose(file_);
+    }
+    bool is_open() const { return file_ >= 0; }
+
+    /// An attribute of a group.
+    std::string text(const std::string& group, const std::string& name) const {
+        const hid_t attribute = H5Aopen_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
+        if (attribute < 0) return "";
+        const handle open{attribute, H5Aclose, "read"}, type{H5Aget_type(attribute), H5Tclose, "read"};
+        char* letters = nullptr;
+        if (H5Tis_variable_str(type) <= 0 || H5Aread(open, type, &letters) < 0 || letters == nullptr) return "";
+        std::string read{letters};
+        H5free_memory(letters);
+        return read;
+    }
+    /// Rows of an array of numbers that has them, as it is stored.
+    /// @param shape  of the array
+    /// @return       false where it has another shape or type, or cannot be read
+    bool reads(const std::string& path, number_type numbers, const std::vector<hsize_t>& shape) const {
+        const hid_t array = H5Dopen2(file_, path.c_str(), H5P_DEFAULT);
+        if (array < 0) return false;
+        const handle open{array, H5Dclose, "read"}, space{H5Dget_space(array), H5Sclose, "read"},
+            type{H5Dget_type(array), H5Tclose, "read"};
+        if (H5Sget_simple_extent_ndims(space) != static_cast<int>(shape.size())) return false;
+        std::vector<hsize_t> found(shape.size()), start(shape.size(), 0), row = shape;
+        H5Sget_simple_extent_dims(space, found.data(), nullptr);
+        if (found != shape || H5Tequal(type, type_handle(numbers)) <= 0) return false;
+        std::size_t row_size = size_of(numbers);
+        for (std::size_t axis = 1; axis < row.size(); ++axis) row_size *= row[axis];
+        const bool small = row_size * shape[0] < std::size_t{1} << 26U; // read at once: it may be one chunk
+        if (!small) row[0] = 1;
+        std::vector<char> values(row_size * row[0]);
+        const handle memory{H5Screate_simple(static_cast<int>(row.size()), row.data(), nullptr), H5Sclose, "read"};
+        for (; start[0] < shape[0]; start[0] += row[0])
+            if (H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, row.data(), nullptr) < 0 ||
+                H5Dread(array, type, memory, space, H5P_DEFAULT, values.data()) < 0)
+                return false;
+        return true;
+    }
+
+  private:
+    hid_t file_ = -1;
 };
 
 } // namespace dataset

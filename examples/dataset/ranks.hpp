@@ -40,11 +40,12 @@ class ranks {
         MPI_Win_unlock(0, window_);
         return taken;
     }
-    /// Whether `mine` is true on every rank.
-    bool all(bool mine) const {
-        int value = mine ? 1 : 0, result = 0;
+    /// Waits for all ranks.
+    /// @return the lowest rank that failed; `count()` where none did
+    int first_to_fail(bool failed) const {
+        int value = failed ? rank_ : count_, result = 0;
         MPI_Allreduce(&value, &result, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
-        return result == 1;
+        return result;
     }
     /// Ends the program on all ranks.
     [[noreturn]] void stop() const {

@@ -3,24 +3,36 @@
 
 #include "anatomy.hpp"
 #include "hdf5_file.hpp"
+#include <optional>
 
 namespace dataset {
+
+/// The face of a probe, and its beam: what the options do not say.
+struct face {
+    float width = 0;         ///< metres; along the arc where it is curved
+    float radius = 0;        ///< metres; 0: flat
+    float field_of_view = 0; ///< of a sector, radians; 0: parallel lines
+    float fnumber = 0;
+    float elevation_height = 0, elevation_focus = 0; ///< metres
+    float bandwidth = 0;                             ///< at -6 dB, as a fraction of the frequency
+};
 
 /// All that is stored of one sample.
 struct record {
     sample numbers{};
-    pose at{};
+    specimen made{};
+    face probe{};
+    vec2 centre{0, 0};                 ///< of the image, {x, z} in the frame of the probe, metres
     vec2 pitch{0, 0};                  ///< width and height of a pixel, metres
     std::vector<std::uint8_t> image{}; ///< rows x columns
     std::vector<std::uint8_t> label{};
     std::vector<float> incidence{}, transmitted{}, depth{};
-    scan_lines envelope{};
-    iq_lines iq{};
-    std::vector<packed_row> packed{}; ///< the arrays, in the order of `row_kinds`, once they are compressed
+    iq_lines iq{};                                   ///< on the lines of the probe
+    std::vector<ray> beams{};                        ///< those lines
+    std::vector<std::vector<packed_chunk>> packed{}; ///< the arrays of `layout`, once they are compressed
 };
 
-namespace detail_ {
-
+/// The probe of a sample.
 template <class Probe>
 Probe with_settings(Probe probe, const description& d, const sample& s) {
     probe.lines = d.lines;
@@ -29,12 +41,56 @@ Probe with_settings(Probe probe, const description& d, const sample& s) {
     return presets::in_use(probe);
 }
 
-} // namespace detail_
+/// Calls visit(probe) with the probe of a sample.
+template <class Visit>
+auto with_probe(const description& d, const sample& s, const Visit& visit) {
+    if (d.probe == "convex") return visit(with_settings(convex_array{}, d, s));
+    if (d.probe == "phased") return visit(with_settings(phased_array{}, d, s));
+    return visit(with_settings(linear_array{}, d, s));
+}
 
-/// Draws a sample with one thread: ranks share the work.
+/// Samples along each line of IQ: as many as the deepest image at the highest frequency needs, so that all have as many.
+inline std::uint32_t line_samples(const description& d) {
+    return with_probe(d, {.frequency = d.frequency.to, .focus = d.focus.to}, [&](const auto& probe) {
+        return samples_for(d.depth.to * 1_mm, nominal_pulse(probe).sigma_z(probe.frequency));
+    });
+}
+
+/// @throws usage_error  where a probe of the dataset cannot be drawn with its settings
+inline void check_probes(const description& d) {
+    for (const float frequency : {d.frequency.from, d.frequency.to})
+        for (const float focus : {d.focus.from, d.focus.to})
+            with_probe(d, {.frequency = frequency, .focus = focus}, [](const auto& probe) { probe.check(); });
+    constexpr std::uint32_t most = 1U << 26U; // 512 MB of echoes
+    if (const std::uint64_t values = std::uint64_t{line_samples(d)} * d.lines; 4 * values > most)
+        throw usage_error{"--lines: " + std::to_string(d.lines) + " lines of " + std::to_string(line_samples(d)) +
+                          " samples are too many for the memory; lower --lines, --depth or --frequency"};
+}
+
+template <class Probe>
+face face_of(const Probe& probe) {
+    face made{.width = probe.aperture(),
+              .fnumber = probe.fnumber,
+              .elevation_height = probe.elevation_height,
+              .elevation_focus = probe.elevation_focus,
+              .bandwidth = probe.bandwidth};
+    if constexpr (requires { probe.radius; }) made.radius = probe.radius;
+    if constexpr (requires { probe.field_of_view; }) made.field_of_view = probe.field_of_view;
+    return made;
+}
+
+/// The echoes of a sample on the lines of the probe itself: those of the straight look.
+template <transducer Probe>
+iq_lines own_echoes(const scanner<Probe>& machine) {
+    return resample_lines(exec::unseq, machine.echoes(), machine.echo_probe(), machine.probe);
+}
+
+/// Draws a sample with one thread: others draw other samples.
 template <transducer Probe>
 record render(const Probe& probe, const description& d, const anatomies& all, const sample& s) {
-    const auto [body, at] = all.make(probe, d, s);
+    auto [body, made] = all.make(probe, d, s);
+    record drawn{.numbers = s, .made = std::move(made), .probe = face_of(probe)};
+    const pose& at = drawn.made.at;
     b_mode_settings how = presets::settings_for(probe);
     how.depth = s.depth * 1_mm;
     how.size = {d.size, d.size};
@@ -44,45 +100,50 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
     how.planes = d.planes;
     how.noise = {.level_db = s.noise, .seed = s.seed};
     how.frame = s.number;
-    how.compound.angles = d.looks;
+    if (d.iq) how.samples = line_samples(d);
     scanner machine{probe, how};
+    if (d.iq && d.looks % 2 == 0) { // none of the looks is straight
+        machine.scan(exec::unseq, body, at);
+        drawn.iq = own_echoes(machine);
+    }
+    machine.settings.compound.angles = d.looks;
     const image& picture = machine.scan(exec::unseq, body, at);
+    if (d.iq && d.looks % 2 == 1) drawn.iq = own_echoes(machine);
+    for (std::uint32_t line = 0; line < drawn.iq.count; ++line)
+        drawn.beams.push_back(probe.beam(static_cast<float>(line)));
+
     // About one sample for each row of the image, so that no surface falls between two.
     const label_settings maps{.depth = how.depth, .samples = d.size, .grid = label_settings::grid::displayed};
     const auto truth = ground_truth(exec::unseq, body, probe, at, maps);
     const scan_map map =
         make_scan_map(exec::unseq, probe, {.depth = how.depth, .samples = truth.label.samples}, {.size = how.size});
-
-    record made{.numbers = s, .at = at, .pitch = map.pitch};
-    made.image.reserve(picture.pixels.size());
+    drawn.centre = map.centre;
+    drawn.pitch = map.pitch;
+    drawn.image.reserve(picture.pixels.size());
     for (const float grey : picture.pixels)
-        made.image.push_back(static_cast<std::uint8_t>(clamp(grey, 0, 1) * 255 + 0.5F));
+        drawn.image.push_back(static_cast<std::uint8_t>(clamp(grey, 0, 1) * 255 + 0.5F));
     std::vector<std::uint8_t> label_of_object;
-    for (const object& one : body.objects()) {
-        const auto id = static_cast<std::uint32_t>(one.id);
-        if (label_of_object.size() <= id) label_of_object.resize(id + 1);
-        label_of_object[id] = all.labels().of(one.name);
+    const std::vector<std::string>& names = all.names(s.anatomy);
+    for (std::size_t i = 0; i < body.objects().size(); ++i) {
+        const auto id = static_cast<std::uint32_t>(body.objects()[i].id);
+        label_of_object.resize(std::max<std::size_t>(label_of_object.size(), id + 1));
+        label_of_object[id] = all.labels().of(i < names.size() ? names[i] : "needle");
     }
     const label_image labels = scan_convert(exec::unseq, truth.label, map);
-    made.label.reserve(labels.pixels.size());
+    drawn.label.reserve(labels.pixels.size());
     for (std::size_t i = 0; i < labels.pixels.size(); ++i)
-        made.label.push_back(map.first[i] == scan_map::outside      ? label_names::outside
-                             : labels.pixels[i] == background_label ? std::uint8_t{0}
-                                                                    : label_of_object[labels.pixels[i]]);
-    made.incidence = scan_convert_nearest(exec::unseq, truth.incidence, map).pixels;
-    made.transmitted = scan_convert_nearest(exec::unseq, truth.transmitted, map).pixels;
-    made.depth = scan_convert_nearest(exec::unseq, truth.depth, map).pixels;
-    if (d.iq) {
-        made.envelope = envelope(exec::unseq, machine.echoes());
-        made.iq = machine.echoes();
-    }
-    return made;
+        drawn.label.push_back(map.first[i] == scan_map::outside      ? label_names::outside
+                              : labels.pixels[i] == background_label ? std::uint8_t{0}
+                                                                     : label_of_object[labels.pixels[i]]);
+    if (d.no_truth) return drawn;
+    drawn.incidence = scan_convert_nearest(exec::unseq, truth.incidence, map).pixels;
+    drawn.transmitted = scan_convert_nearest(exec::unseq, truth.transmitted, map).pixels;
+    drawn.depth = scan_convert_nearest(exec::unseq, truth.depth, map).pixels;
+    return drawn;
 }
 
 inline record render(const description& d, const anatomies& all, const sample& s) {
-    if (d.probe == "convex") return render(detail_::with_settings(convex_array{}, d, s), d, all, s);
-    if (d.probe == "phased") return render(detail_::with_settings(phased_array{}, d, s), d, all, s);
-    return render(detail_::with_settings(linear_array{}, d, s), d, all, s);
+    return with_probe(d, s, [&](const auto& probe) { return render(probe, d, all, s); });
 }
 
 } // namespace dataset

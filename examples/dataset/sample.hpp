@@ -52,46 +52,5 @@ inline sample draw_sample(const description& d, std::uint32_t number) {
     return s;
 }
 
-/// A number of a sample, as it is stored.
-struct named_number {
-    const char* name;
-    const char* unit;
-    const char* description;
-    float (*of)(const sample&);
-};
-
-/// All numbers of a sample that vary.
-inline const std::vector<named_number>& numbers() {
-    static const std::vector<named_number> all{
-        {"anatomy", "-", "index into the attribute `anatomies` of the file",
-         [](const sample& s) { return static_cast<float>(s.anatomy); }},
-        {"scale", "-", "factor of all lengths of the anatomy", [](const sample& s) { return s.scale; }},
-        {"bend", "mm", "rms of the displacement of the anatomy", [](const sample& s) { return s.bend; }},
-        {"spread", "degrees", "angle between the direction of the probe and `from`",
-         [](const sample& s) { return s.spread; }},
-        {"azimuth", "degrees", "of that direction about `from`", [](const sample& s) { return s.azimuth; }},
-        {"along", "mm", "shift of the probe along its array", [](const sample& s) { return s.along; }},
-        {"across", "mm", "shift of the probe across its array", [](const sample& s) { return s.across; }},
-        {"tilt", "degrees", "turn of the probe about its array", [](const sample& s) { return s.tilt; }},
-        {"rock", "degrees", "turn of the probe within its slice", [](const sample& s) { return s.rock; }},
-        {"turn", "degrees", "turn of the probe about its axis", [](const sample& s) { return s.turn; }},
-        {"standoff", "mm", "distance of the face from the surface", [](const sample& s) { return s.standoff; }},
-        {"pressure", "mm", "how deep the face is pressed into the surface at rest",
-         [](const sample& s) { return s.pressure; }},
-        {"frequency", "MHz", "carrier frequency", [](const sample& s) { return s.frequency; }},
-        {"image_depth", "mm", "depth of the image", [](const sample& s) { return s.depth; }},
-        {"focus", "mm", "depth of the transmit focus", [](const sample& s) { return s.focus; }},
-        {"gain", "dB", "added to every level", [](const sample& s) { return s.gain; }},
-        {"dynamic_range", "dB", "from black to white", [](const sample& s) { return s.dynamic_range; }},
-        {"noise", "dB", "electronic noise, relative to the echo of a perfect mirror",
-         [](const sample& s) { return s.noise; }},
-        {"needle", "-", "1 where there is a needle", [](const sample& s) { return s.needle ? 1.0F : 0.0F; }},
-        {"gauge", "-", "of the needle", [](const sample& s) { return static_cast<float>(s.gauge); }},
-        {"needle_angle", "degrees", "of the needle to the face", [](const sample& s) { return s.needle_angle; }},
-        {"needle_depth", "mm", "depth of the needle's tip", [](const sample& s) { return s.needle_depth; }},
-    };
-    return all;
-}
-
 } // namespace dataset
 #endif

@@ -2,47 +2,16 @@
 #define INSONIFY_DATASET_SUMMARY_HPP
 
 #include "parts.hpp"
+#include <algorithm>
 #include <array>
-#include <fstream>
+#include <filesystem>
+#include <sstream>
+#include <vector>
 
 namespace dataset {
 
-/// One file that stands for all parts: a virtual dataset for each array.
-inline void write_whole(const description& d, const anatomies& all, std::uint32_t line_samples) {
-    const std::filesystem::path done = std::filesystem::path{d.output} / "dataset.h5", draft = done.string() + ".draft";
-    {
-        hdf5_file file{draft.string()};
-        std::string names;
-        for (const std::string& name : all.labels().names) names += (names.empty() ? "" : "\n") + name;
-        file.set_text("label_names", names);
-        file.set_text("description", "all parts as one: virtual datasets over part-*.h5");
-        file.add_group("data", "images and signals, a row for each sample");
-        file.add_group("insonify", "ground truth, and the numbers that vary");
-        std::vector<hdf5_file::source> sources;
-        for (std::uint32_t part = 0; part < part_count(d); ++part) {
-            const auto [first, last] = samples_of_part(d, part);
-            sources.push_back({part_name(d, part), last - first});
-        }
-        const hsize_t n = d.samples;
-        const auto add = [&](const std::string& name, const char* unit, const char* text, hid_t type,
-                             std::vector<hsize_t> shape) {
-            shape.insert(shape.begin(), n);
-            file.add_virtual(name, type, shape, sources, unit, text);
-        };
-        for (const row_kind& kind : row_kinds(d, line_samples))
-            add(kind.name, kind.unit, kind.description, kind.bytes ? H5T_STD_U8LE : H5T_IEEE_F32LE, kind.shape);
-        add("insonify/number", "-", "number of the sample in the dataset", H5T_STD_U32LE, {});
-        add("insonify/pitch", "m", "width and height of a pixel", H5T_IEEE_F32LE, {2});
-        add("insonify/pose", "m", "from the probe to the anatomy", H5T_IEEE_F32LE, {4, 4});
-        for (const named_number& each : numbers())
-            add(std::string{"insonify/"} + each.name, each.unit, each.description, H5T_IEEE_F32LE, {});
-        file.flush();
-    }
-    std::filesystem::rename(draft, done);
-}
-
 /// A page with a contact sheet, what varied, and how often each label occurs in the samples shown.
-inline void write_summary(const description& d, const anatomies& all) {
+inline void write_summary(const description& d, const anatomies& all, const layout& arrays) {
     constexpr std::uint32_t columns = 8, thumb = 128;
     const std::uint32_t shown = std::min(d.samples, 48U), rows = (shown + columns - 1) / columns;
     std::vector<record> records(shown);
@@ -66,16 +35,20 @@ inline void write_summary(const description& d, const anatomies& all) {
     const std::filesystem::path folder{d.output};
     write_png((folder / "summary.png").string(), sheet);
 
-    std::ofstream page{folder / "summary.html"};
+    std::ostringstream page;
     page << "<!doctype html><meta charset=utf-8><title>" << d.samples
          << " samples</title>\n<style>body{font:14px sans-serif;"
             "max-width:1024px;margin:2em auto}td,th{padding:0 1em 0 0;text-align:left}svg{margin:0 8px 8px 0}</style>\n"
             "<h1>"
          << d.samples << " samples of " << d.size << " x " << d.size << " pixels</h1>\n<p>" << shown
          << " of them, at equal steps:</p>\n<img src=summary.png width=1024>\n<h2>What varies</h2>\n";
-    for (const named_number& each : numbers()) {
+    const std::uint32_t counted = std::min(d.samples, 100'000U);
+    std::vector<record> drawn(counted);
+    for (std::uint32_t i = 0; i < counted; ++i) drawn[i].numbers = draw_sample(d, i);
+    for (std::size_t number = 0; number < arrays.option_count(); ++number) {
+        const fact& each = arrays.facts()[number];
         std::vector<float> values;
-        for (std::uint32_t i = 0; i < d.samples; ++i) values.push_back(each.of(draw_sample(d, i)));
+        for (const record& one : drawn) each.append(one, values);
         const auto [least, most] = std::minmax_element(values.begin(), values.end());
         if (*least == *most) continue;
         constexpr std::size_t bars = 20;
@@ -83,8 +56,8 @@ inline void write_summary(const description& d, const anatomies& all) {
         for (const float value : values)
             ++counts[std::min(bars - 1, static_cast<std::size_t>((value - *least) / (*most - *least) * bars))];
         const auto highest = static_cast<float>(*std::max_element(counts.begin(), counts.end()));
-        page << "<svg width=240 height=100><text x=0 y=12 font-size=12>" << each.name << ", " << each.unit << ": "
-             << *least << " to " << *most << "</text>";
+        page << "<svg width=240 height=100><text x=0 y=12 font-size=12>" << each.short_name() << ", " << each.name.unit
+             << ": " << *least << " to " << *most << "</text>";
         for (std::size_t i = 0; i < bars; ++i) {
             const float height = 75 * static_cast<float>(counts[i]) / highest;
             page << "<rect x=" << 11 * i << " y=" << 95 - height << " width=10 height=" << height << " fill=#467 />";
@@ -95,11 +68,11 @@ inline void write_summary(const description& d, const anatomies& all) {
     std::size_t inside = 0;
     for (std::size_t label = 0; label < label_names::outside; ++label) inside += pixels[label];
     for (std::size_t label = 0; label < all.labels().names.size(); ++label)
-        page << "<tr><td>" << label << "<td>" << all.labels().names[label] << "<td>"
+        page << "<tr><td>" << label << "<td>" << html(all.labels().names[label]) << "<td>"
              << 100 * static_cast<double>(pixels[label]) / static_cast<double>(std::max<std::size_t>(inside, 1))
              << " %<td>" << pictures[label] << " of " << shown << "\n";
     page << "</table>\n";
-    if (!page.flush()) throw io_error{"cannot write " + (folder / "summary.html").string() + "; is the disk full?"};
+    replace_file(folder / "summary.html", page.str());
 }
 
 } // namespace dataset

@@ -1,0 +1,342 @@
+#ifndef INSONIFY_DATASET_LAYOUT_HPP
+#define INSONIFY_DATASET_LAYOUT_HPP
+
+#include "render.hpp"
+#include <array>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// What a dataset stores: arrays with a row for each sample. Pictures, labels and signals are maps of zea's layout; the rest,
+/// in the group `insonify`, says how a sample came about.
+namespace dataset {
+
+inline const std::string no_unit = "–";
+
+/// Numbers of a sample: one, or an array.
+struct fact {
+    array_name name;
+    std::vector<hsize_t> shape; ///< of a row; empty: one number
+    std::function<void(const record&, std::vector<float>&)> append;
+
+    /// After the last slash.
+    std::string short_name() const { return name.path.substr(name.path.rfind('/') + 1); }
+    std::vector<float> of(const record& one) const {
+        std::vector<float> values;
+        append(one, values);
+        return values;
+    }
+};
+
+/// An array of packed rows.
+struct packed_array {
+    array_name name;
+    number_type numbers;
+    std::vector<hsize_t> shape; ///< of a row
+    bool split;                 ///< whether each index of the last axis is a chunk, or the whole row
+    float missing;              ///< in `dataset.h5`, where a part is missing
+    std::function<std::vector<packed_chunk>(const record&)> pack;
+};
+
+/// (w, x, y, z) of a rotation. Source: Shepperd 1978.
+inline std::array<float, 4> quaternion(const mat3& rotation) {
+    const auto m = [&](int row, int column) { return static_cast<double>(rotation[column][row]); };
+    const double squares[4] = {1 + m(0, 0) + m(1, 1) + m(2, 2), 1 + m(0, 0) - m(1, 1) - m(2, 2),
+                               1 - m(0, 0) + m(1, 1) - m(2, 2), 1 - m(0, 0) - m(1, 1) + m(2, 2)};
+    const double table[4][4] = {{squares[0], m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1)},
+                                {m(2, 1) - m(1, 2), squares[1], m(0, 1) + m(1, 0), m(0, 2) + m(2, 0)},
+                                {m(0, 2) - m(2, 0), m(0, 1) + m(1, 0), squares[2], m(1, 2) + m(2, 1)},
+                                {m(1, 0) - m(0, 1), m(0, 2) + m(2, 0), m(1, 2) + m(2, 1), squares[3]}};
+    const auto largest = std::max_element(squares, squares + 4) - squares;
+    std::array<float, 4> made{};
+    for (std::size_t i = 0; i < 4; ++i)
+        made[i] = static_cast<float>(table[largest][i] / (2 * std::sqrt(squares[largest])));
+    return made;
+}
+
+class layout {
+  public:
+    layout(const description& d, const anatomies& all) : d_{d}, samples_{line_samples(d)} {
+        add_numbers();
+        add_records(all);
+        add_maps(all);
+    }
+
+    const std::vector<fact>& facts() const { return facts_; }
+    const std::vector<packed_array>& arrays() const { return arrays_; }
+    /// The groups of the maps, each with its unit and description.
+    const std::vector<array_name>& maps() const { return maps_; }
+    /// Coordinates that several maps share: a path, and what it is another name of.
+    const std::vector<std::pair<std::string, std::string>>& links() const { return links_; }
+    /// The first facts are numbers that options give, and that vary.
+    std::size_t option_count() const { return options_; }
+
+    /// Compresses the arrays of a sample, and frees them.
+    void pack(record& one) const {
+        for (const packed_array& each : arrays_) one.packed.push_back(each.pack(one));
+        one.image = {};
+        one.label = {};
+        one.incidence = one.transmitted = one.depth = {};
+        one.iq = {};
+        one.beams = {};
+    }
+
+  private:
+    static constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+    void number(const char* name, const char* unit, const char* text, float (*of)(const sample&)) {
+        facts_.push_back({{std::string{"insonify/"} + name, unit, text}, {}, [of](const record& one, auto& values) {
+                              values.push_back(of(one.numbers));
+                          }});
+    }
+    void add_numbers() {
+        const char* none = no_unit.c_str();
+        using s = const sample&;
+        number("anatomy", none, "index into `anatomies`", [](s one) { return static_cast<float>(one.anatomy); });
+        number("scale", none, "factor of all lengths of the anatomy", [](s one) { return one.scale; });
+        number("bend", "mm", "rms of the displacement of the anatomy", [](s one) { return one.bend; });
+        number("spread", "degrees", "angle between the direction of the probe and `from`",
+               [](s one) { return one.spread; });
+        number("azimuth", "degrees", "of that direction about `from`", [](s one) { return one.azimuth; });
+        number("along", "mm", "shift of the probe along its array", [](s one) { return one.along; });
+        number("across", "mm", "shift of the probe across its array", [](s one) { return one.across; });
+        number("tilt", "degrees", "turn of the probe about its array", [](s one) { return one.tilt; });
+        number("rock", "degrees", "turn of the probe within its slice", [](s one) { return one.rock; });
+        number("turn", "degrees", "turn of the probe about its axis", [](s one) { return one.turn; });
+        number("standoff", "mm", "distance of the face from the surface", [](s one) { return one.standoff; });
+        number("pressure", "mm", "how deep the face is pressed into the surface at rest",
+               [](s one) { return one.pressure; });
+        number("frequency", "MHz", "carrier frequency, with which echoes are demodulated",
+               [](s one) { return one.frequency; });
+        number("image_depth", "mm", "depth of the image", [](s one) { return one.depth; });
+        number("focus", "mm", "depth of the transmit focus", [](s one) { return one.focus; });
+        number("gain", "dB", "added to every level", [](s one) { return one.gain; });
+        number("dynamic_range", "dB", "from black to white", [](s one) { return one.dynamic_range; });
+        number("noise", "dB", "electronic noise, relative to the echo of a perfect mirror",
+               [](s one) { return one.noise; });
+        number("needle", none, "1 where there is a needle", [](s one) { return one.needle ? 1.0F : 0.0F; });
+        number("gauge", none, "of the needle", [](s one) { return static_cast<float>(one.gauge); });
+        number("needle_angle", "degrees", "of the needle to the face", [](s one) { return one.needle_angle; });
+        number("needle_depth", "mm", "depth of the needle's tip", [](s one) { return one.needle_depth; });
+        options_ = facts_.size();
+    }
+
+    template <class Append>
+    void add(const std::string& path, const std::string& unit, const char* text, std::vector<hsize_t> shape,
+             const Append& append) {
+        facts_.push_back({{path, unit, text}, std::move(shape), append});
+    }
+    template <class Value>
+    void add_face(const char* name, const std::string& unit, const char* text, Value face::*of) {
+        add(std::string{"insonify/"} + name, unit, text, {},
+            [of](const record& one, auto& values) { values.push_back(one.probe.*of); });
+    }
+
+    // What options and random numbers made of the anatomy and of the probe.
+    void add_records(const anatomies& all) {
+        add("metadata/probe_pose/translation", "m", "of the probe, to the anatomy", {3},
+            [](const record& one, auto& values) {
+                const vec3 t = one.made.at.translation;
+                values.insert(values.end(), {t.x, t.y, t.z});
+            });
+        add("metadata/probe_pose/rotation", no_unit,
+            "of the probe, to the anatomy: quaternion w, x, y, z; the probe has x lateral, y elevation, z depth", {4},
+            [](const record& one, auto& values) {
+                for (const float part : quaternion(one.made.at.rotation)) values.push_back(part);
+            });
+        add("insonify/pitch", "m", "width and height of a pixel", {2}, [](const record& one, auto& values) {
+            values.insert(values.end(), {one.pitch.x, one.pitch.y});
+        });
+        add("insonify/on_surface", no_unit, "0 where the probe is beside the anatomy", {},
+            [](const record& one, auto& values) { values.push_back(one.made.on_surface ? 1.0F : 0.0F); });
+        const auto waves = [&](const char* name, const char* unit, const char* text, auto of) {
+            add(std::string{"insonify/bend_"} + name, unit, text, {3, 3}, [of](const record& one, auto& values) {
+                for (const vec3& v : one.made.bend.*of) values.insert(values.end(), {v.x, v.y, v.z});
+            });
+        };
+        waves("direction", no_unit.c_str(),
+              "of the three waves of bend(q) = amplitude times the sum of direction sin(wave q + phase): a point p of "
+              "the "
+              "anatomy's file, in metres, is at q + bend(q), q = scale p",
+              &bending::direction);
+        waves("wave", "rad/m", "wave vectors of the bend", &bending::wave);
+        add("insonify/bend_phase", "rad", "phases of the bend", {3}, [](const record& one, auto& values) {
+            values.insert(values.end(), std::begin(one.made.bend.phase), std::end(one.made.bend.phase));
+        });
+        add("insonify/bend_amplitude", "m", "of each wave of the bend", {},
+            [](const record& one, auto& values) { values.push_back(one.made.bend.amplitude); });
+        const hsize_t media = all.most_objects() + 1;
+        add("insonify/media", no_unit,
+            "factors of attenuation and backscatter: of the background, then of the objects in the order of `objects`; "
+            "NaN where the anatomy has fewer",
+            {media, 2}, [media](const record& one, auto& values) {
+                for (hsize_t i = 0; i < media; ++i)
+                    if (i < one.made.factors.size())
+                        values.insert(values.end(), {one.made.factors[i].x, one.made.factors[i].y});
+                    else
+                        values.insert(values.end(), {nan, nan});
+            });
+        add_contact();
+        const auto option = [&](const char* name, const char* text, std::uint32_t value) {
+            add(std::string{"insonify/"} + name, no_unit, text, {},
+                [value](const record&, auto& values) { values.push_back(static_cast<float>(value)); });
+        };
+        option("lines", "scan lines of the probe", d_.lines);
+        option("planes", "elevation planes", d_.planes);
+        option("looks", "looks over 20 degrees that are averaged", d_.looks);
+        add_face("face_width", "m", "of the active aperture at most; along the arc where the face is curved",
+                 &face::width);
+        add_face("face_radius", "m", "0 where the face is flat", &face::radius);
+        add_face("field_of_view", "rad", "of a sector; 0 where lines are parallel", &face::field_of_view);
+        add_face("fnumber", no_unit, "depth over active aperture", &face::fnumber);
+        add_face("elevation_height", "m", "height of the face", &face::elevation_height);
+        add_face("elevation_focus", "m", "depth where the slice is thinnest", &face::elevation_focus);
+        add_face("bandwidth", no_unit, "of echoes at -6 dB, as a fraction of the frequency", &face::bandwidth);
+        if (d_.iq)
+            add("insonify/sampling_frequency", "Hz", "of the samples along a line", {},
+                [count = samples_](const record& one, auto& values) {
+                    values.push_back(display_speed / 2 * static_cast<float>(count) / (one.numbers.depth * 1_mm));
+                });
+    }
+
+    // How the probe deforms the body: `pressed_face` of the library.
+    void add_contact() {
+        const auto one_number = [&](const char* name, const char* unit, const char* text, float (*of)(const contact&)) {
+            add(std::string{"insonify/contact_"} + name, unit, text, {}, [of](const record& one, auto& values) {
+                values.push_back(one.numbers.pressure > 0 ? of(one.made.touch) : 0);
+            });
+        };
+        one_number("depth", "m", "largest depth of the face below the skin at rest; 0: not pressed",
+                   [](const contact& c) { return c.depth; });
+        one_number("force", "N", "of the face on the skin", [](const contact& c) { return c.force; });
+        one_number("left", "m", "lateral edge of the face", [](const contact& c) { return c.deformation.left; });
+        one_number("right", "m", "the other one", [](const contact& c) { return c.deformation.right; });
+        one_number("elevation", "m", "height of the face", [](const contact& c) { return c.deformation.elevation; });
+        one_number("decay", "m", "depth at which the displacement is 1/e",
+                   [](const contact& c) { return c.deformation.decay; });
+        one_number("recovery", "m", "distance beside the face at which it is",
+                   [](const contact& c) { return c.deformation.recovery; });
+        add("insonify/contact_profile", "m",
+            "depth of the face below the skin at rest, along z: rows from edge to edge in elevation, columns along the "
+            "face",
+            {pressed_face::rows, pressed_face::columns}, [](const record& one, auto& values) {
+                for (const auto& row : one.made.touch.deformation.depth)
+                    values.insert(values.end(), row.begin(), row.end());
+            });
+    }
+
+    void add_map(const std::string& name, const std::string& unit, const char* text, number_type numbers,
+                 std::vector<hsize_t> shape, bool split, float missing,
+                 std::function<std::vector<packed_chunk>(const record&)> pack) {
+        arrays_.push_back({{"tracks/track_0/data/" + name + "/values", unit, text},
+                           numbers,
+                           std::move(shape),
+                           split,
+                           missing,
+                           std::move(pack)});
+        maps_.push_back({"tracks/track_0/data/" + name, unit, text});
+    }
+    void share_coordinates(const std::string& map, const std::string& of) {
+        const std::string data = "tracks/track_0/data/";
+        links_.push_back({data + map + "/coordinates", data + of + "/coordinates"});
+    }
+    // Points of the probe's frame, a chunk for each axis: rows repeat, and are compressed to almost nothing.
+    template <class Point>
+    void add_coordinates(const std::string& map, std::vector<hsize_t> shape, const Point& point) {
+        const hsize_t rows = shape[0], columns = shape[1];
+        shape.push_back(3);
+        arrays_.push_back({{"tracks/track_0/data/" + map + "/coordinates", "m",
+                            "x lateral, y elevation, z depth, in the frame of the probe"},
+                           number_type::real,
+                           std::move(shape),
+                           true,
+                           nan,
+                           [=](const record& one) {
+                               std::vector<packed_chunk> axes;
+                               std::vector<float> values(rows * columns);
+                               for (int axis = 0; axis < 3; ++axis) {
+                                   for (hsize_t row = 0; row < rows; ++row)
+                                       for (hsize_t column = 0; column < columns; ++column)
+                                           values[row * columns + column] = point(one, row, column)[axis];
+                                   axes.push_back(dataset::pack(values, repetitions::any));
+                               }
+                               return axes;
+                           }});
+    }
+
+    void add_maps(const anatomies& all) {
+        const hsize_t size = d_.size, lines = d_.lines, samples = samples_, labels = all.labels().names.size();
+        const auto one_chunk = [](const auto& values) { return std::vector<packed_chunk>{dataset::pack(values)}; };
+        const auto pixel = [size](const record& one, hsize_t row, hsize_t column) -> vec3 {
+            const float middle = 0.5F * static_cast<float>(size) - 0.5F;
+            return {one.centre.x + one.pitch.x * (static_cast<float>(column) - middle), 0,
+                    one.centre.y + one.pitch.y * (static_cast<float>(row) - middle)};
+        };
+        add_map("image", no_unit, "B-mode image: 0 black to 255 white; rows from the face down, columns along it",
+                number_type::byte, {size, size}, false, 255, [=](const record& one) { return one_chunk(one.image); });
+        add_coordinates("image", {size, size}, pixel);
+        add_map("segmentation", no_unit,
+                "a mask for each of `labels`: where a pixel shows it; none outside the field of view",
+                number_type::boolean, {size, size, 1, labels}, true, 0, [labels](const record& one) {
+                    std::vector<packed_chunk> masks;
+                    std::vector<std::uint8_t> mask(one.label.size());
+                    for (hsize_t label = 0; label < labels; ++label) {
+                        for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = one.label[i] == label ? 1 : 0;
+                        masks.push_back(dataset::pack(mask));
+                    }
+                    return masks;
+                });
+        add_coordinates("segmentation", {size, size, 1}, pixel);
+        const auto truth = [&](const char* name, const std::string& unit, const char* text,
+                               std::vector<float> record::*of) {
+            add_map(name, unit, text, number_type::real, {size, size}, false, nan,
+                    [=](const record& one) { return one_chunk(one.*of); });
+            share_coordinates(name, "image");
+        };
+        if (!d_.no_truth) {
+            truth("incidence", "rad", "angle between the beam and the normal of the surface in a pixel; 0: none",
+                  &record::incidence);
+            truth("transmitted", no_unit, "amplitude that arrives in a pixel and returns, 0 to 1",
+                  &record::transmitted);
+            truth("depth", "m", "of what a pixel shows, along its line", &record::depth);
+        }
+        if (!d_.iq) return;
+        const auto place = [samples](const record& one, hsize_t row, hsize_t column) {
+            const float depth = one.iq.depth * (static_cast<float>(row) + 0.5F) / static_cast<float>(samples);
+            return one.beams[column].at(depth);
+        };
+        add_map("envelope_data", no_unit, "amplitude along the lines; 1 is the echo of a perfect mirror",
+                number_type::real, {samples, lines}, false, nan, [=](const record& one) {
+                    std::vector<float> values;
+                    for_each_echo(one.iq, [&](vec2 echo) { values.push_back(length(echo)); });
+                    return one_chunk(values);
+                });
+        add_coordinates("envelope_data", {samples, lines}, place);
+        add_map("beamformed_data", no_unit,
+                "complex echoes along the lines of the unsteered look, demodulated with the carrier", number_type::real,
+                {samples, lines, 2}, false, nan, [=](const record& one) {
+                    std::vector<float> values;
+                    for_each_echo(one.iq, [&](vec2 echo) { values.insert(values.end(), {echo.x, echo.y}); });
+                    return one_chunk(values);
+                });
+        share_coordinates("beamformed_data", "envelope_data");
+    }
+    // Depth by depth.
+    template <class Visit>
+    static void for_each_echo(const iq_lines& echoes, const Visit& visit) {
+        for (std::uint32_t k = 0; k < echoes.samples; ++k)
+            for (std::uint32_t line = 0; line < echoes.count; ++line) visit(echoes(line, k));
+    }
+
+    const description& d_;
+    std::uint32_t samples_; // of a line of echoes
+    std::vector<fact> facts_{};
+    std::vector<packed_array> arrays_{};
+    std::vector<array_name> maps_{};
+    std::vector<std::pair<std::string, std::string>> links_{};
+    std::size_t options_ = 0;
+};
+
+} // namespace dataset
+#endif

@@ -1,0 +1,124 @@
+#ifndef INSONIFY_DATASET_PNG_PART_HPP
+#define INSONIFY_DATASET_PNG_PART_HPP
+
+#include "file.hpp"
+#include "layout.hpp"
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+/// Parts as folders of PNG files, each beside its JSON, and beside its IQ in the format of NumPy.
+namespace dataset {
+
+/// Numbers as nested lists of JSON; null where there is none.
+inline std::string json(const std::vector<float>& values, const std::vector<hsize_t>& shape) {
+    std::size_t next = 0;
+    const auto list = [&](const auto& self, std::size_t axis) -> std::string {
+        if (axis == shape.size()) {
+            const float value = values[next++];
+            return is_finite(value) ? digits(value) : "null";
+        }
+        std::string text{"["};
+        for (hsize_t i = 0; i < shape[axis]; ++i) text += (i == 0 ? "" : ", ") + self(self, axis + 1);
+        return text + "]";
+    };
+    return list(list, 0);
+}
+inline std::string json(const std::vector<std::string>& texts) {
+    std::string list{"["};
+    for (const std::string& text : texts) list += (list.size() == 1 ? "" : ", ") + json(text);
+    return list + "]";
+}
+
+inline std::string json_of(const record& one, const layout& arrays, const anatomies& all) {
+    std::string text = "{\n  \"number\": " + std::to_string(one.numbers.number);
+    for (const fact& each : arrays.facts())
+        text += ",\n  " + json(each.short_name()) + ": " + json(each.of(one), each.shape);
+    text += ",\n  \"anatomy_file\": " + json(all.files()[one.numbers.anatomy]);
+    std::vector<std::string> objects = all.names(one.numbers.anatomy);
+    objects.insert(objects.begin(), "background");
+    text += ",\n  \"objects\": " + json(objects) + ",\n  \"labels\": " + json(all.labels().names);
+    return text + "\n}\n";
+}
+
+/// Complex numbers, samples x lines, as a file of NumPy.
+inline std::string numpy_of(const iq_lines& echoes) {
+    std::string header = "{'descr': '<c8', 'fortran_order': False, 'shape': (" + std::to_string(echoes.samples) + ", " +
+                         std::to_string(echoes.count) + "), }";
+    header.resize((header.size() + 11 + 63) / 64 * 64 - 11, ' '); // with the first 10 bytes a multiple of 64
+    header += '\n';
+    std::string bytes{"\x93NUMPY\x01\x00", 8};
+    bytes += static_cast<char>(header.size() & 0xFFU);
+    bytes += static_cast<char>(header.size() >> 8U);
+    bytes += header;
+    for (std::uint32_t k = 0; k < echoes.samples; ++k)
+        for (std::uint32_t line = 0; line < echoes.count; ++line)
+            bytes.append(reinterpret_cast<const char*>(&echoes(line, k)), sizeof(vec2));
+    return bytes;
+}
+
+inline std::string stem_of(std::uint32_t sample) {
+    char stem[16];
+    std::snprintf(stem, sizeof stem, "%08u", sample);
+    return stem;
+}
+
+/// Makes the folder of a part.
+inline void write_files(const std::filesystem::path& folder, const layout& arrays, const anatomies& all,
+                        const std::vector<record>& records, std::uint32_t size) {
+    std::filesystem::create_directories(folder);
+    for (const record& one : records) {
+        const std::string stem = (folder / stem_of(one.numbers.number)).string();
+        const auto png = [&](const char* kind, const std::vector<std::uint8_t>& bytes) {
+            image picture{uvec2{size, size}};
+            std::transform(bytes.begin(), bytes.end(), picture.pixels.begin(),
+                           [](std::uint8_t byte) { return static_cast<float>(byte) / 255; });
+            write_png(stem + kind, picture);
+        };
+        png(".png", one.image);
+        png("_label.png", one.label);
+        if (one.iq.count != 0) write_file(stem + "_iq.npy", numpy_of(one.iq));
+        write_file(stem + ".json", json_of(one, arrays, all));
+    }
+}
+
+/// Whether a PNG file ends where it says, and its checksums are right.
+inline bool is_whole_png(const std::string& bytes) {
+    const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+    const auto word = [&](std::size_t at) {
+        return std::uint32_t{data[at]} << 24U | std::uint32_t{data[at + 1]} << 16U | std::uint32_t{data[at + 2]} << 8U |
+               data[at + 3];
+    };
+    for (std::size_t at = 8; at + 12 <= bytes.size();) {
+        const std::uint32_t length = word(at);
+        if (length > bytes.size() - at - 12) return false;
+        if (crc32(crc32(0, nullptr, 0), data + at + 4, length + 4) != word(at + 8 + length)) return false;
+        if (bytes.compare(at + 4, 4, "IEND") == 0) return at + 12 == bytes.size();
+        at += 12 + length;
+    }
+    return false;
+}
+
+/// What is wrong with the folder of a part; empty: nothing.
+inline std::string fault_of_files(const std::filesystem::path& folder, const description& d, std::uint32_t first,
+                                  std::uint32_t last) {
+    for (std::uint32_t i = first; i < last; ++i) {
+        const auto content = [&](const char* kind) {
+            const std::filesystem::path path = folder / (stem_of(i) + kind);
+            return std::filesystem::is_regular_file(path) ? read_file(path) : std::string{};
+        };
+        for (const char* kind : {".png", "_label.png"})
+            if (!is_whole_png(content(kind))) return stem_of(i) + kind + " is missing or damaged";
+        const std::string text = content(".json");
+        if (text.size() < 4 || text.compare(text.size() - 4, 4, "]\n}\n") != 0)
+            return stem_of(i) + ".json is missing or cut short";
+        const std::size_t echoes = std::size_t{line_samples(d)} * d.lines * sizeof(vec2);
+        if (d.iq && content("_iq.npy").size() < echoes) return stem_of(i) + "_iq.npy is missing or cut short";
+    }
+    return "";
+}
+
+} // namespace dataset
+#endif
