@@ -19,6 +19,7 @@ struct program {
     bool looks = true;                       ///< somebody does
     std::uint32_t frames = 0, refused = 0;
     live::steady::time_point begin = live::steady::now();
+    double drawn_at = 0; ///< the last picture
 
     bool wait(live::steady::time_point until) const {
         const auto end =
@@ -30,6 +31,7 @@ struct program {
     static bool stops_replay() { return false; }
     void refuse(const std::exception&) { ++refused; }
     void draw(live::session& with) {
+        drawn_at = seconds_since(begin);
         with.advance(exec::par_unseq);
         if (with.record != nullptr) with.record->add_frame();
         std::this_thread::sleep_for(std::chrono::duration<double>{picture_time});
@@ -49,12 +51,11 @@ bool time_passes(double rate, double picture_time) {
     program running{.picture_time = picture_time};
     const double before = one.machine.time;
     live::run_loop(one, none, rate, running);
-    const double passed = one.machine.time - before, clock = seconds_since(running.begin);
+    const double passed = one.machine.time - before, clock = running.drawn_at;
     const std::string text = "session time at " + std::to_string(static_cast<int>(rate)) + " pictures/s of " +
                              std::to_string(static_cast<int>(1e3 * picture_time)) + " ms";
-    const double longest = std::max(1 / rate, picture_time) + 0.2; // the last picture, on a busy machine
-    return check(std::fabs(passed - clock) < longest, text.c_str(), passed, clock) &&
-           check(running.frames <= 1 + rate * clock, "pictures, at most", running.frames, 1 + rate * clock);
+    return check(std::fabs(passed - clock) < 0.1, text.c_str(), passed, clock) &&
+           check(running.frames <= 2 + rate * clock, "pictures, at most", running.frames, 2 + rate * clock);
 }
 
 bool replay_is_paced() {
