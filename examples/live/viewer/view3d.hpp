@@ -1,6 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_VIEWER_VIEW3D_HPP
 #define INSONIFY_EXAMPLES_LIVE_VIEWER_VIEW3D_HPP
 
+#include "../appearance.hpp"
 #include "picture.hpp"
 
 namespace live {
@@ -8,28 +9,32 @@ namespace live {
 /// The anatomy, the probe with its picture, and the needle, drawn by OpenGL 2.
 class view3d {
   public:
-    float yaw = -0.5F, pitch = 0.5F, distance = 130_mm; ///< of the camera, about `target`
-    vec3 target{0, 0, 15_mm};
+    float yaw = -0.5F, pitch = 0.5F, distance = 0; ///< of the camera, about `target`, the middle of the anatomy
+    vec3 target{0, 0, 0};
 
     /// @param body  drawn as it is now
     explicit view3d(const scene& body) {
-        for (const object& one : body.objects()) {
-            if (one.name == "needle" || one.name == "gel") continue;
-            const colour paint = colour_of(body, one);
+        const std::vector<float> opacity = opacities(body);
+        for (std::size_t i = 0; i < opacity.size(); ++i) {
+            const object& one = body.objects()[i];
+            if (is_tool(one)) continue;
             const GLuint list = glGenLists(1);
             glNewList(list, GL_COMPILE);
             draw_mesh(one.surface, one.at);
             glEndList();
-            parts_.push_back({list, paint});
+            const vec3 paint = tissue_colour(one.name);
+            parts_.push_back({list, {paint.x, paint.y, paint.z, opacity[i]}});
         }
-        const aabb whole = body.box();
-        if (!body.find("nerve")) {
-            target = 0.5F * (whole.lower + whole.upper);
-            distance = 1.4F * length(whole.size());
-        }
+        const aabb whole = anatomy_box(body);
+        if (!whole.empty()) target = 0.5F * (whole.lower + whole.upper);
+        all_ = 1.4F * (whole.empty() ? 100_mm : length(whole.size()));
+        distance = all_;
         std::stable_sort(parts_.begin(), parts_.end(),
                          [](const part& a, const part& b) { return a.paint.alpha > b.paint.alpha; });
     }
+
+    /// Multiplies the distance of the camera.
+    void zoom(float factor) { distance = std::clamp(distance * factor, 30_mm, std::max(3 * all_, 30_mm)); }
 
     /// Draws into a part of the window, in pixels from its lower left corner.
     void draw(int x, int y, int width, int height, const shown_frame& frame, GLuint picture) {
@@ -61,8 +66,10 @@ class view3d {
         draw_slice(frame, picture);
         glEnable(GL_LIGHTING);
         glDepthMask(GL_FALSE);
+        glEnable(GL_CULL_FACE); // one surface on the way in
         for (const part& one : parts_)
             if (one.paint.alpha < 1) draw_part(one);
+        glDisable(GL_CULL_FACE);
         glDepthMask(GL_TRUE);
         glDisable(GL_LIGHTING);
         glDisable(GL_DEPTH_TEST);
@@ -101,14 +108,6 @@ class view3d {
         GLuint list;
         colour paint;
     };
-
-    // What is wider than 40 mm is a layer, and transparent.
-    static colour colour_of(const scene& body, const object& one) {
-        const aabb box = body.box(one.id);
-        const vec3 paint = tissue_colour(one.name);
-        const bool is_layer = box.upper.x - box.lower.x > 40_mm, is_skin = one.name == "skin";
-        return {paint.x, paint.y, paint.z, is_skin ? 0.12F : is_layer ? 0.03F : 1};
-    }
 
     static void draw_part(const part& one) {
         glColor4f(one.paint.red, one.paint.green, one.paint.blue, one.paint.alpha);
@@ -166,7 +165,7 @@ class view3d {
     void place_camera(double aspect) const {
         glMatrixMode(GL_PROJECTION);
         glLoadIdentity();
-        constexpr double near = 0.005, far = 2, half = 0.4 * near;
+        constexpr double near = 0.005, far = 20, half = 0.4 * near;
         glFrustum(-half * aspect, half * aspect, -half, half, near, far);
         const auto [from, right, up, back] = camera();
         const float view[] = {right.x, up.x, back.x, 0, right.y,           up.y,           back.y,           0,
@@ -179,6 +178,7 @@ class view3d {
     }
 
     std::vector<part> parts_{};
+    float all_ = 0;                         // distance from which all of the anatomy is seen
     int left_ = 0, width_ = 1, height_ = 1; // of the part of the window
     bool holds_needle_ = false;
 };

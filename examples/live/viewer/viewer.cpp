@@ -43,7 +43,7 @@ void steer(live::worker& scanner, live::view3d& space, const live::shown_frame& 
         if (ImGui::IsKeyPressed(GLFW_KEY_SPACE, false)) scanner.push({frame.frozen ? "unfreeze" : "freeze", {}});
     }
     if (io.WantCaptureMouse || io.MousePos.x < left_edge) return;
-    space.distance = std::clamp(space.distance * (1 - 0.1F * io.MouseWheel), 30_mm, 1.9F);
+    space.zoom(1 - 0.1F * io.MouseWheel);
     if (ImGui::IsMouseDown(ImGuiMouseButton_Right)) {
         space.yaw -= 0.01F * io.MouseDelta.x;
         space.pitch = std::clamp(space.pitch + 0.01F * io.MouseDelta.y, -1.5F, 1.5F);

@@ -1,0 +1,81 @@
+#ifndef INSONIFY_EXAMPLES_LIVE_APPEARANCE_HPP
+#define INSONIFY_EXAMPLES_LIVE_APPEARANCE_HPP
+
+#include <insonify/insonify.hpp>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace live {
+
+using namespace insonify;
+
+/// Whether an object is shown by itself in a 3-D view, and not as a part of the anatomy.
+inline bool is_tool(const object& one) { return one.name == "needle" || one.name == "gel"; }
+
+/// The anatomy's bounds in the world, without needle and gel.
+inline aabb anatomy_box(const scene& body) {
+    aabb whole;
+    for (const object& one : body.objects())
+        if (!is_tool(one)) whole = merged(whole, body.box(one.id));
+    return whole;
+}
+
+namespace detail {
+
+// Whether most of an object is inside another one, which is in a scene alone.
+inline bool encloses(const scene& outer, const object& inner) {
+    constexpr std::size_t samples = 9;
+    constexpr vec3 up{0, 0, -1};
+    const std::vector<vec3>& points = inner.surface.positions;
+    std::size_t inside = 0;
+    for (std::size_t i = 0; i < samples && !points.empty(); ++i) {
+        const vec3 from = inner.at.point(points[i * (points.size() - 1) / (samples - 1)]);
+        const std::optional<surface_point> left = first_surface(outer, {.origin = from, .direction = up});
+        if (left && dot(left->normal, up) > 0) ++inside;
+    }
+    return 2 * inside > samples;
+}
+
+} // namespace detail
+
+/// The opacities of all objects in a 3-D view, 0 to 1, in the order of `body.objects()`.
+///
+/// Transparent is what encloses others and is at least half as large as the body in two directions, such as skin: along a line
+/// of sight, such surfaces together hide about a third of what is behind them. All else is opaque.
+inline std::vector<float> opacities(const scene& body) {
+    constexpr float seen_through = 0.65F;
+    const auto& all = body.objects();
+    const vec3 whole = anatomy_box(body).size();
+    const auto is_large = [&](const object& one) {
+        const vec3 size = body.box(one.id).size();
+        return (size.x >= 0.5F * whole.x) + (size.y >= 0.5F * whole.y) + (size.z >= 0.5F * whole.z) >= 2;
+    };
+    std::vector<std::vector<std::size_t>> inner(all.size()); // what each large object encloses
+    std::vector<std::size_t> around(all.size(), 0);          // how many of those enclose it
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        if (is_tool(all[i]) || !is_large(all[i])) continue;
+        scene alone;
+        alone.add(all[i].surface, all[i].inside, {.at = all[i].at});
+        alone.build(exec::par);
+        for (std::size_t k = 0; k < all.size(); ++k)
+            if (i != k && !is_tool(all[k]) && detail::encloses(alone, all[k])) {
+                inner[i].push_back(k);
+                ++around[k];
+            }
+    }
+    std::vector<float> opacity(all.size(), 1);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        if (inner[i].empty()) continue;
+        std::size_t nested = around[i] + 1; // transparent surfaces on the way to the innermost
+        for (const std::size_t k : inner[i])
+            if (!inner[k].empty()) nested = std::max(nested, around[k] + 1);
+        opacity[i] = 1 - std::pow(seen_through, 1 / static_cast<float>(nested));
+    }
+    return opacity;
+}
+
+} // namespace live
+
+#endif
