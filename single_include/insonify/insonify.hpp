@@ -992,12 +992,15 @@ struct displacement_view {
     vec3 per_spacing{1, 1, 1};     ///< nodes per metre along each axis
     pose at{};                     ///< grid to object; the first node is at the origin of the grid
     float straight_length = 1e-3F; ///< metres over which a line counts as straight in tissue at rest
+    vec3 offset{0, 0, 0};          ///< added to positions at rest, metres in coordinates of the object
 
     /// Position at rest of the tissue that is now at a point, both in coordinates of the object.
     INSONIFY_FN vec3 rest(vec3 now) const {
         const cell inside = cell_of(now);
-        return now + displacement(mixed(mixed(inside.edge(0), inside.edge(1), inside.part.y),
-                                        mixed(inside.edge(2), inside.edge(3), inside.part.y), inside.part.z));
+        return now +
+               displacement(mixed(mixed(inside.edge(0), inside.edge(1), inside.part.y),
+                                  mixed(inside.edge(2), inside.edge(3), inside.part.y), inside.part.z)) +
+               offset;
     }
 
     /// Derivative of `rest`: column k is the change of the position at rest along axis k of the object.
@@ -2623,6 +2626,7 @@ struct material_line {
     vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
     vec2 own_surfaces{0, 0};                         ///< see `layer::own_surfaces`
     vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
+    bool flowing = false;                            ///< the medium flows
     std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
     const displacement_view* displacement = nullptr; ///< of the tissue from now to rest; null: it is at rest
 
@@ -2965,6 +2969,19 @@ struct rest_line {
     vec3 steering{0, 0, 0};  ///< see `line_frame::steering`
 };
 
+/// The normal of the slots of a segment that deformation shears out of the slice plane: slots lie in wave fronts there, since
+/// no other lines show how echoes change out of the plane, and their phase must follow what moves in that direction.
+/// @param normal  along the line, of tissue that is not sheared
+/// @return        no more than 60 degrees from it, so that the line traverses the slots
+INSONIFY_FN inline vec3 sheared_normal(vec3 normal, vec3 elevation) {
+    const float size = dot(elevation, elevation);
+    const vec3 sheared = size > 0 ? normal - (dot(normal, elevation) / size) * elevation : normal;
+    if (4 * dot(sheared, sheared) >= dot(normal, normal)) return sheared;
+    constexpr float steepest = 1.732F; // tan 60 degrees
+    const vec3 forward = normalize(normal), aside = sheared - dot(sheared, forward) * forward;
+    return dot(aside, aside) > 0 ? forward + steepest * normalize(aside) : forward;
+}
+
 /// The slots and cells that one segment of a line traverses.
 struct cell_layout {
     double slot = 0;             ///< at the origin of the segment
@@ -3044,8 +3061,9 @@ INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, 
     const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
     // The axes of the grid: along the line and along its elevation, whose sign does not matter. Steered lines
     // use the grid of straight ones, so that the looks of a compounded image see the same scatterers.
-    const vec3 towards = lattice_direction(segment.along - line.tilt * segment.elevation - segment.steering, random),
-               view = normalize(towards);
+    const vec3 along = segment.along - line.tilt * segment.elevation - segment.steering,
+               normal = line.displacement != nullptr ? sheared_normal(along, segment.elevation) : along;
+    const vec3 towards = lattice_direction(normal, random), view = normalize(towards);
     const vec3 chosen = lattice_direction(segment.elevation, mix_bits(random + 1));
     const bool down = chosen.x != 0 ? chosen.x < 0 : chosen.y != 0 ? chosen.y < 0 : chosen.z < 0;
     const vec3 upwards = down ? -chosen : chosen;
@@ -4823,6 +4841,7 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     within.plane = line.plane;
     within.tilt = line.frame.tilt;
     within.surfaces = {here.begin, here.end};
+    within.flowing = m.flowing;
     within.frame_number = m.flowing ? line.frame_number : 0;
     within.displacement = line.displacement(here.place);
     within.steering = place.local_direction(line.frame.steering);
@@ -17548,7 +17567,37 @@ struct trace_workspace_of {
 
 namespace detail {
 
-/// Traces a frame: every line by the same function, blocks of lines on the policy's threads.
+/// Prepares the tracer of a frame and traces its lines, blocks of them on the policy's threads. What a line is traced in is
+/// made here alone: the scene as the tracer sees it, with tissue as it is deformed now.
+/// @param model_time   of one line of one plane, nanoseconds, roughly
+/// @param trace_block  called as (const scene_view&, const Tracer&, begin, end) for the lines from `begin` to `end`, where the
+///                     tracer is that of the block if it prepares frames
+template <exec::policy Policy, transducer Probe, acoustic_model Model, class Tracer, class TraceBlock>
+void trace_blocks(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                  const Tracer& how, float model_time, trace_workspace_of<Probe, Model, Tracer>& own,
+                  const TraceBlock& trace_block) {
+    const std::size_t blocks = (frame.probe.lines + lines_per_block - 1) / lines_per_block;
+    if (own.scratch.size() < blocks) own.scratch.resize(blocks);
+    if (own.plane_samples.size() < blocks) own.plane_samples.resize(blocks);
+    const view<const displacement_view> displacements = own.displacements.compute(policy, body, frame);
+    if constexpr (prepares_frames<Tracer>) {
+        auto& state = own.tracing.state;
+        how.prepare(policy, body, frame, model, view<scratch_memory>{own.scratch}, state);
+        scene_view scene = state.prepared_scene();
+        scene.displacements = displacements;
+        const float line_time = (model_time + state.search_time()) * static_cast<float>(frame.planes);
+        exec::for_each_block(
+            policy, frame.probe.lines, lines_per_block, line_time,
+            [&](std::size_t begin, std::size_t end) { trace_block(scene, state.of_block(begin), begin, end); });
+    } else {
+        scene_view scene = body.view_for_rays(policy);
+        scene.displacements = displacements;
+        exec::for_each_block(policy, frame.probe.lines, lines_per_block, 1e6F,
+                             [&](std::size_t begin, std::size_t end) { trace_block(scene, how, begin, end); });
+    }
+}
+
+/// Traces a frame: every line by the same function.
 /// @param lines  memory that is reused, whatever it held
 template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
 line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const scene& body, const Probe& probe,
@@ -17562,39 +17611,20 @@ line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const s
     if constexpr (requires { how.check(); }) how.check();
     const frame_view<Probe> frame = own.plan.view_of(policy, probe, at, model, scan, samples, body.media());
     lines.reshape(probe.lines, samples, scan.depth);
-    const std::size_t blocks = (probe.lines + lines_per_block - 1) / lines_per_block;
-    if (own.scratch.size() < blocks) own.scratch.resize(blocks);
-    if (own.plane_samples.size() < blocks) own.plane_samples.resize(blocks);
-
-    const auto trace_block = [&](const scene_view& scene, const auto& tracer, std::size_t begin, std::size_t end) {
-        scratch_memory& memory = own.scratch[begin / lines_per_block];
-        std::vector<sample_type>& plane_samples = own.plane_samples[begin / lines_per_block];
-        if (frame.planes > 1) plane_samples.resize(samples);
-        for (std::size_t i = begin; i < end; ++i) {
-            const view<sample_type> out{lines.values.data() + i * samples, samples};
-            memory.fit([&](line_scratch& scratch) {
-                return trace_line(policy, frame, scene, tracer, model, static_cast<std::uint32_t>(i), scratch,
-                                  view<sample_type>{plane_samples}, out);
-            });
-        }
-    };
-    const view<const displacement_view> displacements = own.displacements.compute(policy, body, frame);
     const float model_time = nanoseconds_of<Model>() * static_cast<float>(samples);
-    if constexpr (prepares_frames<Tracer>) {
-        auto& state = own.tracing.state;
-        how.prepare(policy, body, frame, model, view<scratch_memory>{own.scratch}, state);
-        scene_view scene = state.prepared_scene();
-        scene.displacements = displacements;
-        const float line_time = (model_time + state.search_time()) * static_cast<float>(frame.planes);
-        exec::for_each_block(policy, probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
-            trace_block(scene, state.of_block(begin), begin, end);
-        });
-    } else {
-        scene_view scene = body.view_for_rays(policy);
-        scene.displacements = displacements;
-        exec::for_each_block(policy, probe.lines, lines_per_block, 1e6F,
-                             [&](std::size_t begin, std::size_t end) { trace_block(scene, how, begin, end); });
-    }
+    trace_blocks(policy, body, frame, model, how, model_time, own,
+                 [&](const scene_view& scene, const auto& tracer, std::size_t begin, std::size_t end) {
+                     scratch_memory& memory = own.scratch[begin / lines_per_block];
+                     std::vector<sample_type>& plane_samples = own.plane_samples[begin / lines_per_block];
+                     if (frame.planes > 1) plane_samples.resize(samples);
+                     for (std::size_t i = begin; i < end; ++i) {
+                         const view<sample_type> out{lines.values.data() + i * samples, samples};
+                         memory.fit([&](line_scratch& scratch) {
+                             return trace_line(policy, frame, scene, tracer, model, static_cast<std::uint32_t>(i),
+                                               scratch, view<sample_type>{plane_samples}, out);
+                         });
+                     }
+                 });
     return lines;
 }
 
@@ -19897,6 +19927,11 @@ inline constexpr object_id background_object{~0U};
 ///
 /// of an object (`background_object` for the background), a point in it and a time in seconds. Point, in metres, and
 /// velocity, in m/s, are in coordinates of the object. {0, 0, 0} where nothing moves. It is called from many threads.
+///
+/// Of a body that `scene::deform` deforms, the point is where the tissue was at rest, and the velocity is that at rest: a
+/// field describes the body at rest, and follows every deformation. Tissue with the velocity V at rest then moves with F V,
+/// where F is the gradient of the deformation, and blood with F V / det F, so that its volume flow through a vessel stays
+/// that of the field where the vessel is narrowed.
 template <class Field>
 concept velocity_field = requires(const Field& field, object_id object, vec3 point, float time) {
     { field(object, point, time) } -> std::convertible_to<vec3>;
@@ -19935,6 +19970,10 @@ namespace detail {
 /// Space is divided along the line into pieces of one wavelength. From pulse to pulse, the scatterers of a piece move
 /// with the velocity at its centre; pieces slide past each other where there is shear. So the phase of their echoes
 /// changes by exactly what the velocity says, however long the train. Pieces at rest are emitted once, for all pulses.
+///
+/// Scatterers move in tissue at rest, and the deformation moves them on from there. Where it has the gradient F, a velocity V
+/// at rest becomes F V. Blood moves by V / det F at rest, so that its volume flow through a vessel is that of the field
+/// however the vessel is deformed (the Piola transform).
 template <scattering_field Scattering, velocity_field Field>
 struct moving_scatterers {
     static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
@@ -19953,16 +19992,17 @@ struct moving_scatterers {
         float resting_from = begin;
         const auto emit_resting = [&](float until) {
             *current = all_pulses;
-            if (until > resting_from) at_rest.scatter(line, resting_from, until, spacing, emit);
+            if (until > resting_from) scatter_along_fibres(at_rest, line, resting_from, until, spacing, emit);
         };
         const auto last = static_cast<std::uint32_t>(end / piece);
         for (auto i = static_cast<std::uint32_t>(begin / piece); i <= last; ++i) {
             const float piece_begin = max(begin, static_cast<float>(i) * piece),
                         piece_end = min(end, static_cast<float>(i + 1) * piece);
-            const vec3 centre = line.at((static_cast<float>(i) + 0.5F) * piece);
-            if (!(piece_end > piece_begin) || !moves(line.object, centre)) continue;
+            if (!(piece_end > piece_begin)) continue;
+            const velocity_at_rest around{line, line.at((static_cast<float>(i) + 0.5F) * piece)};
+            if (!moves(line.object, around.point)) continue;
             emit_resting(piece_begin);
-            if (piece_end > from) emit_moving(line, piece_begin, piece_end, centre, spacing, emit);
+            if (piece_end > from) emit_moving(line, piece_begin, piece_end, around, spacing, emit);
             resting_from = piece_end;
         }
         emit_resting(end);
@@ -19972,6 +20012,18 @@ struct moving_scatterers {
     INSONIFY_FN float covariance(float distance, float angle) const { return at_rest.covariance(distance, angle); }
 
   private:
+    // What the field says of a piece, in coordinates of the object.
+    struct velocity_at_rest {
+        vec3 point;       // where its centre was at rest
+        float factor = 1; // of the velocity there
+
+        INSONIFY_FN velocity_at_rest(const material_line& line, vec3 centre) : point{centre} {
+            if (line.displacement == nullptr) return;
+            point = line.displacement->rest(centre);
+            if (line.flowing) factor = determinant(line.displacement->gradient(centre)); // of the inverse of F
+        }
+    };
+
     INSONIFY_FN bool moves(std::uint32_t object, vec3 point) const {
         for (std::uint32_t k = 0; k < pulses.end(); ++k)
             if ((*field)(object_id{object}, point, pulses.time(k)) != vec3{0, 0, 0}) return true;
@@ -19984,19 +20036,26 @@ struct moving_scatterers {
     static constexpr std::uint32_t stay = 64, generation = 2 * stay;
 
     template <class Emit>
-    INSONIFY_FN void emit_moving(const material_line& line, float begin, float end, vec3 centre, float spacing,
-                                 Emit&& emit) const {
+    INSONIFY_FN void emit_moving(const material_line& line, float begin, float end, const velocity_at_rest& around,
+                                 float spacing, Emit&& emit) const {
         const bool renewed = line.frame_number != 0;
         dvec3 moved{0, 0, 0}, birth{0, 0, 0}, next_birth{0, 0, 0}; // floats would lose the phase in a long train
         const auto emit_generation = [&](std::uint32_t number, const dvec3& born, float weight) {
             material_line now = line;
-            now.origin = vec3{dvec3{line.origin} - (moved - born)};
+            displacement_view deformed;
+            if (line.displacement == nullptr) {
+                now.origin = vec3{dvec3{line.origin} - (moved - born)};
+            } else {
+                deformed = *line.displacement;
+                deformed.offset = vec3{born - moved};
+                now.displacement = &deformed;
+            }
             now.frame_number += number * 0x9E3779B9U;
             if (weight == 1)
-                at_rest.scatter(now, begin, end, spacing, emit);
+                scatter_along_fibres(at_rest, now, begin, end, spacing, emit);
             else
-                at_rest.scatter(now, begin, end, spacing,
-                                [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
+                scatter_along_fibres(at_rest, now, begin, end, spacing,
+                                     [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
         };
         const std::uint32_t first =
             renewed && pulses.first >= generation ? pulses.first / generation * generation - stay : 0;
@@ -20014,8 +20073,9 @@ struct moving_scatterers {
                     emit_generation(number + 1, next_birth, std::sin(turn));
                 }
             }
-            const vec3 velocity = (*field)(object_id{line.object}, centre, pulses.time(k) + 0.5F * pulses.interval);
-            moved += static_cast<double>(pulses.interval) * dvec3{velocity};
+            const vec3 velocity =
+                (*field)(object_id{line.object}, around.point, pulses.time(k) + 0.5F * pulses.interval);
+            moved += static_cast<double>(pulses.interval * around.factor) * dvec3{velocity};
         }
     }
 
@@ -20038,6 +20098,13 @@ struct moving_scatterers {
         }
     }
 };
+
+/// Scatterers move first; where fibres are curved, what has moved is straightened.
+template <class Scattering, class Field, class Emit>
+INSONIFY_FN void scatter_along_fibres(const moving_scatterers<Scattering, Field>& moving, const material_line& line,
+                                      float begin, float end, float spacing, const Emit& emit) {
+    moving.scatter(line, begin, end, spacing, emit);
+}
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
@@ -20079,6 +20146,10 @@ class moving_surfaces {
                                     clamp(below.slope.y, -steepest, steepest) * line.frame.elevation;
                 of_surface = {tissue.object, place.local_point(line.frame.at(below.begin)),
                               place.local_direction(normal), below.begin, 0};
+                if (const displacement_view* deformed = line.displacement(tissue.place)) {
+                    of_surface.normal = transpose(inverse(deformed->gradient(of_surface.point))) * of_surface.normal;
+                    of_surface.point = deformed->rest(of_surface.point);
+                }
             }
             motions_.push_back(of_surface);
             for (std::uint32_t k = 0; k < pulses.end() && !any; ++k) any = of_surface.speed(field, pulses.time(k)) != 0;
@@ -20104,8 +20175,8 @@ class moving_surfaces {
   private:
     struct motion {
         std::uint32_t object = ~0U; ///< with which it moves
-        vec3 point{0, 0, 0};        ///< in coordinates of the object
-        vec3 normal{0, 0, 0};       ///< over its component along the line; 0: at rest
+        vec3 point{0, 0, 0};        ///< where it was at rest, in coordinates of the object
+        vec3 normal{0, 0, 0};       ///< over its component along the line, for velocities at rest; 0: does not move
         float distance = 0;         ///< along the line, at pulse 0
         double moved = 0;           ///< since then; a float would lose the phase
 
@@ -20209,7 +20280,6 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
                     const acquisition& scan, const Field& field, const pulse_train& pulses, float from,
                     ensemble_workspace<Probe, Model, Field>& own, ensemble_echoes& out) {
     const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
-    const straight_lines how{};
     frame_view<Probe> frame = own.tracing.plan.view_of(policy, probe, at, model, scan, samples, body.media());
     pulse sent = nominal_pulse(probe);
     sent.burst = pulses.burst;
@@ -20218,21 +20288,16 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
     out.resting.reshape(probe.lines, samples, scan.depth);
     for (iq_lines& each : out.moving) each.reshape(probe.lines, samples, scan.depth);
     constexpr std::size_t block = detail::lines_per_block;
-    const std::size_t blocks = (probe.lines + block - 1) / block;
-    own.tracing.scratch.resize(std::max(blocks, own.tracing.scratch.size()));
-    own.tracing.plane_samples.resize(std::max(blocks, own.tracing.plane_samples.size()));
-    own.surfaces.resize(std::max(blocks, own.surfaces.size()));
-    auto& state = own.tracing.tracing.state;
-    how.prepare(policy, body, frame, model, view<detail::scratch_memory>{own.tracing.scratch}, state);
-    exec::for_each_block(policy, probe.lines, block, 1e6F, [&](std::size_t begin, std::size_t end) {
-        const detail::block_tracer tracer = state.of_block(begin);
+    own.surfaces.resize(std::max((probe.lines + block - 1) / block, own.surfaces.size()));
+    const auto trace_block = [&](const scene_view& seen, const detail::block_tracer& tracer, std::size_t begin,
+                                 std::size_t end) {
         detail::scratch_memory& memory = own.tracing.scratch[begin / block];
         std::vector<vec2>& room = own.tracing.plane_samples[begin / block];
         for (std::size_t i = begin; i < end; ++i) {
             const auto number = static_cast<std::uint32_t>(i);
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
                 room.assign((std::size_t{pulses.count} + 1) * samples, vec2{0, 0});
-                const line_task task = tracer.seen(detail::task_of(frame, state.prepared_scene(), number, plane));
+                const line_task task = tracer.seen(detail::task_of(frame, seen, number, plane));
                 memory.fit([&](line_scratch& scratch) {
                     const view<const layer> layers = tracer.template layers_of<Model>(task, scratch);
                     if (layers.empty()) return false;
@@ -20252,7 +20317,8 @@ void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe,
                 }
             }
         }
-    });
+    };
+    detail::trace_blocks(policy, body, frame, model, straight_lines{}, 1e6F, own.tracing, trace_block);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -22769,6 +22835,158 @@ struct collapse {
 #define INSONIFY_SCENE_COMPOSE_HPP
 
 
+#ifndef INSONIFY_SCENE_KEEP_CONTACT_HPP
+#define INSONIFY_SCENE_KEEP_CONTACT_HPP
+
+
+#ifndef INSONIFY_SCENE_PRESSED_FACE_HPP
+#define INSONIFY_SCENE_PRESSED_FACE_HPP
+
+
+#ifndef INSONIFY_SCENE_INDENTATION_HPP
+#define INSONIFY_SCENE_INDENTATION_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Displacement below pressed skin: exponential with depth. @param depth  below the skin at rest, metres
+inline float sunk(float at_skin, float depth, float decay) { return at_skin * std::exp(-max(depth, 0) / decay); }
+
+/// How much of the displacement at the edge of a face is left beside it. @param away  from the edge, metres
+inline float beside_face(float away, float recovery) { return std::exp(-away / recovery); }
+
+} // namespace detail
+
+/// A flat face pressed into flat skin, parallel to it: a map for `scene::deform`.
+///
+/// Skin below the face comes to lie on it. Beside the face it recovers exponentially, and the tissue below sinks exponentially
+/// less with depth. No model of elasticity: volume is not preserved. `press` finds the deformation for any skin.
+struct indentation {
+    pose at{};                ///< of the pressed face, to the world: x lateral, y elevation, z into the body
+    float depth = 0;          ///< of the face below the skin at rest, metres; less than `decay`, or tissue folds over
+    vec2 face{40e-3F, 8e-3F}; ///< its size along x and y, metres
+    float decay = 20e-3F;     ///< depth at which the displacement is 1/e, metres
+    float recovery = 8e-3F;   ///< distance beside the face at which it is, metres
+
+    /// Where a point at rest is now.
+    vec3 operator()(vec3 rest) const {
+        const vec3 local = at.local_point(rest);
+        const vec2 beside{max(std::fabs(local.x) - 0.5F * face.x, 0), max(std::fabs(local.y) - 0.5F * face.y, 0)};
+        const float at_skin = depth * detail::beside_face(length(beside), recovery);
+        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z + depth, decay)});
+    }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (!is_rigid(at) || !(depth >= 0) || !(face.x > 0) || !(face.y > 0) || !(decay > depth) || !(recovery > 0))
+            throw usage_error{
+                "indentation: `depth` must be at least 0 and less than `decay`, the sizes of the face and "
+                "`recovery` above 0, and `at` a rigid pose"};
+    }
+
+    friend bool operator==(const indentation&, const indentation&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A face of a probe, flat or curved, pressed into skin of any shape: what `press` finds, and a map for `scene::deform`. Like
+/// `indentation`, with a depth that differs from point to point of the face.
+struct pressed_face {
+    static constexpr std::size_t columns = 33; ///< along x, from edge to edge
+    static constexpr std::size_t rows = 5;     ///< along y, from edge to edge
+
+    pose at{};                                            ///< probe to world
+    float left = -20e-3F;                                 ///< edge of the face along x, metres
+    float right = 20e-3F;                                 ///< the other one
+    float elevation = 8e-3F;                              ///< its size along y, metres
+    std::array<float, columns> height{};                  ///< z of the face at each column, metres
+    std::array<std::array<float, columns>, rows> depth{}; ///< of the face below the skin at rest, along z, metres
+    float decay = 20e-3F;                                 ///< see `indentation`
+    float recovery = 8e-3F;                               ///< see `indentation`
+
+    /// Position of a point of the face as a number of columns.
+    float column(float x) const {
+        const float width = right - left;
+        return width > 0 ? clamp((x - left) / width, 0, 1) * (columns - 1) : 0;
+    }
+    /// Where a row and a column are: x and y of the probe, metres.
+    vec2 place(std::size_t row, std::size_t column) const {
+        return {left + (right - left) * static_cast<float>(column) / (columns - 1),
+                elevation * (static_cast<float>(row) / (rows - 1) - 0.5F)};
+    }
+    /// z of the face, metres, at x and y of the probe: linear between the columns, and on from the outer ones.
+    float surface_at(vec2 place) const { return mixed(height, cell_of(place)); }
+    /// Its depth below the skin at rest, likewise.
+    float depth_at(vec2 place) const {
+        const cell at_place = cell_of(place);
+        const float lower = mixed(depth[at_place.row], at_place), upper = mixed(depth[at_place.row + 1], at_place);
+        return lower + at_place.upper * (upper - lower);
+    }
+    /// The column that is nearest to a point of the face.
+    std::size_t nearest_column(float x) const { return static_cast<std::size_t>(std::lround(column(x))); }
+
+    /// Where a point at rest is now.
+    vec3 operator()(vec3 rest) const {
+        const vec3 local = at.local_point(rest);
+        const vec2 place{clamp(local.x, left, right), clamp(local.y, -0.5F * elevation, 0.5F * elevation)};
+        const float here = depth_at(place);
+        const vec2 beside{max(max(left - local.x, local.x - right), 0), max(std::fabs(local.y) - 0.5F * elevation, 0)};
+        const float at_skin = here * detail::beside_face(length(beside), recovery);
+        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z - surface_at(place) + here, decay)});
+    }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 && recovery > 0;
+        for (const float z : height) valid = valid && is_finite(z);
+        for (const std::array<float, columns>& row : depth)
+            for (const float one : row) valid = valid && one >= 0 && one < decay;
+        if (!valid)
+            throw usage_error{
+                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, `left`, "
+                "`right` and `height` finite, `elevation` and `recovery` above 0, and `at` a rigid pose"};
+    }
+
+    friend bool operator==(const pressed_face&, const pressed_face&) = default;
+
+  private:
+    struct cell {
+        std::size_t column, row;
+        float part, upper; // within it; beyond 0 to 1 outside of the face
+    };
+    cell cell_of(vec2 place) const {
+        const float width = right - left, x = width > 0 ? (place.x - left) / width * (columns - 1) : 0,
+                    y = (place.y / elevation + 0.5F) * (rows - 1);
+        const auto i = static_cast<std::size_t>(clamp(x, 0, columns - 2)),
+                   k = static_cast<std::size_t>(clamp(y, 0, rows - 2));
+        return {i, k, x - static_cast<float>(i), y - static_cast<float>(k)};
+    }
+    static float mixed(const std::array<float, columns>& values, const cell& at) {
+        return values[at.column] + at.part * (values[at.column + 1] - values[at.column]);
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <cfloat>
+#include <cmath>
 #include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -22793,20 +23011,144 @@ struct composed {
     }
 };
 
+/// Returns the tissue that a face touches to the face, from where other maps take it along z of the probe: made by
+/// `keep_contact`. Displacements decrease away from the face as those of `pressed_face` do.
+class kept_contact {
+  public:
+    kept_contact() = default;
+    /// @param map   all maps that deform the body, with the one of the face
+    /// @param face  without it
+    template <deformation_map Map>
+    kept_contact(const Map& map, const pressed_face& face) : back_{face} {
+        // Wider than the face: skin is straight between its vertices, of which some lie beside the face.
+        constexpr float margin = 3e-3F;
+        back_.left -= margin;
+        back_.right += margin;
+        back_.depth = {};
+        float moved[pressed_face::rows][pressed_face::columns];
+        bool touches[pressed_face::rows][pressed_face::columns], away = false;
+        for (std::size_t k = 0; k < pressed_face::rows; ++k)
+            for (std::size_t i = 0; i < pressed_face::columns; ++i) {
+                const vec2 place = back_.place(k, i), on_face{clamp(place.x, face.left, face.right), place.y};
+                back_.height[i] = face.surface_at(place);
+                touches[k][i] = face.depth_at(on_face) > 0;
+                if (!touches[k][i]) continue;
+                const float most = 0.9F * face.decay;
+                moved[k][i] = clamp(distance_from_face(map, face, on_face), -most, most);
+                away = away || std::fabs(moved[k][i]) > 1e-7F;
+            }
+        if (!away) return;
+        // Displacements recover beside the part of the face that touches.
+        for (std::size_t k = 0; k < pressed_face::rows; ++k)
+            for (std::size_t i = 0; i < pressed_face::columns; ++i) {
+                float nearest = FLT_MAX;
+                for (std::size_t row = 0; row < pressed_face::rows; ++row)
+                    for (std::size_t column = 0; column < pressed_face::columns; ++column) {
+                        const float distance = length(back_.place(k, i) - back_.place(row, column));
+                        if (!touches[row][column] || !(distance < nearest)) continue;
+                        nearest = distance;
+                        back_.depth[k][i] = moved[row][column] * detail::beside_face(distance, face.recovery);
+                    }
+            }
+    }
+
+    /// Where a point is that all other maps have moved.
+    vec3 operator()(vec3 moved) const { return back_(moved); }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return back_.rest_of(now); }
+
+    friend bool operator==(const kept_contact&, const kept_contact&) = default;
+
+  private:
+    // How far tissue that comes to lie at a place of the face is in front of it, metres along z.
+    template <deformation_map Map>
+    static float distance_from_face(const Map& map, const pressed_face& face, vec2 place) {
+        vec2 from = place; // where that tissue is at rest
+        vec3 now{0, 0, 0};
+        for (int i = 0; i < 4; ++i) {
+            now = face.at.local_point(map(face.at.point({from, face.surface_at(from) - face.depth_at(from)})));
+            from += place - vec2{now.x, now.y};
+        }
+        return face.surface_at(place) - now.z;
+    }
+
+    pressed_face back_{}; // its depths are those by which skin is in front of the face; below 0: behind it
+};
+
+/// A map that contains a pressed face, followed by what keeps the skin that the face touches on it, whatever the rest of the map
+/// does there. `compose` does this by itself; it is needed for a map of your own:
+///
+///     body.deform(exec::par, keep_contact([&](vec3 rest) { return drag(touch.deformation(rest)); }, touch.deformation));
+///
+/// @param face  of `press`: where its depth is 0, it does not touch
+template <deformation_map Map>
+composed<Map, kept_contact> keep_contact(Map map, const pressed_face& face) {
+    kept_contact keeper{map, face};
+    return {std::move(map), keeper};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <type_traits>
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Whether a map contains the face of a probe.
+template <class Map>
+inline constexpr bool has_face_v = std::is_same_v<Map, pressed_face> || std::is_same_v<Map, indentation>;
+template <class First, class Then>
+inline constexpr bool has_face_v<composed<First, Then>> = has_face_v<First> || has_face_v<Then>;
+
+/// The last face of a map that contains one.
+inline const pressed_face& face_of(const pressed_face& map) { return map; }
+inline pressed_face face_of(const indentation& map) {
+    pressed_face same{.at = map.at,
+                      .left = -0.5F * map.face.x,
+                      .right = 0.5F * map.face.x,
+                      .elevation = map.face.y,
+                      .decay = map.decay,
+                      .recovery = map.recovery};
+    for (std::array<float, pressed_face::columns>& row : same.depth) row.fill(map.depth);
+    return same;
+}
+template <class First, class Then>
+pressed_face face_of(const composed<First, Then>& map) {
+    if constexpr (has_face_v<Then>)
+        return face_of(map.then);
+    else
+        return face_of(map.first);
+}
+
+template <class First, class Then>
+composed<First, Then> in_order(First first, Then then) {
+    return {std::move(first), std::move(then)};
+}
+template <class First, class Second, class... Others>
+auto in_order(First first, Second second, Others... others) requires(sizeof...(Others) > 0) {
+    return in_order(in_order(std::move(first), std::move(second)), std::move(others)...);
+}
+
+} // namespace detail
+
 /// The map that applies several maps, from the first to the last.
 ///
 ///     body.deform(exec::par, compose(pulsation{.time = t}, breathing{.time = t}));
 ///
-/// @{
-template <deformation_map First, deformation_map Then>
-composed<First, Then> compose(First first, Then then) {
-    return {std::move(first), std::move(then)};
-}
+/// What the face of a probe touches (`pressed_face`, `indentation`) stays in touch with it, wherever the face is in the list: see
+/// `keep_contact`.
 template <deformation_map First, deformation_map Second, deformation_map... Others>
 auto compose(First first, Second second, Others... others) {
-    return compose(compose(std::move(first), std::move(second)), std::move(others)...);
+    auto all = detail::in_order(std::move(first), std::move(second), std::move(others)...);
+    if constexpr (detail::has_face_v<decltype(all)>)
+        return keep_contact(all, detail::face_of(all));
+    else
+        return all;
 }
-/// @}
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -23217,128 +23559,6 @@ struct poiseuille {
 #define INSONIFY_SCENE_PRESS_HPP
 
 
-#ifndef INSONIFY_SCENE_PRESSED_FACE_HPP
-#define INSONIFY_SCENE_PRESSED_FACE_HPP
-
-
-#ifndef INSONIFY_SCENE_INDENTATION_HPP
-#define INSONIFY_SCENE_INDENTATION_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
-/// Displacement below pressed skin: exponential with depth. @param depth  below the skin at rest, metres
-inline float sunk(float at_skin, float depth, float decay) { return at_skin * std::exp(-max(depth, 0) / decay); }
-
-/// How much of the displacement at the edge of a face is left beside it. @param away  from the edge, metres
-inline float beside_face(float away, float recovery) { return std::exp(-away / recovery); }
-
-} // namespace detail
-
-/// A flat face pressed into flat skin, parallel to it: a map for `scene::deform`.
-///
-/// Skin below the face comes to lie on it. Beside the face it recovers exponentially, and the tissue below sinks exponentially
-/// less with depth. No model of elasticity: volume is not preserved. `press` finds the deformation for any skin.
-struct indentation {
-    pose at{};                ///< of the pressed face, to the world: x lateral, y elevation, z into the body
-    float depth = 0;          ///< of the face below the skin at rest, metres; less than `decay`, or tissue folds over
-    vec2 face{40e-3F, 8e-3F}; ///< its size along x and y, metres
-    float decay = 20e-3F;     ///< depth at which the displacement is 1/e, metres
-    float recovery = 8e-3F;   ///< distance beside the face at which it is, metres
-
-    /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const {
-        const vec3 local = at.local_point(rest);
-        const vec2 beside{max(std::fabs(local.x) - 0.5F * face.x, 0), max(std::fabs(local.y) - 0.5F * face.y, 0)};
-        const float at_skin = depth * detail::beside_face(length(beside), recovery);
-        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z + depth, decay)});
-    }
-    /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
-
-    /// @throws usage_error  if a setting is out of range
-    void check() const {
-        if (!is_rigid(at) || !(depth >= 0) || !(face.x > 0) || !(face.y > 0) || !(decay > depth) || !(recovery > 0))
-            throw usage_error{
-                "indentation: `depth` must be at least 0 and less than `decay`, the sizes of the face and "
-                "`recovery` above 0, and `at` a rigid pose"};
-    }
-
-    friend bool operator==(const indentation&, const indentation&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <array>
-#include <cmath>
-#include <cstddef>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A face of a probe, flat or curved, pressed into skin of any shape: what `press` finds, and a map for `scene::deform`. Like
-/// `indentation`, with a depth that differs from point to point of the face.
-struct pressed_face {
-    static constexpr std::size_t columns = 33; ///< along x, from edge to edge
-    static constexpr std::size_t rows = 5;     ///< along y, from edge to edge
-
-    pose at{};                                            ///< probe to world
-    float left = -20e-3F;                                 ///< edge of the face along x, metres
-    float right = 20e-3F;                                 ///< the other one
-    float elevation = 8e-3F;                              ///< its size along y, metres
-    std::array<float, columns> height{};                  ///< z of the face at each column, metres
-    std::array<std::array<float, columns>, rows> depth{}; ///< of the face below the skin at rest, along z, metres
-    float decay = 20e-3F;                                 ///< see `indentation`
-    float recovery = 8e-3F;                               ///< see `indentation`
-
-    /// Position of a point of the face as a number of columns.
-    float column(float x) const {
-        const float width = right - left;
-        return width > 0 ? clamp((x - left) / width, 0, 1) * (columns - 1) : 0;
-    }
-    /// The column that is nearest to a point of the face.
-    std::size_t nearest_column(float x) const { return static_cast<std::size_t>(std::lround(column(x))); }
-
-    /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const {
-        const vec3 local = at.local_point(rest);
-        const float x = column(local.x), y = clamp(local.y / elevation + 0.5F, 0, 1) * (rows - 1);
-        const auto i = static_cast<std::size_t>(min(x, columns - 2)), k = static_cast<std::size_t>(min(y, rows - 2));
-        const float part = x - static_cast<float>(i), upper = y - static_cast<float>(k);
-        const auto mixed = [part, i](const std::array<float, columns>& values) {
-            return values[i] + part * (values[i + 1] - values[i]);
-        };
-        const float here = mixed(depth[k]) + upper * (mixed(depth[k + 1]) - mixed(depth[k]));
-        const vec2 beside{max(max(left - local.x, local.x - right), 0), max(std::fabs(local.y) - 0.5F * elevation, 0)};
-        const float at_skin = here * detail::beside_face(length(beside), recovery);
-        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z - mixed(height) + here, decay)});
-    }
-    /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
-
-    /// @throws usage_error  if a setting is out of range
-    void check() const {
-        bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 && recovery > 0;
-        for (const float z : height) valid = valid && is_finite(z);
-        for (const std::array<float, columns>& row : depth)
-            for (const float one : row) valid = valid && one >= 0 && one < decay;
-        if (!valid)
-            throw usage_error{
-                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, `left`, "
-                "`right` and `height` finite, `elevation` and `recovery` above 0, and `at` a rigid pose"};
-    }
-
-    friend bool operator==(const pressed_face&, const pressed_face&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #ifndef INSONIFY_SCENE_QUERIES_HPP
 #define INSONIFY_SCENE_QUERIES_HPP
 

@@ -1,6 +1,8 @@
 #ifndef INSONIFY_SCENE_KEEP_CONTACT_HPP
 #define INSONIFY_SCENE_KEEP_CONTACT_HPP
 
+#include <insonify/core/save_macros.hpp>
+
 #include <insonify/scene/inverse_map.hpp>
 #include <insonify/scene/pressed_face.hpp>
 #include <cfloat>
@@ -106,4 +108,7 @@ composed<Map, kept_contact> keep_contact(Map map, const pressed_face& face) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
 #endif
