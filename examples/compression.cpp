@@ -139,7 +139,7 @@ class examination_of_groin {
         const contact& touch =
             press(own_.body, probe_, face, {.stiffness = 250, .decay = 30_mm}, any_object{}, pressing_);
         view_of_vessels seen;
-        seen.pressure = touch.force / (probe_.width * touch.deformation.elevation);
+        seen.pressure = touch.pressure;
         const auto map = compose(pulsation{.from = own_.artery.axis_at(0),
                                            .to = own_.artery.axis_at(1_mm),
                                            .radius = own_.artery.radius,

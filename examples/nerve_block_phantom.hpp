@@ -149,7 +149,7 @@ inline void add_nerve(scene& body) {
 /// @param aside  angle to the slice plane, radians
 inline pose needle_at(vec3 tip, float down, float aside) {
     const vec3 advance{std::cos(down) * std::cos(aside), -std::sin(aside), std::sin(down) * std::cos(aside)};
-    return look_at(tip, tip + advance, {std::sin(down), 0, -std::cos(down)});
+    return insonify::needle_pose(tip, advance, {std::sin(down), 0, -std::cos(down)});
 }
 
 /// Its pose in the phantom: the tip at the nerve, within a degree of the slice plane of a probe at `pose{}`.

@@ -312,6 +312,7 @@ class contact:
     force: float
     lines: np.ndarray
     mean_depth: float
+    pressure: float
     touching: int
 
 class displacement_grid:

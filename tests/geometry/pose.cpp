@@ -1,3 +1,4 @@
+#include <insonify/geometry/needle.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <doctest/doctest.h>
 #include <glm/gtc/matrix_transform.hpp>
@@ -50,4 +51,39 @@ TEST_CASE("a scale, a reflection or NaN is not a rigid transform") {
     CHECK_FALSE(is_rigid(pose{.rotation = mat3{0.001F}}));
     CHECK_FALSE(is_rigid(pose{.rotation = mat3{{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}));
     CHECK_FALSE(is_rigid(pose{.translation = {std::numeric_limits<float>::infinity(), 0, 0}}));
+}
+
+TEST_CASE("orthonormalised: products of poses stay rigid, and turn as far as the angles add up to") {
+    const float step_angle = 0.001F;
+    const pose step{mat3{vec3{std::cos(step_angle), std::sin(step_angle), 0},
+                         vec3{-std::sin(step_angle), std::cos(step_angle), 0}, vec3{0, 0, 1}},
+                    {1e-6F, 0, 0}};
+    pose at, skewed;
+    for (int i = 0; i < 40000; ++i) {
+        at = orthonormalised(at * step);
+        skewed.rotation[0] *= 1.00001F; // as rounding does, only faster
+        if (i < 2000) CHECK_UNARY(is_rigid(orthonormalised(skewed)));
+    }
+    CHECK(is_rigid(at));
+    CHECK(std::fabs(dot(at.rotation[0], at.rotation[0]) - 1) < 1e-6F);
+    const float angle = std::remainder(40000 * step_angle, 2 * pi);
+    CHECK(std::fabs(std::remainder(std::atan2(at.rotation[0].y, at.rotation[0].x) - angle, 2 * pi)) < 0.01F);
+    // Of a symmetric stretch nothing is left.
+    const pose stretched{mat3{vec3{1.01F, 0.02F, 0}, vec3{0.02F, 0.98F, 0}, vec3{0, 0, 1.02F}}, {1, 2, 3}};
+    const pose found = orthonormalised(stretched);
+    for (int i = 0; i < 3; ++i) CHECK(length(found.rotation[i] - mat3{1}[i]) < 1e-6F);
+    CHECK(found.translation == vec3{1, 2, 3});
+    CHECK_THROWS_AS(orthonormalised({mat3{2}, {}}), geometry_error);
+    CHECK_THROWS_AS(orthonormalised({mat3{vec3{1, 0, 0}, vec3{0, 1, 0}, vec3{0, 0, -1}}, {}}), geometry_error);
+    CHECK_THROWS_AS(orthonormalised({mat3{1}, {std::nanf(""), 0, 0}}), geometry_error);
+}
+
+TEST_CASE("needle_pose: the tip, the direction and the side of the bevel") {
+    const pose at = needle_pose({1, 2, 3}, {0, 3, 4}, {0, 0, -2});
+    CHECK(at.translation == vec3{1, 2, 3});
+    CHECK(length(at.rotation[2] - vec3{0, 0.6F, 0.8F}) < 1e-6F);
+    CHECK(length(at.rotation[0] - vec3{0, 0.8F, -0.6F}) < 1e-6F); // the bevel, across the needle
+    CHECK(is_rigid(at));
+    CHECK_THROWS_AS(needle_pose({}, {0, 0, 1}, {0, 0, -1}), geometry_error);
+    CHECK_THROWS_AS(needle_pose({}, {0, 0, 0}, {1, 0, 0}), geometry_error);
 }

@@ -148,7 +148,8 @@ TEST_CASE("write_debug_obj refuses settings out of range with a sentence") {
     CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, probe, pose{}, 80); }) ==
           "write_debug_obj: depth is 80 m: did you mean 80_mm?");
     CHECK(sentence<geometry_error>([&] { write_debug_obj(path, scene{}, probe, {.rotation = mat3{2}}, 1); }) ==
-          "write_debug_obj: the pose of the probe is not a rigid transform; make it with look_at");
+          "write_debug_obj: the pose of the probe is not a rigid transform; make it with look_at, or mend it with "
+          "orthonormalised");
     CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, linear_array{.lines = ~0U}, pose{}, 1); }) ==
           "write_debug_obj: 4294967295 lines are more than 65536; draw fewer");
     CHECK(sentence<usage_error>([&] { write_debug_obj(path, scene{}, linear_array{.lines = 0}, pose{}, 1); }) ==

@@ -156,7 +156,8 @@ TEST_CASE("diagnose reports a missing build or update") {
 TEST_CASE("diagnose names a setting or pose that is out of range") {
     const scene body = bone_at({0, 0, 30_mm});
     says(diagnose(body, probe, {.translation = {NAN, 0, 0}}, {}), diagnosis::problem::pose,
-         "The pose of the probe is not a rigid transform, or not finite; make it with look_at.");
+         "The pose of the probe is not a rigid transform, or not finite; make it with look_at, or mend it with "
+         "orthonormalised.");
     says(diagnose(body, linear_array{.lines = 0}, pose{}, {}), diagnosis::problem::setting,
          "probe: lines is 0; it must be at least 1.");
     says(diagnose(body, probe, pose{}, {.depth = -1}), diagnosis::problem::setting,

@@ -45,6 +45,8 @@ TEST_CASE("press: depth, force and lines of a flat face on flat skin") {
                 touch.touching, " lines of 96 touch");
         CHECK(std::fabs(touch.depth - max(depth, 0)) < 1_um);
         CHECK(std::fabs(touch.force - 400 * max(depth, 0)) < 1e-3F);
+        CHECK(touch.pressure ==
+              doctest::Approx(400 * max(depth, 0) / (30_mm * press_test::probe.elevation_height)).epsilon(1e-3));
         CHECK(touch.touching == (depth > 0 ? 96 : 0));
     }
     // Within the gel, lines touch though nothing is pressed.

@@ -260,6 +260,7 @@ void bind_contact(py::module_& module, py::class_<scene>& scene_type) {
         .def_readonly("depth", &contact::depth, "of the face in the body at rest, metres: the largest")
         .def_readonly("mean_depth", &contact::mean_depth, "the mean over the face, metres")
         .def_readonly("force", &contact::force, "stiffness times mean depth, N")
+        .def_readonly("pressure", &contact::pressure, "force over the part of the face that is pressed, Pa")
         .def_readonly("touching", &contact::touching, "number of lines that touch the body")
         .def_property_readonly(
             "lines",

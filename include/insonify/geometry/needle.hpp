@@ -4,6 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/units.hpp>
+#include <insonify/geometry/pose.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <cmath>
 #include <cstdint>
@@ -82,6 +83,24 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
                                 {{a + ring, b + ring, b + ring + 1}, {a + ring, b + ring + 1, a + ring + 1}});
     }
     return detail::checked_shape("make_needle", std::move(needle));
+}
+
+/// Where a needle of `make_needle` is.
+///
+///     body.place(needle, needle_pose(tip, target - tip, {0, 0, -1})); // the bevel up, towards a probe above
+///
+/// @param tip        of its axis, in the world, metres: the sharp point lies half a diameter beside it, away from the bevel
+/// @param direction  in which it points, of any length above 0
+/// @param bevel      to which its bevel faces, as far as it is across the needle
+/// @throws geometry_error  where `bevel` is parallel to `direction`, or one of them is 0
+inline pose needle_pose(vec3 tip, vec3 direction, vec3 bevel) {
+    const float size = length(direction);
+    if (!is_finite(tip) || !is_finite(direction) || !is_finite(bevel) ||
+        !(length(cross(direction, bevel)) > 1e-4F * size * length(bevel)))
+        throw geometry_error{
+            "needle_pose: `direction` and `bevel` must be directions other than 0 that are not parallel, "
+            "and `tip` finite"};
+    return look_at(tip, tip + direction / size, bevel);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -50,6 +50,27 @@ INSONIFY_FN inline bool is_rigid(const pose& p) {
            near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
 }
 
+/// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is multiplied many
+/// times, such as that of a robot's arm.
+///
+///     at = orthonormalised(at * step); // each time
+///
+/// @throws geometry_error  for a rotation that is not nearly one: stretched, mirrored or not finite
+inline pose orthonormalised(const pose& p) {
+    mat3 r = p.rotation;
+    // Newton's iteration for the polar decomposition: Higham 1986, SIAM J. Sci. Stat. Comput. 7, 1160.
+    for (int i = 0; i < 4; ++i)
+        if (determinant(r) > 0.1F) r = (r + transpose(inverse(r))) * 0.5F;
+    const pose nearest{r, p.translation};
+    const mat3 change = r - p.rotation;
+    if (!is_rigid(nearest) ||
+        !(dot(change[0], change[0]) + dot(change[1], change[1]) + dot(change[2], change[2]) < 0.1F))
+        throw geometry_error{
+            "orthonormalised: the pose is not nearly a rigid transform: its axes must be of length 1 and "
+            "at right angles to within 0.1, not mirrored, its translation within 1000 km of the origin"};
+    return nearest;
+}
+
 /// Pose of a probe (or tool, or camera) at `from` that faces `towards` a point, its array along `lateral`.
 ///
 /// z = towards - from, x = lateral made orthogonal to z, y = z cross x, normalized; the inverse of glm::lookAt.

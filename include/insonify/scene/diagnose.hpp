@@ -140,8 +140,8 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
         return found;
     };
     if (!is_rigid(at))
-        return report(problem::pose,
-                      "The pose of the probe is not a rigid transform, or not finite; make it with look_at.");
+        return report(problem::pose, "The pose of the probe is not a rigid transform, or not finite; make it with "
+                                     "look_at, or mend it with orthonormalised.");
     try {
         probe.check();
         check_depth(scan.depth, "acquisition");

@@ -79,7 +79,8 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
     probe.check();
     check_depth(depth, "automatic_tgc");
     if (!is_rigid(at))
-        throw geometry_error{"automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at"};
+        throw geometry_error{"automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at, or "
+                             "mend it with orthonormalised"};
     const detail::path_survey passed = detail::survey_paths(body.view_for_rays(policy), probe, at, depth);
     return clamp(passed.length > 0 ? passed.attenuation : body.background().attenuation, 50, 100);
 }

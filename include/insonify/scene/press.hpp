@@ -27,6 +27,7 @@ struct contact {
     float depth = 0;                   ///< of the face in the body at rest, metres: the largest; 0: it is not pressed
     float mean_depth = 0;              ///< the mean over the face, metres
     float force = 0;                   ///< stiffness times mean depth, N: a toy of elasticity, and no more
+    float pressure = 0;                ///< force over the part of the face that is pressed, Pa: `collapse::outside`
     std::uint32_t touching = 0;        ///< number of lines that touch the body
     std::vector<std::uint8_t> lines{}; ///< 1 for each line that touches, 0 for the others
     pressed_face deformation{};        ///< for `scene::deform`
@@ -57,7 +58,9 @@ const contact& press(const scene& body, const Probe& probe, const pose& at, cons
     constexpr float behind = 0.05e-3F;
     probe.check();
     body.require_built();
-    if (!is_rigid(at)) throw geometry_error{"press: the pose is not a rigid transform; make it with look_at"};
+    if (!is_rigid(at))
+        throw geometry_error{
+            "press: the pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
     if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
         throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
     contact& found = own.touch;
@@ -81,20 +84,24 @@ const contact& press(const scene& body, const Probe& probe, const pose& at, cons
     for (const object& one : body.objects())
         if (accepts(one.id)) skin.add(one.surface.faces, body.rest_positions(one.id), one.at);
     skin.finish();
-    float sum = 0;
+    float sum = 0, pressed = 0;
     for (std::size_t row = 0; row < pressed_face::rows; ++row)
         for (std::size_t i = 0; i < pressed_face::columns; ++i) {
             const float depth = max(skin.depth(row, i), 0);
             found.depth = max(found.depth, depth);
             sum += depth;
+            pressed += depth > 0 ? 1.0F : 0.0F;
             face.depth[row][i] = max(depth - behind, 0);
         }
     if (!(found.depth < settings.decay))
         throw usage_error{detail::joined({"press: the face is ", detail::number_text(found.depth * 1e3F),
                                           " mm deep in the body, more than `decay`: tissue would fold over; raise the "
                                           "probe or `decay`"})};
-    found.mean_depth = sum / static_cast<float>(pressed_face::rows * pressed_face::columns);
+    constexpr auto points = static_cast<float>(pressed_face::rows * pressed_face::columns);
+    found.mean_depth = sum / points;
     found.force = settings.stiffness * found.mean_depth;
+    const float area = (face.right - face.left) * face.elevation * pressed / points;
+    found.pressure = area > 0 ? found.force / area : 0;
     for (std::uint32_t line = 0; line < probe.lines; ++line) {
         const float x = probe.beam(static_cast<float>(line)).origin.x;
         const bool touches = skin.depth(pressed_face::rows / 2, face.nearest_column(x)) >= -settings.gel;

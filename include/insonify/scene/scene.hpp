@@ -73,8 +73,8 @@ class scene {
     void place(object_id id, const pose& at) {
         const std::size_t index = index_of(id);
         if (!is_rigid(at))
-            throw geometry_error{
-                "place: the pose is not a rigid transform (rotation and translation); make it with look_at"};
+            throw geometry_error{"place: the pose is not a rigid transform (rotation and translation); make it with "
+                                 "look_at, or mend it with orthonormalised"};
         objects_[index].at = at;
         states_[index].box = detail::placed_box(states_[index].local_box, at);
         expire();

@@ -30,7 +30,9 @@ inline void check_camera(uvec2 size, const pose& at) {
     const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
     if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
         throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};
-    if (!is_rigid(at)) throw usage_error{"camera: its pose is not a rigid transform; make it with look_at"};
+    if (!is_rigid(at))
+        throw usage_error{
+            "camera: its pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
 }
 
 } // namespace detail

@@ -29,7 +29,8 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
     probe.check();
     if constexpr (requires { model.check(); }) model.check();
     if (!is_rigid(at))
-        throw geometry_error{"trace: the pose of the probe is not a rigid transform; make it with look_at"};
+        throw geometry_error{"trace: the pose of the probe is not a rigid transform; make it with look_at, or mend it "
+                             "with orthonormalised"};
     check_depth(settings.depth, "trace");
     if (settings.depth * probe.frequency > max_wavelengths * display_speed)
         throw usage_error{
