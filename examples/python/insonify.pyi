@@ -566,8 +566,9 @@ class tgc_point:
 
 class tgc_settings:
     """Time-gain compensation."""
-    def __init__(self, *, attenuation: Any = ..., max_db: Any = ..., sliders: Any = ..., curve: Any = ...) -> None: ...
+    def __init__(self, *, attenuation: Any = ..., max_db: Any = ..., sliders: Any = ..., curve: Any = ..., bandwidth: Any = ...) -> None: ...
     attenuation: float
+    bandwidth: float
     curve: list[tgc_point]
     max_db: float
     sliders: list[float[8]]

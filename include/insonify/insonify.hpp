@@ -47,6 +47,7 @@
 #include <insonify/scene/compose.hpp>
 #include <insonify/scene/diagnose.hpp>
 #include <insonify/scene/displacement_grid.hpp>
+#include <insonify/scene/displayed_depth.hpp>
 #include <insonify/scene/poiseuille.hpp>
 #include <insonify/scene/press.hpp>
 #include <insonify/scene/queries.hpp>

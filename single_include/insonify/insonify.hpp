@@ -958,6 +958,27 @@ INSONIFY_FN inline bool is_rigid(const pose& p) {
            near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
 }
 
+/// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is multiplied many
+/// times, such as that of a robot's arm.
+///
+///     at = orthonormalised(at * step); // each time
+///
+/// @throws geometry_error  for a rotation that is not nearly one: stretched, mirrored or not finite
+inline pose orthonormalised(const pose& p) {
+    mat3 r = p.rotation;
+    // Newton's iteration for the polar decomposition: Higham 1986, SIAM J. Sci. Stat. Comput. 7, 1160.
+    for (int i = 0; i < 4; ++i)
+        if (determinant(r) > 0.1F) r = (r + transpose(inverse(r))) * 0.5F;
+    const pose nearest{r, p.translation};
+    const mat3 change = r - p.rotation;
+    if (!is_rigid(nearest) ||
+        !(dot(change[0], change[0]) + dot(change[1], change[1]) + dot(change[2], change[2]) < 0.1F))
+        throw geometry_error{
+            "orthonormalised: the pose is not nearly a rigid transform: its axes must be of length 1 and "
+            "at right angles to within 0.1, not mirrored, its translation within 1000 km of the origin"};
+    return nearest;
+}
+
 /// Pose of a probe (or tool, or camera) at `from` that faces `towards` a point, its array along `lateral`.
 ///
 /// z = towards - from, x = lateral made orthogonal to z, y = z cross x, normalized; the inverse of glm::lookAt.
@@ -13176,8 +13197,8 @@ class scene {
     void place(object_id id, const pose& at) {
         const std::size_t index = index_of(id);
         if (!is_rigid(at))
-            throw geometry_error{
-                "place: the pose is not a rigid transform (rotation and translation); make it with look_at"};
+            throw geometry_error{"place: the pose is not a rigid transform (rotation and translation); make it with "
+                                 "look_at, or mend it with orthonormalised"};
         objects_[index].at = at;
         states_[index].box = detail::placed_box(states_[index].local_box, at);
         expire();
@@ -13572,7 +13593,8 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
     probe.check();
     check_depth(depth, "automatic_tgc");
     if (!is_rigid(at))
-        throw geometry_error{"automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at"};
+        throw geometry_error{"automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at, or "
+                             "mend it with orthonormalised"};
     const detail::path_survey passed = detail::survey_paths(body.view_for_rays(policy), probe, at, depth);
     return clamp(passed.length > 0 ? passed.attenuation : body.background().attenuation, 50, 100);
 }
@@ -14209,7 +14231,8 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
     probe.check();
     if constexpr (requires { model.check(); }) model.check();
     if (!is_rigid(at))
-        throw geometry_error{"trace: the pose of the probe is not a rigid transform; make it with look_at"};
+        throw geometry_error{"trace: the pose of the probe is not a rigid transform; make it with look_at, or mend it "
+                             "with orthonormalised"};
     check_depth(settings.depth, "trace");
     if (settings.depth * probe.frequency > max_wavelengths * display_speed)
         throw usage_error{
@@ -21407,6 +21430,24 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
     return detail::checked_shape("make_needle", std::move(needle));
 }
 
+/// Where a needle of `make_needle` is.
+///
+///     body.place(needle, needle_pose(tip, target - tip, {0, 0, -1})); // the bevel up, towards a probe above
+///
+/// @param tip        of its axis, in the world, metres: the sharp point lies half a diameter beside it, away from the bevel
+/// @param direction  in which it points, of any length above 0
+/// @param bevel      to which its bevel faces, as far as it is across the needle
+/// @throws geometry_error  where `bevel` is parallel to `direction`, or one of them is 0
+inline pose needle_pose(vec3 tip, vec3 direction, vec3 bevel) {
+    const float size = length(direction);
+    if (!is_finite(tip) || !is_finite(direction) || !is_finite(bevel) ||
+        !(length(cross(direction, bevel)) > 1e-4F * size * length(bevel)))
+        throw geometry_error{
+            "needle_pose: `direction` and `bevel` must be directions other than 0 that are not parallel, "
+            "and `tip` finite"};
+    return look_at(tip, tip + direction / size, bevel);
+}
+
 } // namespace insonify::inline INSONIFY_ABI
 
 
@@ -22184,7 +22225,8 @@ template <transducer Probe>
 void write_debug_obj(const std::string& path, const scene& body, const Probe& probe, const pose& at, float depth) {
     probe.check();
     if (!is_rigid(at))
-        throw geometry_error{"write_debug_obj: the pose of the probe is not a rigid transform; make it with look_at"};
+        throw geometry_error{"write_debug_obj: the pose of the probe is not a rigid transform; make it with look_at, "
+                             "or mend it with orthonormalised"};
     if (probe.lines > 65536)
         throw usage_error{"write_debug_obj: " + std::to_string(probe.lines) + " lines are more than 65536; draw fewer"};
     check_depth(depth, "write_debug_obj");
@@ -23322,8 +23364,8 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
         return found;
     };
     if (!is_rigid(at))
-        return report(problem::pose,
-                      "The pose of the probe is not a rigid transform, or not finite; make it with look_at.");
+        return report(problem::pose, "The pose of the probe is not a rigid transform, or not finite; make it with "
+                                     "look_at, or mend it with orthonormalised.");
     try {
         probe.check();
         check_depth(scan.depth, "acquisition");
@@ -23458,6 +23500,89 @@ struct displacement_grid {
                               "least 2 nodes along each axis"};
     }
 };
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_SCENE_DISPLAYED_DEPTH_HPP
+#define INSONIFY_SCENE_DISPLAYED_DEPTH_HPP
+
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and displayed
+/// metres per metre, until it returns false.
+template <class InLayer>
+void follow_displayed(const scene& body, const ray& line, float depth, const char* caller, const InLayer& in_layer) {
+    const float size = length(line.direction);
+    if (!is_finite(line.origin) || !is_finite(line.direction) || !(size > 0))
+        throw usage_error{
+            std::string{caller} +
+            ": the line must have a finite origin and a direction that is not 0, such as that of `probe.beam(i)`"};
+    check_depth(depth, caller);
+    const scene_view flat = body.view_for_rays(exec::par);
+    const line_frame along{.origin = line.origin, .along = line.direction / size};
+    std::vector<crossing> crossings(64);
+    std::vector<std::uint32_t> inside(64);
+    std::vector<layer> room(64);
+    for (view<const layer> layers{}; layers.empty();) {
+        line_crossings found{.room = crossings, .inside = {.ranks = inside}};
+        if (find_crossings(flat, {along.origin, along.along}, depth, found))
+            layers = stack_layers(flat, along, depth, found, view<layer>{room}, false);
+        for (const layer& one : layers)
+            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) return;
+        crossings.resize(2 * crossings.size());
+        inside.resize(2 * inside.size());
+        room.resize(2 * room.size());
+    }
+}
+
+} // namespace detail
+
+/// Depth at which an echo is displayed, metres: c0 t / 2 with c0 = 1540 m/s, as `physical` does, from the true depth along a
+/// straight line.
+///
+///     shown = sum over the media along the line of d c0 / c
+///
+///     const float shown = displayed_depth(body, {at.point(beam.origin), at.direction(beam.direction)}, 20_mm);
+///
+/// Refraction and the shadows of obstacles are left out: see `physical`.
+/// @param line   from the face of the probe, in the world; its limits are not used
+/// @param depth  true one, metres along the line
+/// @throws usage_error  for a scene that was not built, a line or a depth out of range
+inline float displayed_depth(const scene& body, const ray& line, float depth) {
+    double shown = 0;
+    detail::follow_displayed(body, line, depth, "displayed_depth", [&](float part, float stretch) {
+        shown += static_cast<double>(part) * static_cast<double>(stretch);
+        return true;
+    });
+    return static_cast<float>(shown);
+}
+
+/// The inverse of `displayed_depth`: the true depth along a line of what a scanner displays at a depth, such as that of
+/// `scan_map::point`, metres.
+/// @throws usage_error  as `displayed_depth`
+inline float true_depth(const scene& body, const ray& line, float shown) {
+    check_depth(shown, "true_depth");
+    float fastest = display_speed;
+    for (const medium& m : body.media()) fastest = max(fastest, m.sound_speed);
+    double depth = 0, left = static_cast<double>(shown);
+    const float farthest = min(shown * fastest / display_speed * 1.001F, max_scan_depth);
+    detail::follow_displayed(body, line, farthest, "true_depth", [&](float part, float stretch) {
+        const double here = std::fmin(static_cast<double>(part), left / static_cast<double>(stretch));
+        depth += here;
+        left -= here * static_cast<double>(stretch);
+        return left > 0;
+    });
+    return static_cast<float>(depth);
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -23847,6 +23972,7 @@ struct contact {
     float depth = 0;                   ///< of the face in the body at rest, metres: the largest; 0: it is not pressed
     float mean_depth = 0;              ///< the mean over the face, metres
     float force = 0;                   ///< stiffness times mean depth, N: a toy of elasticity, and no more
+    float pressure = 0;                ///< force over the part of the face that is pressed, Pa: `collapse::outside`
     std::uint32_t touching = 0;        ///< number of lines that touch the body
     std::vector<std::uint8_t> lines{}; ///< 1 for each line that touches, 0 for the others
     pressed_face deformation{};        ///< for `scene::deform`
@@ -23877,7 +24003,9 @@ const contact& press(const scene& body, const Probe& probe, const pose& at, cons
     constexpr float behind = 0.05e-3F;
     probe.check();
     body.require_built();
-    if (!is_rigid(at)) throw geometry_error{"press: the pose is not a rigid transform; make it with look_at"};
+    if (!is_rigid(at))
+        throw geometry_error{
+            "press: the pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
     if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
         throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
     contact& found = own.touch;
@@ -23901,20 +24029,24 @@ const contact& press(const scene& body, const Probe& probe, const pose& at, cons
     for (const object& one : body.objects())
         if (accepts(one.id)) skin.add(one.surface.faces, body.rest_positions(one.id), one.at);
     skin.finish();
-    float sum = 0;
+    float sum = 0, pressed = 0;
     for (std::size_t row = 0; row < pressed_face::rows; ++row)
         for (std::size_t i = 0; i < pressed_face::columns; ++i) {
             const float depth = max(skin.depth(row, i), 0);
             found.depth = max(found.depth, depth);
             sum += depth;
+            pressed += depth > 0 ? 1.0F : 0.0F;
             face.depth[row][i] = max(depth - behind, 0);
         }
     if (!(found.depth < settings.decay))
         throw usage_error{detail::joined({"press: the face is ", detail::number_text(found.depth * 1e3F),
                                           " mm deep in the body, more than `decay`: tissue would fold over; raise the "
                                           "probe or `decay`"})};
-    found.mean_depth = sum / static_cast<float>(pressed_face::rows * pressed_face::columns);
+    constexpr auto points = static_cast<float>(pressed_face::rows * pressed_face::columns);
+    found.mean_depth = sum / points;
     found.force = settings.stiffness * found.mean_depth;
+    const float area = (face.right - face.left) * face.elevation * pressed / points;
+    found.pressure = area > 0 ? found.force / area : 0;
     for (std::uint32_t line = 0; line < probe.lines; ++line) {
         const float x = probe.beam(static_cast<float>(line)).origin.x;
         const bool touches = skin.depth(pressed_face::rows / 2, face.nearest_column(x)) >= -settings.gel;
@@ -24649,7 +24781,9 @@ inline void check_camera(uvec2 size, const pose& at) {
     const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
     if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
         throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};
-    if (!is_rigid(at)) throw usage_error{"camera: its pose is not a rigid transform; make it with look_at"};
+    if (!is_rigid(at))
+        throw usage_error{
+            "camera: its pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
 }
 
 } // namespace detail

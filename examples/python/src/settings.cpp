@@ -24,7 +24,9 @@ void bind_settings(py::module_& module) {
         .member("attenuation", &tgc_settings::attenuation, "assumed attenuation, dB/m at 1 MHz, one way")
         .member("max_db", &tgc_settings::max_db, "limit of the automatic gain")
         .member("sliders", &tgc_settings::sliders, "dB at eight depths from 0 to the end of the lines")
-        .member("curve", &tgc_settings::curve, "points in order of depth");
+        .member("curve", &tgc_settings::curve, "points in order of depth")
+        .member("bandwidth", &tgc_settings::bandwidth,
+                "fractional, of the pulse whose losses are restored; 0: a single frequency");
     settings_class<log_compress_settings>(module, "log_compress_settings", "From amplitude to brightness.")
         .member("dynamic_range_db", &log_compress_settings::dynamic_range_db, "range of levels from black to white")
         .member("reference_db", &log_compress_settings::reference_db, "level of white")
