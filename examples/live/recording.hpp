@@ -50,7 +50,8 @@ inline std::string anatomy_line(const recorded_anatomy& one, const std::filesyst
     char numbers[64];
     std::snprintf(numbers, sizeof numbers, "%.9g %016" PRIx64, static_cast<double>(one.of.unit), one.content);
     const std::filesystem::path file = std::filesystem::absolute(one.of.file).lexically_normal();
-    const std::filesystem::path seen = file.lexically_proximate(std::filesystem::absolute(folder).lexically_normal());
+    const std::filesystem::path seen =
+        file.lexically_proximate(std::filesystem::absolute(folder / ".").lexically_normal());
     return std::string{"anatomy "} + numbers + ' ' + (one.of.skin.empty() ? "=" : one.of.skin) + ' ' + one.of.tissue +
            ' ' + one.of.background + ' ' + seen.generic_string();
 }

@@ -1,6 +1,7 @@
 # Every option that a program's --help lists occurs in the tests: with a usual value in a test that succeeds, and with an extreme
 # one, which is refused or at an end of the range that --help states ("1 to 120").
 #     cmake -D BUILD=<build tree> -D PROGRAMS=<path,path,...> -P options.cmake
+cmake_minimum_required(VERSION 3.25)
 find_program(CTEST NAMES ctest REQUIRED)
 execute_process(COMMAND ${CTEST} --show-only=json-v1 WORKING_DIRECTORY ${BUILD} OUTPUT_VARIABLE tests COMMAND_ERROR_IS_FATAL ANY)
 string(JSON test_count LENGTH "${tests}" tests)
@@ -55,6 +56,7 @@ set(options 0)
 foreach(program IN LISTS PROGRAMS)
     cmake_path(GET program FILENAME name)
     execute_process(COMMAND ${program} --help OUTPUT_VARIABLE help COMMAND_ERROR_IS_FATAL ANY)
+    string(REPLACE ";" "," help "${help}")
     string(REGEX MATCHALL "\n  --[a-z-]+[^\n]*" lines "${help}")
     if(NOT lines)
         list(APPEND missing "${name} --help lists no options")

@@ -73,12 +73,15 @@ bool recorded(const std::string& limb) {
         std::ofstream file{"recorded/of/session.txt"};
         file << live::anatomy_line({of, live::content_of(live::load_anatomy(of))}, "recorded/of") << "\nframes 2\n";
     }
+    const std::string here = live::anatomy_line({of, 1}, ""); // the folder of "session.txt"
     const live::recording read = live::load_recording("recorded/of/session.txt");
     const auto [found, body] = live::load_body({}, &read);
-    bool holds = check(std::filesystem::equivalent(found.file, of.file) && found.skin == of.skin &&
-                           found.background == of.background && found.unit == of.unit && found.tissue == of.tissue &&
-                           live::content_of(body) == read.body->content,
-                       "a recording names its anatomy");
+    bool holds = check(live::parse_anatomy(here, "").of == of, here);
+    holds = check(std::filesystem::equivalent(found.file, of.file) && found.skin == of.skin &&
+                      found.background == of.background && found.unit == of.unit && found.tissue == of.tissue &&
+                      live::content_of(body) == read.body->content,
+                  "a recording names its anatomy") &&
+            holds;
     std::ofstream{of.file, std::ios::app} << "o more\nusemtl fat\nv 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\n"
                                              "f -4 -2 -3\nf -4 -3 -1\nf -4 -1 -2\nf -3 -2 -1\n";
     holds = refused("has changed since the session was recorded", [&] { live::load_body({}, &read); }) && holds;
