@@ -3,7 +3,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/pulsed_doppler.hpp>
-#include <insonify/scene/compose.hpp>
+#include <insonify/scene/collapse.hpp>
 #include <insonify/scene/indentation.hpp>
 #include <insonify/scene/poiseuille.hpp>
 #include <cmath>
@@ -210,6 +210,34 @@ TEST_CASE("a press that narrows a vessel keeps its flow") {
     MESSAGE("mean velocity along the lines ", found, " m/s, expected ", expected, "; of the vessel at rest ", at_rest);
     CHECK(std::fabs(found / at_rest - 1) < 0.02);
     CHECK(std::fabs(found / expected - 1) < 0.1);
+}
+
+TEST_CASE("a vessel that collapses and descends out of the slice has the velocity of its flow along the lines") {
+    // Of the volume flow V A, the lumen's area being A times its opening: V / opening along the axis.
+    const vec3 along = normalize(vec3{0, 1, 0.47F}), middle{0, 0, 17.5_mm};
+    scene body{tissue::muscle};
+    medium blood = tissue::blood;
+    blood.sound_speed = display_speed;
+    const object_id vein =
+        body.add(make_cylinder(middle - 40_mm * along, middle + 40_mm * along, 4.5_mm, 64, 64), blood);
+    body.build(exec::par);
+    collapse wall{.from = middle, .to = middle + along, .radius = 4.5_mm, .outside = 8.4_mmHg, .inside = 8_mmHg};
+    body.deform(exec::par, wall);
+    const poiseuille stream{
+        .object = vein, .from = middle, .to = middle + along, .radius = 4.5_mm, .peak_velocity = 0.15F};
+    const flow_lines seen =
+        colour_doppler(exec::par_unseq, body, probe, pose{}, stream,
+                       {.depth = 33_mm, .prf = 5_kHz, .wall = {.order = 0}, .noise_db = no_level_db});
+    double found = 0, count = 0; // in the middle of the lumen
+    for (std::uint32_t line = 30; line < 34; ++line)
+        for (float z = 17.2_mm; z < 17.8_mm; z += 0.1_mm) {
+            found -= static_cast<double>(
+                seen(line, static_cast<std::uint32_t>(z / 33_mm * static_cast<float>(seen.samples))).velocity);
+            count += 1;
+        }
+    const double expected = static_cast<double>(0.15F / wall.opening() * along.z);
+    MESSAGE("opening ", wall.opening(), ": ", found / count, " m/s along the lines, expected ", expected);
+    CHECK(std::fabs(found / count / expected - 1) < 0.1);
 }
 
 TEST_CASE("a velocity field is asked in coordinates of the object where fibres are curved") {
