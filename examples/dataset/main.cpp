@@ -124,7 +124,6 @@ int run(const description& d, const std::vector<described_option>& options, rank
     identity_lines identity;
     const bool ready = prepared(shared, [&] {
         d.check();
-        check_probes(d);
         all.emplace(d);
         identity = identity_of(d, options);
         check_folder(d, identity);

@@ -107,6 +107,14 @@ class configuration : public CLI::Config {
     const CLI::App& app_;
 };
 
+/// What is wrong with a word that is no whole number of 64 bits; empty: nothing. CLI11 takes -1 for the largest one.
+inline std::string whole_number(const std::string& word) {
+    const std::string most = "18446744073709551615";
+    const bool digits_only = !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
+    const bool fits = word.size() < most.size() || (word.size() == most.size() && word <= most);
+    return digits_only && fits ? "" : "'" + word + "' is not a whole number from 0 to " + most;
+}
+
 /// Adds all options.
 /// @return those of `description.ini`
 inline std::vector<described_option> add_options(CLI::App& app, description& d) {
@@ -124,7 +132,9 @@ inline std::vector<described_option> add_options(CLI::App& app, description& d) 
                                  else
                                      return digits(value);
                              }});
-        return app.add_option("--" + name, value, help)->capture_default_str()->group(group);
+        CLI::Option* made = app.add_option("--" + name, value, help)->capture_default_str()->group(group);
+        if constexpr (std::is_unsigned_v<std::decay_t<decltype(value)>>) made->check(CLI::Validator{whole_number, ""});
+        return made;
     };
     const auto flag = [&](const std::string& name, bool& value, const char* help) {
         described.push_back({name, [&value] { return std::string{value ? "true" : "false"}; }});

@@ -56,17 +56,6 @@ inline std::uint32_t line_samples(const description& d) {
     });
 }
 
-/// @throws usage_error  where a probe of the dataset cannot be drawn with its settings
-inline void check_probes(const description& d) {
-    for (const float frequency : {d.frequency.from, d.frequency.to})
-        for (const float focus : {d.focus.from, d.focus.to})
-            with_probe(d, {.frequency = frequency, .focus = focus}, [](const auto& probe) { probe.check(); });
-    constexpr std::uint32_t most = 1U << 26U; // 512 MB of echoes
-    if (const std::uint64_t values = std::uint64_t{line_samples(d)} * d.lines; 4 * values > most)
-        throw usage_error{"--lines: " + std::to_string(d.lines) + " lines of " + std::to_string(line_samples(d)) +
-                          " samples are too many for the memory; lower --lines, --depth or --frequency"};
-}
-
 template <class Probe>
 face face_of(const Probe& probe) {
     face made{.width = probe.aperture(),
