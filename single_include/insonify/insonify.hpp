@@ -12336,7 +12336,7 @@ inline point_bounds bounds_of(view<const vec3> points, vec3* copy) {
     for (std::size_t begin = 0; begin < whole; begin += width) {
         const auto add = [&](std::ptrdiff_t k) {
             const floats p = load<width>(&points[begin].x + k * width);
-            wild |= not_finite<width>(p);
+            wild = wild | not_finite<width>(p);
             lower[k] = min(lower[k], p);
             upper[k] = max(upper[k], p);
             if (copy != nullptr) store(p, &copy[begin].x + k * width);
