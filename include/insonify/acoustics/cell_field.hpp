@@ -220,7 +220,9 @@ struct cell_field {
         const auto layout_at = [&](float from, double slab) {
             detail::rest_line rest = segment;
             rest.origin += (from - begin) * segment.along;
-            return detail::make_cell_layout(seed, cell, line, rest, slab, spacing);
+            detail::cell_layout cells = detail::make_cell_layout(seed, cell, line, rest, slab, spacing);
+            cells.set_phase_spread(line, from);
+            return cells;
         };
         // Where slots are of one layout in one layer, metres along the line.
         vec2 whole = line.surfaces.x < line.surfaces.y ? line.surfaces : vec2{-FLT_MAX, FLT_MAX};

@@ -43,6 +43,16 @@ struct cell_layout {
     float scatterer_density = 0; ///< of the medium, per m^3
     vec2 slope{0, 0};            ///< see `scatterer_run`
     float level = 1;             ///< root of the slots' length along the segment over their spacing
+    /// Phase over the height of a cell: rms over the slots, turns, at the origin; and its change from slot to slot.
+    vec2 turns{0, 0};
+
+    /// Sets `turns` for a segment that begins at a distance along the line, metres.
+    INSONIFY_FN void set_phase_spread(const material_line& line, float begin) {
+        constexpr float ahead = 2e-3F;
+        const float first = line.phase_spread(begin), last = line.phase_spread(begin + ahead);
+        const auto per_slot = static_cast<float>(1 / (static_cast<double>(ahead) * slots_per_metre));
+        turns = vec2{first, (last - first) * per_slot} * (line.height / (2 * pi));
+    }
 
     /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice plane,
     /// and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
@@ -75,10 +85,21 @@ struct cell_layout {
                                d = numbers.template operator()<N>(index + (next_column + next_row), volume,
                                                                   scatterer_density);
         const floats scale = (Linear ? unit_power_scale<N>(past_column) : floats(level)) * unit_power_scale<N>(upper);
-        return {
-            (lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
-            (lower * (left * a.imaginary + right * b.imaginary) + upper * (left * c.imaginary + right * d.imaginary)) *
-                scale};
+        const auto row_of = [&](const complex_lanes<N>& at_left, const complex_lanes<N>& at_right,
+                                const floats& weight) {
+            return complex_lanes<N>{weight * (left * at_left.real + right * at_right.real),
+                                    weight * (left * at_left.imaginary + right * at_right.imaginary)};
+        };
+        complex_lanes<N> one_row = row_of(a, b, lower), next = row_of(c, d, upper);
+        if (!Linear && (turns.x != 0 || turns.y != 0)) {
+            // Phases of rms 1 whose mean of cos(q x) is exp(-x^2 / 2) within 0.02: a normal distribution's, from uniform numbers.
+            const floats uniform = floats_of<N>(slot_hash >> 16) * floats(0x1p-15F) - one, squared = uniform * uniform;
+            const floats spread = max(floats(turns.x) + offset * floats(turns.y), floats(0.0F)) * uniform *
+                                  polynomial<N>(squared * squared, 1.11F, 1.2243671F);
+            one_row = turned<N>(one_row, upper * spread);
+            next = turned<N>(next, floats(0.0F) - lower * spread);
+        }
+        return {(one_row.real + next.real) * scale, (one_row.imaginary + next.imaginary) * scale};
     }
 
   private:
@@ -88,6 +109,17 @@ struct cell_layout {
     INSONIFY_FN INSONIFY_INLINE static lanes<N> unit_power_scale(const lanes<N>& weight) {
         const lanes<N> twice = weight + weight - lanes<N>(1.0F);
         return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
+    }
+
+    // A number times exp(2 pi j turns), by the half angle within a quarter turn, to 5e-5.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE static complex_lanes<N> turned(const complex_lanes<N>& value, const lanes<N>& turns) {
+        const lanes<N> part = turns - floats_of<N>(floor_bits<N>(turns + lanes<N>(0.5F))), squared = part * part;
+        const lanes<N> sine =
+                           part * polynomial<N>(squared, 0.0821459F, -0.5992645F, 2.5501640F, -5.1677128F, 3.1415927F),
+                       cosine = polynomial<N>(squared, 0.2353306F, -1.3352628F, 4.0587121F, -4.9348022F, 1.0F);
+        const lanes<N> x = cosine * cosine - sine * sine, y = (sine + sine) * cosine;
+        return {value.real * x - value.imaginary * y, value.real * y + value.imaginary * x};
     }
 
     // Weight of a cell at a lateral distance of 0 to 1 cells from its centre: 1.26 (1 - d^2) (1 - 7/3 d^2), of mean power 1

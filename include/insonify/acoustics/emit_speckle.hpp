@@ -40,6 +40,8 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
     within.height = line.aperture.height;
     within.plane = line.plane;
+    within.aperture = &line.aperture;
+    within.displayed = {path.shown - here.begin * displayed, displayed};
     within.tilt = line.frame.tilt;
     within.surfaces = {here.begin, here.end};
     within.flowing = m.flowing;

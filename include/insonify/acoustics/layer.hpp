@@ -55,7 +55,8 @@ struct line_aperture {
     float spacing = 1;            ///< length of a step, metres of displayed depth
     float elevation_fnumber = 4;  ///< out of the slice plane
     float height = 0; ///< of the tissue that contributes to an echo, out of the slice plane, metres; 0: unknown
-    view<const float> strips{}; ///< what `strip` interpolates, metres: in the middle of the same steps
+    view<const float> strips{};        ///< what `strip` interpolates, metres: in the middle of the same steps
+    view<const float> phase_spreads{}; ///< what `phase_spread` interpolates, rad/m: in the middle of the same steps
 
     /// F-number in the slice plane at a displayed depth, metres; 2 if none is given.
     INSONIFY_FN float fnumber(float depth) const {
@@ -64,11 +65,17 @@ struct line_aperture {
     }
     /// Half height s of the strip of the beam that the line stands for, out of the slice plane, metres: the power of the strip
     /// falls as exp(-y^2 / s^2). 0 if none is given: the line stands for itself alone.
-    INSONIFY_FN float strip(float depth) const {
-        if (strips.empty()) return 0;
-        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(strips.size() - 1));
-        const auto above = static_cast<std::size_t>(place), below = above + 1 < strips.size() ? above + 1 : above;
-        return strips[above] + (place - static_cast<float>(above)) * (strips[below] - strips[above]);
+    INSONIFY_FN float strip(float depth) const { return interpolated(strips, depth); }
+    /// How fast the phases of the scatterers of one place come apart as the line moves out of the slice: rms, rad/m. See
+    /// `elevation_planes::phase_spread`. 0 if none is given: `height` alone decides.
+    INSONIFY_FN float phase_spread(float depth) const { return interpolated(phase_spreads, depth); }
+
+  private:
+    INSONIFY_FN float interpolated(view<const float> values, float depth) const {
+        if (values.empty()) return 0;
+        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(values.size() - 1));
+        const auto above = static_cast<std::size_t>(place), below = above + 1 < values.size() ? above + 1 : above;
+        return values[above] + (place - static_cast<float>(above)) * (values[below] - values[above]);
     }
 };
 

@@ -30,7 +30,13 @@ struct material_line {
     bool flowing = false;                            ///< the medium flows
     std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
     const displacement_view* displacement = nullptr; ///< of the tissue from now to rest; null: it is at rest
+    const line_aperture* aperture = nullptr;         ///< that receives; null: unknown
+    vec2 displayed{0, 1}; ///< displayed depth of its origin, metres, and per metre of the line
 
+    /// See `line_aperture::phase_spread`, at a distance along the line, metres.
+    INSONIFY_FN float phase_spread(float distance) const {
+        return aperture == nullptr ? 0.0F : aperture->phase_spread(displayed.x + distance * displayed.y);
+    }
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
 };

@@ -35,8 +35,9 @@ struct elevation_pair {
 
 /// The pairs of 3, 5 or 7 planes; none for another count.
 inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
-    static constexpr elevation_pair pairs[][3] = {
-        {{0.92F, 109_deg}}, {{1.2F, 97_deg}, {2.0F, 8_deg}}, {{0.8F, 75.7_deg}, {1.355F, 6.7_deg}, {1.42F, 105.2_deg}}};
+    static constexpr elevation_pair pairs[][3] = {{{0.92F, 109_deg}},
+                                                  {{1.104F, 115.4_deg}, {1.62F, 28_deg}},
+                                                  {{0.93F, 182.5_deg}, {2.562F, 181.4_deg}, {1.361F, 96.8_deg}}};
     if (count < 3 || count > max_elevation_planes) return {};
     return {pairs[count / 2 - 1], count / 2};
 }
@@ -53,8 +54,9 @@ inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
 /// a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane that serves all
 /// lines can avoid; the weights are those of the heights that the planes have there: see `along`.
 /// Source: a numerical search for the smallest error in the echoes of half spaces that begin at any height, for linear, convex
-/// and phased arrays. `bench/studies/elevation_planes.cpp` repeats it: the pairs here are within 15 % of the smallest error that
-/// it finds, and their rms height is nearer to the beam's. `tests/tracing/elevation.cpp` measures the errors.
+/// and phased arrays, among pairs by which an anechoic sphere of 3 mm at the elevation focus fills as in the beam, within 2 dB, and
+/// whose rms height is that of the beam. `bench/studies/elevation_planes.cpp` prints the errors beside the smallest ones without
+/// these conditions. `tests/tracing/elevation*.cpp` measure the errors.
 class elevation_planes {
   public:
     /// @param count  1, 3, 5 or 7: the middle one, and pairs
@@ -96,9 +98,24 @@ class elevation_planes {
     /// The slice plane, then pairs.
     const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
-    /// Height of the tissue that contributes to an echo, metres: half the aperture's, as the beam has in the middle of its range.
-    /// It is the same at all depths, so that speckle stays the same as tissue moves in depth.
-    float scatterer_height() const { return beam_.elevation_height / 2; }
+    /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For several
+    /// planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to the focus,
+    /// `phase_spread` shortens it. It is the same at all depths, so that speckle stays the same as tissue moves in depth.
+    float scatterer_height() const { return (count_ > 1 ? 0.7F : 0.5F) * beam_.elevation_height; }
+
+    /// How fast the phases of the scatterers of one place come apart as the probe moves out of the slice: rms, rad/m.
+    ///
+    /// The echoes of a Gaussian beam of standard deviation sigma have the correlation
+    ///
+    ///     rho(d) = integral of w(y) w(y + d) dy / integral of w(y)^2 dy = exp(-d^2 / (4 sigma^2)),   w = exp(-y^2 / (2 sigma^2))
+    ///
+    /// after a shift by d. Cells of height H, linear from one to the next, have exp(-2.5 d^2 / (2 H^2)); phases of rms s a metre
+    /// have exp(-s^2 d^2 / 2). The product is rho where s^2 = 1 / (2 sigma^2) - 2.5 / H^2. A single plane has its cells alone.
+    float phase_spread(float depth) const {
+        if (count_ == 1) return 0;
+        const float sigma = beam_.elevation_sigma(depth), height = scatterer_height();
+        return std::sqrt(max(0.5F / (sigma * sigma) - 2.5F / (height * height), 0));
+    }
 
     /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2) and the
     /// distances between the planes together have the variance of the beam's.
@@ -193,6 +210,8 @@ class elevation_planes {
             if (i > 0) moment[i] = 0.5F * vec2{moment[i].x - moment[i + 1].x, moment[i].y + moment[i + 1].y};
             if (i > 0) moment[i + 1] = {-moment[i].x, moment[i].y};
         }
+        limit_variance(found.coherent, height, 1);
+        limit_variance(found.random, height, 0.5F);
         for (std::uint32_t i = 0; i < count_; ++i) {
             const vec2 mean = moment[i] / max(found.random[i], 1e-12F);
             const float half = count_ == 1 ? 0 : std::sqrt(3 * max(mean.y - mean.x * mean.x, 0));
@@ -201,6 +220,32 @@ class elevation_planes {
             found.random[i] = std::sqrt(found.random[i] / power);
         }
         return found;
+    }
+
+    // Where the planes spread further than the beam, those far out lose weight to those near the middle, as by a narrower Gaussian:
+    // each times exp(-g h^2), with the least g >= 0 by Newton's method. The sum of the weights stays.
+    // @param height, variance  in standard deviations of the beam
+    void limit_variance(float (&weight)[max_elevation_planes], const float (&height)[max_elevation_planes],
+                        float variance) const {
+        float narrower = 0;
+        for (int round = 0; round < 6; ++round) {
+            float all = 0, kept = 0, second = 0, fourth = 0;
+            for (std::uint32_t i = 0; i < count_; ++i) {
+                const float squared = height[i] * height[i], part = weight[i] * std::exp(-narrower * squared);
+                all += weight[i];
+                kept += part;
+                second += part * squared;
+                fourth += part * squared * squared;
+            }
+            second /= kept;
+            const float steepness = fourth / kept - second * second;
+            const bool last = round == 5 || !(second > 1.0001F * variance) || !(steepness > 0);
+            if (last)
+                for (std::uint32_t i = 0; i < count_; ++i)
+                    weight[i] *= std::exp(-narrower * height[i] * height[i]) * all / kept;
+            if (last) return;
+            narrower += (second - variance) / steepness;
+        }
     }
 
     beam_model beam_;

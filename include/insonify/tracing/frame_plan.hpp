@@ -94,7 +94,7 @@ class frame_plan {
     struct tables {
         std::vector<elevation_plane> plane{};
         std::vector<std::uint32_t> plane_sets{};
-        std::vector<float> plane_weights{}, fnumbers{}, strips{};
+        std::vector<float> plane_weights{}, fnumbers{}, strips{}, phase_spreads{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
         planes_of_lines of_lines{};
         kernel_table kernels{};
@@ -116,15 +116,19 @@ class frame_plan {
             fnumber_spacing = depth / parts;
             fnumbers.clear();
             strips.clear();
+            phase_spreads.clear();
             for (std::uint32_t k = 0; k < parts; ++k) {
                 const float z = (static_cast<float>(k) + 0.5F) * fnumber_spacing;
                 fnumbers.push_back(beam.fnumber(z));
                 strips.push_back(planes.strip(z));
+                phase_spreads.push_back(planes.phase_spread(z));
             }
             elevation_fnumber = beam.elevation_fnumber();
             height = planes.scatterer_height();
         }
-        line_aperture aperture_view() const { return {fnumbers, fnumber_spacing, elevation_fnumber, height, strips}; }
+        line_aperture aperture_view() const {
+            return {fnumbers, fnumber_spacing, elevation_fnumber, height, strips, phase_spreads};
+        }
     };
 
     memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};
