@@ -36,7 +36,7 @@ struct elevation_pair {
 /// The pairs of 3, 5 or 7 planes; none for another count.
 inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
     static constexpr elevation_pair pairs[][3] = {{{0.92F, 109_deg}},
-                                                  {{1.104F, 115.4_deg}, {1.62F, 28_deg}},
+                                                  {{1.104F, 115.4_deg}, {1.625F, 28.7_deg}},
                                                   {{0.93F, 182.5_deg}, {2.562F, 181.4_deg}, {1.361F, 96.8_deg}}};
     if (count < 3 || count > max_elevation_planes) return {};
     return {pairs[count / 2 - 1], count / 2};
