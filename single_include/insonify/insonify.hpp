@@ -1634,7 +1634,8 @@ struct line_aperture {
     float spacing = 1;            ///< length of a step, metres of displayed depth
     float elevation_fnumber = 4;  ///< out of the slice plane
     float height = 0; ///< of the tissue that contributes to an echo, out of the slice plane, metres; 0: unknown
-    view<const float> strips{}; ///< what `strip` interpolates, metres: in the middle of the same steps
+    view<const float> strips{};        ///< what `strip` interpolates, metres: in the middle of the same steps
+    view<const float> phase_spreads{}; ///< what `phase_spread` interpolates, rad/m: in the middle of the same steps
 
     /// F-number in the slice plane at a displayed depth, metres; 2 if none is given.
     INSONIFY_FN float fnumber(float depth) const {
@@ -1643,11 +1644,17 @@ struct line_aperture {
     }
     /// Half height s of the strip of the beam that the line stands for, out of the slice plane, metres: the power of the strip
     /// falls as exp(-y^2 / s^2). 0 if none is given: the line stands for itself alone.
-    INSONIFY_FN float strip(float depth) const {
-        if (strips.empty()) return 0;
-        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(strips.size() - 1));
-        const auto above = static_cast<std::size_t>(place), below = above + 1 < strips.size() ? above + 1 : above;
-        return strips[above] + (place - static_cast<float>(above)) * (strips[below] - strips[above]);
+    INSONIFY_FN float strip(float depth) const { return interpolated(strips, depth); }
+    /// How fast the phases of the scatterers of one place come apart as the line moves out of the slice: rms, rad/m. See
+    /// `elevation_planes::phase_spread`. 0 if none is given: `height` alone decides.
+    INSONIFY_FN float phase_spread(float depth) const { return interpolated(phase_spreads, depth); }
+
+  private:
+    INSONIFY_FN float interpolated(view<const float> values, float depth) const {
+        if (values.empty()) return 0;
+        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(values.size() - 1));
+        const auto above = static_cast<std::size_t>(place), below = above + 1 < values.size() ? above + 1 : above;
+        return values[above] + (place - static_cast<float>(above)) * (values[below] - values[above]);
     }
 };
 
@@ -2650,7 +2657,13 @@ struct material_line {
     bool flowing = false;                            ///< the medium flows
     std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
     const displacement_view* displacement = nullptr; ///< of the tissue from now to rest; null: it is at rest
+    const line_aperture* aperture = nullptr;         ///< that receives; null: unknown
+    vec2 displayed{0, 1}; ///< displayed depth of its origin, metres, and per metre of the line
 
+    /// See `line_aperture::phase_spread`, at a distance along the line, metres.
+    INSONIFY_FN float phase_spread(float distance) const {
+        return aperture == nullptr ? 0.0F : aperture->phase_spread(displayed.x + distance * displayed.y);
+    }
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
 };
@@ -3014,6 +3027,16 @@ struct cell_layout {
     float scatterer_density = 0; ///< of the medium, per m^3
     vec2 slope{0, 0};            ///< see `scatterer_run`
     float level = 1;             ///< root of the slots' length along the segment over their spacing
+    /// Phase over the height of a cell: rms over the slots, turns, at the origin; and its change from slot to slot.
+    vec2 turns{0, 0};
+
+    /// Sets `turns` for a segment that begins at a distance along the line, metres.
+    INSONIFY_FN void set_phase_spread(const material_line& line, float begin) {
+        constexpr float ahead = 2e-3F;
+        const float first = line.phase_spread(begin), last = line.phase_spread(begin + ahead);
+        const auto per_slot = static_cast<float>(1 / (static_cast<double>(ahead) * slots_per_metre));
+        turns = vec2{first, (last - first) * per_slot} * (line.height / (2 * pi));
+    }
 
     /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice plane,
     /// and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
@@ -3046,10 +3069,21 @@ struct cell_layout {
                                d = numbers.template operator()<N>(index + (next_column + next_row), volume,
                                                                   scatterer_density);
         const floats scale = (Linear ? unit_power_scale<N>(past_column) : floats(level)) * unit_power_scale<N>(upper);
-        return {
-            (lower * (left * a.real + right * b.real) + upper * (left * c.real + right * d.real)) * scale,
-            (lower * (left * a.imaginary + right * b.imaginary) + upper * (left * c.imaginary + right * d.imaginary)) *
-                scale};
+        const auto row_of = [&](const complex_lanes<N>& at_left, const complex_lanes<N>& at_right,
+                                const floats& weight) {
+            return complex_lanes<N>{weight * (left * at_left.real + right * at_right.real),
+                                    weight * (left * at_left.imaginary + right * at_right.imaginary)};
+        };
+        complex_lanes<N> one_row = row_of(a, b, lower), next = row_of(c, d, upper);
+        if (!Linear && (turns.x != 0 || turns.y != 0)) {
+            // Phases of rms 1 whose mean of cos(q x) is exp(-x^2 / 2) within 0.02: a normal distribution's, from uniform numbers.
+            const floats uniform = floats_of<N>(slot_hash >> 16) * floats(0x1p-15F) - one, squared = uniform * uniform;
+            const floats spread = max(floats(turns.x) + offset * floats(turns.y), floats(0.0F)) * uniform *
+                                  polynomial<N>(squared * squared, 1.11F, 1.2243671F);
+            one_row = turned<N>(one_row, upper * spread);
+            next = turned<N>(next, floats(0.0F) - lower * spread);
+        }
+        return {(one_row.real + next.real) * scale, (one_row.imaginary + next.imaginary) * scale};
     }
 
   private:
@@ -3059,6 +3093,17 @@ struct cell_layout {
     INSONIFY_FN INSONIFY_INLINE static lanes<N> unit_power_scale(const lanes<N>& weight) {
         const lanes<N> twice = weight + weight - lanes<N>(1.0F);
         return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
+    }
+
+    // A number times exp(2 pi j turns), by the half angle within a quarter turn, to 5e-5.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE static complex_lanes<N> turned(const complex_lanes<N>& value, const lanes<N>& turns) {
+        const lanes<N> part = turns - floats_of<N>(floor_bits<N>(turns + lanes<N>(0.5F))), squared = part * part;
+        const lanes<N> sine =
+                           part * polynomial<N>(squared, 0.0821459F, -0.5992645F, 2.5501640F, -5.1677128F, 3.1415927F),
+                       cosine = polynomial<N>(squared, 0.2353306F, -1.3352628F, 4.0587121F, -4.9348022F, 1.0F);
+        const lanes<N> x = cosine * cosine - sine * sine, y = (sine + sine) * cosine;
+        return {value.real * x - value.imaginary * y, value.real * y + value.imaginary * x};
     }
 
     // Weight of a cell at a lateral distance of 0 to 1 cells from its centre: 1.26 (1 - d^2) (1 - 7/3 d^2), of mean power 1
@@ -4107,7 +4152,9 @@ struct cell_field {
         const auto layout_at = [&](float from, double slab) {
             detail::rest_line rest = segment;
             rest.origin += (from - begin) * segment.along;
-            return detail::make_cell_layout(seed, cell, line, rest, slab, spacing);
+            detail::cell_layout cells = detail::make_cell_layout(seed, cell, line, rest, slab, spacing);
+            cells.set_phase_spread(line, from);
+            return cells;
         };
         // Where slots are of one layout in one layer, metres along the line.
         vec2 whole = line.surfaces.x < line.surfaces.y ? line.surfaces : vec2{-FLT_MAX, FLT_MAX};
@@ -4860,6 +4907,8 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
     within.height = line.aperture.height;
     within.plane = line.plane;
+    within.aperture = &line.aperture;
+    within.displayed = {path.shown - here.begin * displayed, displayed};
     within.tilt = line.frame.tilt;
     within.surfaces = {here.begin, here.end};
     within.flowing = m.flowing;
@@ -14302,8 +14351,9 @@ struct elevation_pair {
 
 /// The pairs of 3, 5 or 7 planes; none for another count.
 inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
-    static constexpr elevation_pair pairs[][3] = {
-        {{0.92F, 109_deg}}, {{1.2F, 97_deg}, {2.0F, 8_deg}}, {{0.8F, 75.7_deg}, {1.355F, 6.7_deg}, {1.42F, 105.2_deg}}};
+    static constexpr elevation_pair pairs[][3] = {{{0.92F, 109_deg}},
+                                                  {{1.104F, 115.4_deg}, {1.625F, 28.7_deg}},
+                                                  {{0.93F, 182.5_deg}, {2.562F, 181.4_deg}, {1.361F, 96.8_deg}}};
     if (count < 3 || count > max_elevation_planes) return {};
     return {pairs[count / 2 - 1], count / 2};
 }
@@ -14320,8 +14370,9 @@ inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
 /// a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane that serves all
 /// lines can avoid; the weights are those of the heights that the planes have there: see `along`.
 /// Source: a numerical search for the smallest error in the echoes of half spaces that begin at any height, for linear, convex
-/// and phased arrays. `bench/studies/elevation_planes.cpp` repeats it: the pairs here are within 15 % of the smallest error that
-/// it finds, and their rms height is nearer to the beam's. `tests/tracing/elevation.cpp` measures the errors.
+/// and phased arrays, among pairs by which an anechoic sphere of 3 mm at the elevation focus fills as in the beam, within 2 dB, and
+/// whose rms height is that of the beam. `bench/studies/elevation_planes.cpp` prints the errors beside the smallest ones without
+/// these conditions. `tests/tracing/elevation*.cpp` measure the errors.
 class elevation_planes {
   public:
     /// @param count  1, 3, 5 or 7: the middle one, and pairs
@@ -14363,9 +14414,24 @@ class elevation_planes {
     /// The slice plane, then pairs.
     const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
-    /// Height of the tissue that contributes to an echo, metres: half the aperture's, as the beam has in the middle of its range.
-    /// It is the same at all depths, so that speckle stays the same as tissue moves in depth.
-    float scatterer_height() const { return beam_.elevation_height / 2; }
+    /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For several
+    /// planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to the focus,
+    /// `phase_spread` shortens it. It is the same at all depths, so that speckle stays the same as tissue moves in depth.
+    float scatterer_height() const { return (count_ > 1 ? 0.7F : 0.5F) * beam_.elevation_height; }
+
+    /// How fast the phases of the scatterers of one place come apart as the probe moves out of the slice: rms, rad/m.
+    ///
+    /// The echoes of a Gaussian beam of standard deviation sigma have the correlation
+    ///
+    ///     rho(d) = integral of w(y) w(y + d) dy / integral of w(y)^2 dy = exp(-d^2 / (4 sigma^2)),   w = exp(-y^2 / (2 sigma^2))
+    ///
+    /// after a shift by d. Cells of height H, linear from one to the next, have exp(-2.5 d^2 / (2 H^2)); phases of rms s a metre
+    /// have exp(-s^2 d^2 / 2). The product is rho where s^2 = 1 / (2 sigma^2) - 2.5 / H^2. A single plane has its cells alone.
+    float phase_spread(float depth) const {
+        if (count_ == 1) return 0;
+        const float sigma = beam_.elevation_sigma(depth), height = scatterer_height();
+        return std::sqrt(max(0.5F / (sigma * sigma) - 2.5F / (height * height), 0));
+    }
 
     /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2) and the
     /// distances between the planes together have the variance of the beam's.
@@ -14460,6 +14526,8 @@ class elevation_planes {
             if (i > 0) moment[i] = 0.5F * vec2{moment[i].x - moment[i + 1].x, moment[i].y + moment[i + 1].y};
             if (i > 0) moment[i + 1] = {-moment[i].x, moment[i].y};
         }
+        limit_variance(found.coherent, height, 1);
+        limit_variance(found.random, height, 0.5F);
         for (std::uint32_t i = 0; i < count_; ++i) {
             const vec2 mean = moment[i] / max(found.random[i], 1e-12F);
             const float half = count_ == 1 ? 0 : std::sqrt(3 * max(mean.y - mean.x * mean.x, 0));
@@ -14468,6 +14536,32 @@ class elevation_planes {
             found.random[i] = std::sqrt(found.random[i] / power);
         }
         return found;
+    }
+
+    // Where the planes spread further than the beam, those far out lose weight to those near the middle, as by a narrower Gaussian:
+    // each times exp(-g h^2), with the least g >= 0 by Newton's method. The sum of the weights stays.
+    // @param height, variance  in standard deviations of the beam
+    void limit_variance(float (&weight)[max_elevation_planes], const float (&height)[max_elevation_planes],
+                        float variance) const {
+        float narrower = 0;
+        for (int round = 0; round < 6; ++round) {
+            float all = 0, kept = 0, second = 0, fourth = 0;
+            for (std::uint32_t i = 0; i < count_; ++i) {
+                const float squared = height[i] * height[i], part = weight[i] * std::exp(-narrower * squared);
+                all += weight[i];
+                kept += part;
+                second += part * squared;
+                fourth += part * squared * squared;
+            }
+            second /= kept;
+            const float steepness = fourth / kept - second * second;
+            const bool last = round == 5 || !(second > 1.0001F * variance) || !(steepness > 0);
+            if (last)
+                for (std::uint32_t i = 0; i < count_; ++i)
+                    weight[i] *= std::exp(-narrower * height[i] * height[i]) * all / kept;
+            if (last) return;
+            narrower += (second - variance) / steepness;
+        }
     }
 
     beam_model beam_;
@@ -15062,7 +15156,7 @@ class frame_plan {
     struct tables {
         std::vector<elevation_plane> plane{};
         std::vector<std::uint32_t> plane_sets{};
-        std::vector<float> plane_weights{}, fnumbers{}, strips{};
+        std::vector<float> plane_weights{}, fnumbers{}, strips{}, phase_spreads{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
         planes_of_lines of_lines{};
         kernel_table kernels{};
@@ -15084,15 +15178,19 @@ class frame_plan {
             fnumber_spacing = depth / parts;
             fnumbers.clear();
             strips.clear();
+            phase_spreads.clear();
             for (std::uint32_t k = 0; k < parts; ++k) {
                 const float z = (static_cast<float>(k) + 0.5F) * fnumber_spacing;
                 fnumbers.push_back(beam.fnumber(z));
                 strips.push_back(planes.strip(z));
+                phase_spreads.push_back(planes.phase_spread(z));
             }
             elevation_fnumber = beam.elevation_fnumber();
             height = planes.scatterer_height();
         }
-        line_aperture aperture_view() const { return {fnumbers, fnumber_spacing, elevation_fnumber, height, strips}; }
+        line_aperture aperture_view() const {
+            return {fnumbers, fnumber_spacing, elevation_fnumber, height, strips, phase_spreads};
+        }
     };
 
     memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};
