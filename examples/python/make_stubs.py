@@ -8,10 +8,16 @@ import insonify
 def annotation(text):
     text = text.replace("insonify.", "").replace("Tuple", "tuple").replace("List", "list")
     text = re.sub(r"Union\[os\.PathLike, str, bytes\]|os\.PathLike", "Path", text)
-    text = re.sub(r"\bfunction\b", "Callable[[np.ndarray], np.ndarray]", text)
-    text = re.sub(r"numpy\.ndarray(\[[^\]]*\])?", "np.ndarray", text)
+    text = re.sub(r"\bfunction\b", "Callable[[Array], Array]", text)
+    text = re.sub(r"numpy\.ndarray(\[[^\]]*\])?", "Array", text)
+    text = re.sub(r"\b(\w+)\[\d+\]", r"\1", text)  # float[8]: an array of eight
     text = re.sub(r"\btuple\b(?!\[)", "Vector", text)
     return text.replace("object", "Any")
+
+
+def given(text):
+    """The type of what is given, which may be any sequence, or anything that numpy makes an array of."""
+    return re.sub(r"\bArray\b(?![\],])", "ArrayLike", annotation(text).replace("list[", "Sequence["))
 
 
 def signature(line):
@@ -28,10 +34,11 @@ def signature(line):
             start = i + 1
     shown = []
     for part in filter(None, parts):
-        given = re.match(r"(\**\w*)(?:: ([^=]+?))?(?: = .*)?$", part, re.S)
-        argument, kind = given.groups()
+        argument, kind = re.match(r"(\**\w*)(?:: ([^=]+?))?(?: = .*)?$", part, re.S).groups()
+        if kind is None and argument.strip("*") and argument.startswith("*"):
+            kind = "object"
         default = " = ..." if " = " in part and not part.endswith(" = required") else ""
-        shown.append(argument if kind is None or argument == "self" else f"{argument}: {annotation(kind)}{default}")
+        shown.append(argument if kind is None or argument == "self" else f"{argument}: {given(kind)}{default}")
     return name, f"({', '.join(shown)}) -> {annotation(returned)}"
 
 
@@ -52,8 +59,14 @@ def functions(owner, indent, static=False):
         yield f"{indent}def {name}{rest}: ..."
 
 
+def type_of_setting(member):
+    """What can be assigned to it, as pybind11 prints the setter: (self: pulse, arg0: float) -> None."""
+    found = re.search(r".*arg\d: (.+)\) -> None", member.fset.__doc__ or "")
+    return given(found.group(1)) if found else "Any"
+
+
 def settings_of(kind):
-    return [name for name, member in vars(kind).items() if isinstance(member, property) and member.fset]
+    return {name: type_of_setting(member) for name, member in vars(kind).items() if isinstance(member, property) and member.fset}
 
 
 def type_of(value):
@@ -65,14 +78,18 @@ def type_of(value):
 def members(kind):
     settings = "**kwargs) -> None" in (kind.__init__.__doc__ or "")
     if settings:
-        yield f"    def __init__(self, *, {', '.join(f'{name}: Any = ...' for name in settings_of(kind))}) -> None: ..."
+        listed = ", ".join(f"{name}: {what} = ..." for name, what in settings_of(kind).items())
+        yield f"    def __init__(self, *, {listed}) -> None: ..."
     for name, member in sorted(vars(kind).items()):
         if isinstance(member, property) and type(member).__name__ == "pybind11_static_property":
             value = getattr(kind, name)
             yield f"    {name}: {type_of(value)}"
+        elif isinstance(member, property) and member.fset:
+            yield f"    {name}: {type_of_setting(member)}"
         elif isinstance(member, property):
             returned = re.search(r"-> (.+)", member.fget.__doc__ or "")
-            yield f"    {name}: {annotation(returned.group(1)) if returned else 'Any'}"
+            yield "    @property"
+            yield f"    def {name}(self) -> {annotation(returned.group(1)) if returned else 'Any'}: ..."
         elif isinstance(member, staticmethod):
             yield from functions(member.__func__, "    ", static=True)
         elif name == "__init__" and settings:
@@ -84,7 +101,9 @@ def members(kind):
 def main():
     print("# Type stubs, written by make_stubs.py.")
     print("import os")
-    print("from typing import Any, Callable, Optional, Sequence, Union, overload\n\nimport numpy as np\n\nVector = Sequence[float]")
+    print("from typing import Any, Callable, Optional, Sequence, Union, overload\n")
+    print("import numpy as np\nfrom numpy.typing import ArrayLike\n")
+    print("Array = np.ndarray[Any, np.dtype[Any]]\nVector = Union[Sequence[float], Array]")
     print('Path = Union[str, "os.PathLike[str]"]')
     print('velocity_field = Union["poiseuille", "velocity_samples", Sequence[Union["poiseuille", "velocity_samples"]]]')
     print("__version__: str")

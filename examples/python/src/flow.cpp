@@ -160,11 +160,11 @@ void bind_results(py::module_& module) {
         .def_readonly("prf", &iq_ensemble::prf, "pulse repetition frequency, hertz")
         .def_property_readonly(
             "pulses",
-            [](const py::object& self) {
+            [](const py::object& self) -> py::object {
                 py::list pulses;
                 for (iq_lines& each : py::cast<iq_ensemble&>(self).pulses)
                     pulses.append(py::cast(&each, py::return_value_policy::reference_internal, self));
-                return pulses;
+                return py::tuple(pulses);
             },
             "iq_lines of each pulse, without a copy");
     py::class_<doppler_spectrum>(module, "doppler_spectrum", "Power by velocity, window after window.")

@@ -25,18 +25,32 @@ void bind_line_grid(py::module_& module, const char* name, const char* page) {
     static_assert(sizeof(number) == sizeof(Value));
     py::class_<lines> type{module, name, page};
     bind_copies(type);
-    type.def(py::init([](const py::array_t<number, py::array::c_style | py::array::forcecast>& values, float depth) {
-                 if (values.ndim() != 2)
-                     throw usage_error{"lines are made of an array with a row for each line, not of " +
-                                       std::to_string(values.ndim()) + " dimensions"};
-                 lines made{static_cast<std::uint32_t>(values.shape(0)), static_cast<std::uint32_t>(values.shape(1)),
-                            depth};
-                 if (!made.values.empty())
-                     std::memcpy(static_cast<void*>(made.values.data()), values.data(),
-                                 sizeof(Value) * made.values.size());
-                 return made;
-             }),
-             py::arg("values"), py::arg("depth"), "Copies an array with a row for each line; depth in metres.")
+    using input =
+        std::conditional_t<std::is_same_v<Value, float>, float_array,
+                           std::conditional_t<std::is_same_v<Value, label_id>, index_array,
+                                              py::array_t<number, py::array::c_style | py::array::forcecast>>>;
+    const auto make = [](const input& values, float depth) {
+        if (values.ndim() != 2)
+            throw usage_error{"lines are made of an array with a row for each line, not of " +
+                              std::to_string(values.ndim()) + " dimensions"};
+        lines made{static_cast<std::uint32_t>(values.shape(0)), static_cast<std::uint32_t>(values.shape(1)), depth};
+        for (std::size_t i = 0; i < made.values.size(); ++i) {
+            const auto& one = values.data()[i];
+            if constexpr (std::is_same_v<Value, label_id>)
+                if (one < 0 || one > std::int64_t{background_label})
+                    throw usage_error{"a label is 0 to 2^32 - 1, not " + std::to_string(one)};
+            if constexpr (std::is_same_v<Value, vec2>)
+                made.values[i] = {one.real(), one.imag()};
+            else
+                made.values[i] = static_cast<Value>(one);
+        }
+        return made;
+    };
+    type.def(py::init(make), py::arg("values"), py::arg("depth"),
+             "Copies an array with a row for each line; depth in metres.")
+        .def(py::pickle(
+            [](const py::object& self) { return py::make_tuple(self.attr("values"), self.attr("depth")); },
+            [make](const py::tuple& state) { return make(py::cast<input>(state[0]), py::cast<float>(state[1])); }))
         .def_readonly("count", &lines::count, "number of lines")
         .def_readonly("samples", &lines::samples, "depth samples of each line")
         .def_readonly("depth", &lines::depth, "from the face to the end of the last sample, metres")
@@ -56,6 +70,19 @@ void bind_line_grid(py::module_& module, const char* name, const char* page) {
         });
 }
 
+/// @throws usage_error  for a brightness that is not finite
+void check_brightness(const float* numbers, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i)
+        if (!is_finite(numbers[i]))
+            throw usage_error{"an image must be of finite numbers from 0 to 1, not NaN or infinite"};
+}
+template <class Picture>
+void write_checked(const std::filesystem::path& file, const Picture& picture) {
+    check_brightness(reinterpret_cast<const float*>(picture.pixels.data()),
+                     picture.pixels.size() * (sizeof(picture.pixels[0]) / sizeof(float)));
+    write_png(file.string(), picture);
+}
+
 /// Brightness from 0 to 1 of an array: numbers of floating point as they are, bytes over 255.
 /// @throws usage_error  for an array of another type or shape
 float_array brightness_of(const py::array& pixels) {
@@ -71,7 +98,11 @@ float_array brightness_of(const py::array& pixels) {
     for (py::ssize_t axis = 0; axis < 2; ++axis)
         if (pixels.shape(axis) > max_picture_side)
             throw usage_error{"an image has at most " + std::to_string(max_picture_side) + " pixels a side"};
-    if (!bytes) return float_array(pixels);
+    if (!bytes) {
+        const float_array brightness(pixels);
+        check_brightness(brightness.data(), static_cast<std::size_t>(brightness.size()));
+        return brightness;
+    }
     float_array made(py::module_::import("numpy").attr("divide")(pixels, 255.0F));
     return made;
 }
@@ -103,10 +134,27 @@ void write_array(const std::filesystem::path& path, const py::array& pixels) {
         write(picture_of<colour_image>(brightness));
 }
 
+/// The pixels as they are, as an array; labels keep their whole range.
+template <class Picture>
+void bind_pickle(py::class_<Picture>& type) {
+    type.def(py::pickle([](const py::object& self) { return py::array(self.attr("pixels").attr("copy")()); },
+                        [](const py::array& pixels) {
+                            Picture made{uvec2{pixels.shape(1), pixels.shape(0)}};
+                            if (static_cast<std::size_t>(pixels.nbytes()) !=
+                                sizeof(made.pixels[0]) * made.pixels.size())
+                                throw usage_error{"the pickled pixels are not those of such an image"};
+                            if (!made.pixels.empty())
+                                std::memcpy(static_cast<void*>(made.pixels.data()), pixels.data(),
+                                            static_cast<std::size_t>(pixels.nbytes()));
+                            return made;
+                        }));
+}
+
 template <class Picture>
 py::class_<Picture> bind_picture(py::module_& module, const char* name, const char* page) {
     py::class_<Picture> type{module, name, page};
     bind_copies(type);
+    bind_pickle(type);
     type.def_property_readonly(
             "size", [](const Picture& self) { return self.size; }, "columns, rows")
         .def_property_readonly(
@@ -139,6 +187,7 @@ void bind_grids(py::module_& module) {
     bind_picture<label_image>(module, "label_image", "The object at each pixel.");
     py::class_<colour_image> colours{module, "colour_image", "A colour image: red, green and blue from 0 to 1."};
     bind_copies(colours);
+    bind_pickle(colours);
     colours
         .def(py::init([](const py::array& pixels) {
                  return picture_of<colour_image>(pixels, 3, "a colour_image is made of an array of rows x columns x 3");
@@ -171,10 +220,10 @@ void bind_grids(py::module_& module) {
              "From (x, z) in the slice plane, metres, to pixel coordinates.");
     using path = std::filesystem::path;
     module.def(
-        "write_png", [](const path& file, const image& picture) { write_png(file.string(), picture); }, py::arg("path"),
+        "write_png", [](const path& file, const image& picture) { write_checked(file, picture); }, py::arg("path"),
         py::arg("picture"), py::call_guard<py::gil_scoped_release>(), "Writes an 8-bit greyscale PNG file.");
     module.def(
-        "write_png", [](const path& file, const colour_image& picture) { write_png(file.string(), picture); },
+        "write_png", [](const path& file, const colour_image& picture) { write_checked(file, picture); },
         py::arg("path"), py::arg("picture"), py::call_guard<py::gil_scoped_release>(), "Likewise an 8-bit RGB file.");
     module.def("write_png", &write_array, py::arg("path"), py::arg("picture"),
                "Likewise an array of rows x columns, or x 3 in colour: floats from 0 to 1, or uint8.");

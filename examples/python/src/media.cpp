@@ -67,10 +67,11 @@ void bind_media(py::module_& module) {
 
     struct tissue_table {};
     py::class_<tissue_table> tissues{
-        module, "tissue", "Media of the body, of instruments and of phantoms: copies, to be changed freely."};
+        module, "tissue",
+        "Media of the body, of instruments and of phantoms: constants; copy.copy makes one that can be changed."};
     for (const tissue::named_medium& one : tissue::all)
         tissues.def_property_readonly_static(std::string{one.name}.c_str(),
-                                             [&one](const py::object&) { return one.value; });
+                                             [&one](const py::object&) { return constant(one.value); });
     tissues
         .def_static(
             "find", [](const std::string& name) { return tissue::find(name); }, py::arg("name"),
@@ -80,7 +81,7 @@ void bind_media(py::module_& module) {
             [](const py::object&) {
                 std::vector<std::string> names;
                 for (const tissue::named_medium& one : tissue::all) names.emplace_back(one.name);
-                return names;
+                return py::tuple(py::cast(names));
             },
             "All names.");
 }

@@ -21,6 +21,9 @@ void bind_probe_functions(py::module_& module) {
         py::arg_v("settings", b_mode_settings{}, "b_mode_settings()"), py::arg_v("model", physical<>{}, "physical()"),
         py::kw_only(), py::arg("policy") = "par_unseq", "A B-mode image: the whole chain in one call.");
     module.def(
+        "sampling_of", [](const Probe& probe, const b_mode_settings& settings) { return sampling_of(probe, settings); },
+        py::arg("probe"), py::arg("settings"), "Lines, samples, planes and looks that a picture traces.");
+    module.def(
         "trace",
         [](const scene& body, const Probe& probe, const pose& at, const physical<>& model, const acquisition& settings,
            const std::string& policy) {

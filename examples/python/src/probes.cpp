@@ -38,17 +38,19 @@ void bind_probes(py::module_& module) {
         .member("field_of_view", &phased_array::field_of_view, "angle between the ends of the sector, radians");
 
     struct preset_table {};
-    py::class_<preset_table>{
-        module, "presets",
-        "Transducers, and pairs of a probe and its settings for an examination: copies, to be changed freely."}
-        .def_property_readonly_static("l11_5v", [](const py::object&) { return presets::l11_5v; })
-        .def_property_readonly_static("l12_3v", [](const py::object&) { return presets::l12_3v; })
-        .def_property_readonly_static("c5_2v", [](const py::object&) { return presets::c5_2v; })
-        .def_property_readonly_static("p4_2v", [](const py::object&) { return presets::p4_2v; })
+    py::class_<preset_table>{module, "presets",
+                             "Transducers, which are constants: copy.copy makes one that can be changed. Pairs of a "
+                             "probe and its settings for an "
+                             "examination: copies."}
+        .def_property_readonly_static("l11_5v", [](const py::object&) { return constant(presets::l11_5v); })
+        .def_property_readonly_static("l12_3v", [](const py::object&) { return constant(presets::l12_3v); })
+        .def_property_readonly_static("c5_2v", [](const py::object&) { return constant(presets::c5_2v); })
+        .def_property_readonly_static("p4_2v", [](const py::object&) { return constant(presets::p4_2v); })
         .def_property_readonly_static("nerve_block", [](const py::object&) { return pair_of(presets::nerve_block); })
         .def_property_readonly_static("abdomen", [](const py::object&) { return pair_of(presets::abdomen); })
         .def_property_readonly_static("heart", [](const py::object&) { return pair_of(presets::heart); })
-        .def_property_readonly_static("clinical_grey", [](const py::object&) { return presets::clinical_grey; })
+        .def_property_readonly_static("clinical_grey",
+                                      [](const py::object&) { return constant(presets::clinical_grey); })
         .def_static("in_use", py::overload_cast<const linear_array&>(&presets::in_use), py::arg("transducer"),
                     "A transducer with the pulse and the aperture of a scanner in use.")
         .def_static("in_use", py::overload_cast<const convex_array&>(&presets::in_use), py::arg("transducer"))

@@ -120,7 +120,12 @@ void bind_meshes(py::module_& module) {
                 return array_over(reinterpret_cast<std::uint32_t*>(own.faces.data()),
                                   {static_cast<py::ssize_t>(own.faces.size()), 3}, self);
             },
-            "M x 3, vertex indices: a view without a copy");
+            "M x 3, vertex indices: a view without a copy")
+        .def(py::pickle(
+            [](const py::object& self) { return py::make_tuple(self.attr("positions"), self.attr("faces")); },
+            [](const py::tuple& state) {
+                return make_mesh(py::cast<float_array>(state[0]), py::cast<index_array>(state[1]));
+            }));
     module.def("make_box", &make_box, py::arg("lower"), py::arg("upper"), py::arg("subdivisions") = 0, "A box.");
     module.def("make_sphere", &make_sphere, py::arg("centre"), py::arg("radius"), py::arg("subdivisions") = 4,
                "A sphere.");
@@ -138,7 +143,7 @@ void bind_meshes(py::module_& module) {
         "What is wrong with a mesh, in a sentence.");
 }
 
-/// The arrays of vertices that were handed out and still exist, as pairs of an id and a weak reference.
+/// The arrays of vertices that were handed out and still exist: id, weak reference, and whether it can be written.
 py::list held_views(const py::object& self) {
     py::list held;
     if (py::hasattr(self, "_views"))
@@ -148,21 +153,37 @@ py::list held_views(const py::object& self) {
     return held;
 }
 
-py::array held_view(const py::object& self, object_id id, vec3* places, std::size_t count) {
+py::array held_view(const py::object& self, object_id id, vec3* places, std::size_t count, bool writable) {
     py::array made = array_over(reinterpret_cast<float*>(places), {static_cast<py::ssize_t>(count), 3}, self);
-    held_views(self).append(py::make_tuple(id, py::weakref(made)));
+    if (!writable) made.attr("setflags")(py::arg("write") = false);
+    held_views(self).append(py::make_tuple(id, py::weakref(made), writable));
     return made;
 }
 py::array positions_of(const py::object& self, object_id id) {
     const std::span<vec3> places = py::cast<scene&>(self).positions(id);
-    return held_view(self, id, places.data(), places.size());
+    return held_view(self, id, places.data(), places.size(), true);
 }
 py::array rest_positions_of(const py::object& self, object_id id) {
     const std::span<const vec3> places = py::cast<scene&>(self).rest_positions(id);
-    py::array made = held_view(self, id, const_cast<vec3*>(places.data()), places.size());
-    made.attr("setflags")(py::arg("write") = false);
-    return made;
+    return held_view(self, id, const_cast<vec3*>(places.data()), places.size(), false);
 }
+
+/// Arrays of `positions` that are held count as written.
+/// @throws usage_error  for one that is no longer that of its object
+void count_as_written(const py::object& self) {
+    auto& own = py::cast<scene&>(self);
+    for (const py::handle entry : held_views(self)) {
+        if (!py::cast<bool>(entry[py::int_(2)])) continue;
+        const auto id = py::cast<object_id>(entry[py::int_(0)]);
+        const py::array held = entry[py::int_(1)]();
+        if (held.data() != own.positions(id).data())
+            throw usage_error{"scene::update: an array of positions(" + std::to_string(static_cast<std::uint32_t>(id)) +
+                              ") is out of date; ask for it again after add, remove or build"};
+    }
+}
+
+/// A dictionary that refuses changes, which would be lost.
+py::object read_only(const py::dict& values) { return py::module_::import("types").attr("MappingProxyType")(values); }
 
 /// Vertices that an array still refers to must not be freed.
 void remove_from(const py::object& self, object_id id) {
@@ -201,8 +222,9 @@ void bind_scene(py::module_& module) {
         .def("set_medium", &scene::set_medium, py::arg("id"), py::arg("medium"))
         .def("set_background_fibres", &scene::set_background_fibres, py::arg("along"), py::arg("flat") = vec3{0, 0, 1})
         .def("positions", &positions_of, py::arg("id"),
-             "Vertices of an object, N x 3, in its own coordinates: a view to write into, then call update. Ask again "
-             "after add or remove.")
+             "Vertices of an object, N x 3, in its own coordinates: a view to write into, then call update; it may be "
+             "held "
+             "from frame to frame. Ask again after add or remove.")
         .def("rest_positions", &rest_positions_of, py::arg("id"),
              "The same at rest, before `deform`: a view to be read. Ask again after the first deform, add or remove.")
         .def(
@@ -215,10 +237,13 @@ void bind_scene(py::module_& module) {
             py::arg("policy") = "par", "Needed after add and remove; returns the scene.")
         .def(
             "update",
-            [](scene& self, const std::string& policy) {
-                run(policy, [&](const auto& chosen) { self.update(chosen); });
+            [](const py::object& self, const std::string& policy) {
+                count_as_written(self);
+                auto& own = py::cast<scene&>(self);
+                run(policy, [&](const auto& chosen) { own.update(chosen); });
             },
-            py::arg("policy") = "par", "Needed after moving objects or vertices.")
+            py::arg("policy") = "par",
+            "Needed after moving objects or vertices. An array of positions that is held counts as written.")
         .def(
             "find", [](const scene& self, const std::string& name) { return self.find(name); }, py::arg("name"),
             "The id of the object of a name, or None.")
@@ -234,9 +259,17 @@ void bind_scene(py::module_& module) {
             [](const scene& self) {
                 py::dict names;
                 for (const object& one : self.objects()) names[py::cast(one.id)] = one.name;
-                return names;
+                return read_only(names);
             },
-            "Name of each object, by its id.")
+            "Name of each object, by its id: to be read.")
+        .def_property_readonly(
+            "media",
+            [](const scene& self) {
+                py::dict media;
+                for (const object& one : self.objects()) media[py::cast(one.id)] = one.inside;
+                return read_only(media);
+            },
+            "Medium of each object, by its id: copies, to be read; set_medium changes one.")
         .def_property_readonly("is_built", &scene::is_built);
 }
 

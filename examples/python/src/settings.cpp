@@ -7,6 +7,7 @@ void bind_settings(py::module_& module) {
     using time_gain = b_mode_settings::time_gain_settings;
     using noise_level = b_mode_settings::noise_level;
     using grid = enum label_settings::grid;
+    using quality = enum b_mode_settings::quality;
     settings_class<physical<>>(module, "physical", "The pulse-echo model.")
         .member("texture_db", &physical<>::texture_db, "level of the speckle of liver relative to a perfect mirror")
         .member("shadow_floor_db", &physical<>::shadow_floor_db, "lower bound on the level of speckle")
@@ -19,7 +20,8 @@ void bind_settings(py::module_& module) {
         .member("frame", &acquisition::frame, "number of the frame");
     settings_class<tgc_point>(module, "tgc_point", "A point of a time-gain curve.")
         .member("depth", &tgc_point::depth, "metres")
-        .member("gain_db", &tgc_point::gain_db, "gain at this depth");
+        .member("gain_db", &tgc_point::gain_db, "gain at this depth")
+        .frozen();
     settings_class<tgc_settings>(module, "tgc_settings", "Time-gain compensation.")
         .member("attenuation", &tgc_settings::attenuation, "assumed attenuation, dB/m at 1 MHz, one way")
         .member("max_db", &tgc_settings::max_db, "limit of the automatic gain")
@@ -98,7 +100,15 @@ void bind_settings(py::module_& module) {
         .member("max_motion", &b_mode_settings::max_motion,
                 "metres from frame to frame above which persistence and rolling compounding start anew")
         .member("interpolates_lines", &b_mode_settings::interpolates_lines,
-                "whether lines that the beam does not need are interpolated instead of traced");
+                "whether lines that the beam does not need are interpolated instead of traced")
+        .choice("quality", &b_mode_settings::quality,
+                {{"full", quality::full}, {"fast", quality::fast}, {"draft", quality::draft}},
+                "lines, samples, planes and looks that are traced: see sampling_of");
+    py::class_<b_mode_sampling>(module, "b_mode_sampling", "What is traced for a picture.")
+        .def_readonly("lines", &b_mode_sampling::lines, "of each look")
+        .def_readonly("samples", &b_mode_sampling::samples, "depth samples of each line")
+        .def_readonly("planes", &b_mode_sampling::planes, "elevation planes of each line")
+        .def_readonly("looks", &b_mode_sampling::looks, "that are averaged");
 }
 
 } // namespace insonify_python

@@ -12,6 +12,13 @@ void bind_stages(py::module_& module) {
         py::arg("lines"), py::arg_v("settings", electronic_noise_settings{}, "electronic_noise_settings()"),
         py::kw_only(), py::arg("policy") = "par_unseq", "Adds the noise of the receiver.");
     module.def(
+        "to_rf",
+        [](const iq_lines& lines, float frequency, const std::string& policy) {
+            return run(policy, [&](const auto& chosen) { return to_rf(chosen, lines, frequency); });
+        },
+        py::arg("lines"), py::arg("frequency"), py::kw_only(), py::arg("policy") = "par_unseq",
+        "The RF signal of complex echoes; needs four samples per cycle.");
+    module.def(
         "envelope",
         [](const iq_lines& lines, const std::string& policy) {
             return run(policy, [&](const auto& chosen) { return envelope(chosen, lines); });

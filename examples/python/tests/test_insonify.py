@@ -169,7 +169,7 @@ def test_settings():
         probe.lines = 9.5
     with pytest.raises(us.usage_error, match="one of all, one"):
         how.compound.update = "two"
-    changed = tissue.muscle
+    changed = copy.copy(tissue.muscle)
     changed.structure.sheets.level_db = 30
     assert changed != tissue.muscle
 
