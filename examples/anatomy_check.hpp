@@ -7,9 +7,11 @@
 
 /// Refuses what cannot be an anatomy: open surfaces, and a body smaller than 2 mm or larger than 3 m, which was read in the
 /// wrong unit.
-/// @param unit  that the file was read in, metres
+/// @param unit    that the file was read in, metres
+/// @param choice  how the user chooses a unit, before its symbol
 /// @throws insonify::geometry_error  naming the object and what to do, or the likely unit
-inline void check_anatomy(const insonify::scene& body, const std::string& file, float unit) {
+inline void check_anatomy(const insonify::scene& body, const std::string& file, float unit,
+                          const std::string& choice = "--unit 1") {
     using namespace insonify;
     aabb box;
     for (const object& one : body.objects()) {
@@ -24,11 +26,11 @@ inline void check_anatomy(const insonify::scene& body, const std::string& file, 
         const char *name, *symbol;
         float length;
     };
-    std::string advice = "; give the unit of the file, such as --unit 1mm";
+    std::string advice = "; give the unit of the file, such as " + choice + "mm";
     for (const known& other : {known{"centimetres", "cm", 1_cm}, known{"millimetres", "mm", 1_mm},
                                known{"metres", "m", 1_m}}) // the last that fits is the most common one
         if (const float meant = largest / unit * other.length; meant >= 20_mm && meant <= 2.5F)
-            advice = std::string{"; is the file in "} + other.name + "? --unit 1" + other.symbol;
+            advice = std::string{"; is the file in "} + other.name + "? " + choice + other.symbol;
     throw geometry_error{file + ": the body is " + detail::number_text(1e3F * largest) + " mm large" + advice};
 }
 

@@ -67,9 +67,10 @@ inline void turn_skin_up(scene& body, const std::string& skin) {
 } // namespace detail
 
 /// Loads the anatomy of a session.
+/// @param unit_choice  see `check_anatomy`
 /// @throws std::runtime_error  for a file that cannot be read, an unknown tissue or side, or a mesh that is open, naming the
 ///                             object and what to do
-inline scene load_anatomy(const anatomy& from) {
+inline scene load_anatomy(const anatomy& from, const std::string& unit_choice = "--unit 1") {
     if (from.file.empty()) return nerve_block_phantom();
     const obj_settings settings{.unit = from.unit, .background = tissue_named(from.background)};
     std::ifstream file{from.file};
@@ -79,7 +80,7 @@ inline scene load_anatomy(const anatomy& from) {
         body = load_obj_scene(from.file, settings);
     else
         body.add(load_obj(from.file, settings), tissue_named(from.tissue), {.name = from.tissue});
-    check_anatomy(body, from.file, from.unit);
+    check_anatomy(body, from.file, from.unit, unit_choice);
     body.build(exec::par);
     if (!from.skin.empty()) detail::turn_skin_up(body, from.skin);
     return body;

@@ -50,7 +50,7 @@ class json_object {
     static std::string number(std::integral auto value) { return std::to_string(value); }
     static std::string number(double value) {
         char digits[32];
-        std::snprintf(digits, sizeof digits, "%.9g", insonify::is_finite(static_cast<float>(value)) ? value : 0);
+        std::snprintf(digits, sizeof digits, "%.7g", insonify::is_finite(static_cast<float>(value)) ? value : 0);
         return digits;
     }
     static std::string point(const insonify::vec3& p) { return number(p.x) + ',' + number(p.y) + ',' + number(p.z); }

@@ -3,23 +3,39 @@ import { Picture } from "./picture.js";
 import { Space } from "./space.js";
 
 const id = (name) => document.getElementById(name);
-const frame_time = 1000 / 30; // the session advances by this from picture to picture, ms
 
 const worker = new Worker("session_worker.js");
 const picture = new Picture(id("picture"));
 let space, panel, state, beginning = [];
-let waiting;        // takes the next frame
-let playing = false; // a recorded session
+let events = 0;     // sent so far
+let playback;       // the recorded session that plays
 let last = 0, shown = [], asked = true;
+const drawn = [], read = []; // take the next picture, and the next recording
+const examination = id("examination").textContent;
+
+function post(line) {
+    worker.postMessage({ kind: "event", line });
+    return ++events;
+}
 
 function send(line) {
-    worker.postMessage({ kind: "events", lines: [line] });
+    const number = post(line);
     if (state?.frozen && !asked) ask();
+    return number;
 }
 
 function ask() {
     asked = true;
-    worker.postMessage({ kind: "draw" });
+    worker.postMessage({ kind: "draw", live: !playback });
+}
+
+// What the browser keeps between visits; it refuses where cookies are blocked.
+function keep(act) {
+    try {
+        return act(localStorage);
+    } catch {
+        return undefined;
+    }
 }
 
 function report(fault) {
@@ -31,7 +47,7 @@ function show_rate() {
     const now = performance.now();
     shown = [...shown.filter((time) => time > now - 1000), now];
     const rate = shown.length > 1 ? 1000 * (shown.length - 1) / (now - shown[0]) : 0;
-    id("rate").textContent = state.frozen ? "" : `${rate.toFixed(0)} frames/s · ${(1e3 * state.seconds).toFixed(0)} ms`;
+    id("rate").textContent = state.frozen ? "" : `${rate.toFixed(0)} frames/s · ${state.milliseconds.toFixed(0)} ms`;
 }
 
 function legend_entry({ name, colour }) {
@@ -43,10 +59,10 @@ function legend_entry({ name, colour }) {
 
 // The worker draws the next picture while the page shows this one.
 function ask_again() {
-    if (playing || state.frozen) return;
+    if (playback || state.frozen) return;
     const now = performance.now();
-    last = Math.max(now, last + frame_time);
-    if (last > now) setTimeout(() => playing || ask(), last - now); // playback may have begun since
+    last = Math.max(now, last + 1000 / 30); // at most 30 a second
+    if (last > now) setTimeout(() => playback || asked || ask(), last - now); // others may have asked since
     else ask();
 }
 
@@ -57,7 +73,7 @@ function show(message) {
     if (message.drawn) picture.show(state, message.pixels, message.strip);
     if (message.needle) space.show_needle(message.needle);
     space.show(state, picture.pixels);
-    panel.update(state.values);
+    panel.update(state.values, state.applied);
     id("inserted").textContent = `${(state.values.advance ?? 0).toFixed(1)} mm`;
     id("frozen").hidden = !state.frozen;
     id("freeze").textContent = state.frozen ? "Unfreeze" : "Freeze";
@@ -65,126 +81,138 @@ function show(message) {
     id("legend").replaceChildren(...state.legend.map(legend_entry));
     show_rate();
     id("loading").hidden = true;
-    if (waiting) {
-        const take = waiting;
-        waiting = undefined;
-        take(state);
-    }
+    document.querySelector("main").inert = false;
+    for (const take of drawn.splice(0)) take();
 }
 
-function next_frame() {
-    return new Promise((take) => (waiting = take));
-}
+const next_frame = () => new Promise((take) => drawn.push(take));
 
-/** Plays a recorded session: lines of events, of which "frame", "frames N" and "frames N event" draw.
- *  @param seen  called after each picture, with its state and its canvas */
-async function play(text, seen = () => {}) {
-    playing = true;
+/** Plays a recorded session: a text of events. Another one, or a start from the beginning, ends it.
+ *  @param seen  called after each picture; returns false to end */
+async function play(text, seen = () => {}, name = "recording.txt") {
+    worker.postMessage({ kind: "recording", name, text });
+    const { steps, fault } = await new Promise((take) => read.push(take));
+    if (fault) return report(fault);
+    const mine = (playback = {}), goes_on = () => playback === mine;
     if (asked) await next_frame();
+    if (!goes_on()) return;
     worker.postMessage({ kind: "restart" });
     panel.reset();
-    const apply = (line) => worker.postMessage({ kind: "events", lines: [line] });
-    playback: for (const line of text.split(/\r?\n/)) {
-        const frames = /^\s*frames?\b\s*(\d*)([^#]*)/.exec(line);
-        if (!frames) {
-            apply(line);
-            continue;
-        }
-        for (let count = Number(frames[1] || 1); count > 0; --count) {
-            if (frames[2].trim()) apply(frames[2]);
-            const begin = performance.now(), done = next_frame();
+    id("examination").textContent = name;
+    for (const { frames, event } of steps) {
+        if (!frames) post(event);
+        for (let i = 0; i < frames; ++i) {
+            if (event) post(event);
+            const begin = performance.now(), shown = next_frame();
             ask();
-            await done;
-            if (await seen(state, picture.pixels) === false) break playback;
-            await new Promise((then) => setTimeout(then, Math.max(0, begin + frame_time - performance.now())));
+            await shown;
+            if (goes_on() && await seen() === false) playback = undefined;
+            await new Promise((then) => setTimeout(then, begin + state.interval - performance.now()));
+            if (!goes_on()) return;
         }
     }
-    playing = false;
-    ask();
+    playback = undefined;
+    if (!asked) ask();
+}
+
+// Ends playback and begins a session; `then` tells the worker which.
+function begin(then) {
+    playback = undefined;
+    then();
+    for (const line of beginning) post(line);
+    panel.reset();
+    picture.calliper = undefined;
+    if (!asked) ask();
 }
 
 function restart() {
-    worker.postMessage({ kind: "restart" });
-    for (const line of beginning) send(line);
-    panel.reset();
-    id("examination").textContent = "Nerve block, linear probe";
-    if (!asked) ask();
+    begin(() => worker.postMessage({ kind: "restart" }));
+    id("examination").textContent = examination;
 }
 
 const options = () => Object.fromEntries(new FormData(id("load").querySelector("form")));
 
 // Asks for the unit of an OBJ file and loads it; plays a recorded session.
 async function open(files) {
-    const all = [...files], model = all.find(({ name }) => /\.obj$/i.test(name)), recording = all.find(({ name }) => /\.txt$/i.test(name));
-    if (recording) return play(await recording.text());
-    if (!model) return report(`${all[0].name}: open an OBJ file (with its MTL file), or a recorded session (TXT)`);
-    id("file_name").textContent = model.name;
-    id("load").returnValue = "";
-    id("load").showModal();
-    await new Promise((closed) => id("load").addEventListener("close", closed, { once: true }));
-    if (id("load").returnValue !== "load") return;
-    const { unit, side, tissue, background } = options();
-    const bytes = await Promise.all(all.map(async (file) => ({ name: file.name, bytes: await file.arrayBuffer() })));
+    const all = [...files];
+    await ready;
+    if (id("load").open) return;
+    const model = all.find(({ name }) => /\.obj$/i.test(name)), recording = all.find(({ name }) => /\.txt$/i.test(name));
     id("fault").hidden = true;
-    worker.postMessage({ kind: "load", files: bytes, unit: Number(unit), side: Number(side), tissue, background });
+    try {
+        if (recording) return await play(await recording.text(), undefined, recording.name);
+        if (!model) return report(`${all[0].name}: open an OBJ file (with its MTL file), or a recorded session (TXT)`);
+        id("file_name").textContent = model.name;
+        id("load").returnValue = "";
+        id("load").showModal();
+        await new Promise((closed) => id("load").addEventListener("close", closed, { once: true }));
+        if (id("load").returnValue !== "load") return;
+        const { unit, side, tissue, background } = options();
+        const used = [model, ...all.filter(({ name }) => /\.mtl$/i.test(name))];
+        const bytes = await Promise.all(used.map(async (file) => ({ name: file.name, bytes: await file.arrayBuffer() })));
+        worker.postMessage({ kind: "load", files: bytes, unit: Number(unit), side: Number(side), tissue, background });
+    } catch (fault) { // of the browser: a folder, or a file that is gone or may not be read
+        report(`${(recording ?? model).name} cannot be read: ${fault.message}`);
+    }
 }
 
+let set_ready;
+const ready = new Promise((then) => (set_ready = then));
 const handlers = {
     ready({ controls, tissues, instructions, threads }) {
-        space = new Space(id("anatomy"), send);
+        space = new Space(id("anatomy"), send, report);
+        // One thread draws 128 lines of one elevation plane at 15 pictures per second or more.
+        const first = { lines: 128, planes: threads > 1 ? 3 : 1, width: 384 };
+        for (const one of controls) one.value = first[one.event] ?? one.value;
+        beginning = Object.entries(first).map(([event, value]) => `${event} ${value}`);
         panel = new Panel(controls, send, { choices: id("choices"), tabs: id("tabs"), groups: id("groups") });
         for (const name of ["tissue", "background"])
             for (const tissue of tissues) id("load").querySelector(`[name=${name}]`).add(new Option(tissue.replaceAll("_", " "), tissue));
         id("load").querySelector("[name=tissue]").value = "muscle";
         id("load").querySelector("[name=background]").value = "gel";
-        // One thread draws 128 lines of one elevation plane at 15 pictures per second or more.
-        beginning = ["lines 128", `planes ${threads > 1 ? 3 : 1}`, "width 384"];
         choose("slide");
-        Object.assign(window, { scanner: { send, play, seen: (name) => space.seen(name), state: () => state, pixels: picture.pixels, instructions, threads } });
+        Object.assign(window, { scanner: { send, play, seen: (name) => space.seen(name), state: () => state, pixels: picture.pixels, picture, space, instructions, threads } });
     },
     started() {
-        for (const line of beginning) send(line);
+        for (const line of beginning) post(line);
         ask();
+        set_ready();
     },
     anatomy: ({ parts }) => space.show_anatomy(parts),
     frame: show,
     fault: ({ fault }) => report(fault),
-    loaded() {
-        for (const line of beginning) send(line);
-        if (id("fault").hidden) {
-            id("examination").textContent = id("file_name").textContent;
-            panel.reset();
-        }
-        if (!asked) ask();
+    recording: (answer) => read.shift()(answer),
+    loaded({ name }) {
+        if (!name) return;
+        begin(() => {});
+        id("examination").textContent = name;
     },
 };
 worker.onmessage = ({ data }) => handlers[data.kind](data);
 worker.onerror = ({ message }) => {
     id("loading").hidden = true;
-    report(`The scanner did not start: ${message || "the page must come from a web server, such as python3 -m http.server"}`);
+    report(state ? `The scanner has stopped: ${message}; load the page again`
+        : `The scanner did not start: ${message || "the page must come from a web server, such as python3 -m http.server"}`);
 };
 
 function choose(tool) {
     space.tool = tool;
-    for (const button of document.querySelectorAll("[data-tool]")) {
-        button.setAttribute("role", "radio");
-        button.setAttribute("aria-checked", button.dataset.tool === tool);
-    }
+    for (const button of document.querySelectorAll("[data-tool]")) button.setAttribute("aria-pressed", button.dataset.tool === tool);
 }
 
 for (const button of document.querySelectorAll("[data-tool]")) button.onclick = () => choose(button.dataset.tool);
 const freeze = () => send(state.frozen ? "unfreeze" : "freeze");
 id("freeze").onclick = freeze;
 id("reset").onclick = restart;
-id("fault").querySelector("button").onclick = () => (id("fault").hidden = true);
+id("fault").querySelector("button").onclick = () => { id("fault").hidden = true; };
 id("help").onclick = () => id("hint").showModal();
 id("open").onclick = () => id("file").click();
 id("file").onchange = ({ target }) => {
     if (target.files.length) open(target.files);
     target.value = "";
 };
-if (!localStorage.getItem("insonify-hint")) id("hint").showModal();
-id("hint").addEventListener("close", () => localStorage.setItem("insonify-hint", "seen"));
+if (!keep((store) => store.getItem("insonify-hint"))) id("hint").showModal();
+id("hint").addEventListener("close", () => keep((store) => store.setItem("insonify-hint", "seen")));
 
 addEventListener("dragover", (event) => {
     event.preventDefault();
@@ -199,39 +227,46 @@ addEventListener("drop", (event) => {
     if (event.dataTransfer.files.length) open(event.dataTransfer.files);
 });
 
-// Held keys and buttons act at 30 mm or degrees per second.
-const held = new Map();
+// Held keys and buttons: an event, and what is added to its numbers in a second.
 const moves = {
-    ArrowLeft: "slide -1 0", ArrowRight: "slide 1 0", ArrowUp: "slide 0 -1", ArrowDown: "slide 0 1", s: "tilt -1", w: "tilt 1",
-    a: "rock -1", d: "rock 1", q: "rotate -1", e: "rotate 1", PageUp: "advance -1", PageDown: "advance 1",
+    ArrowLeft: ["slide", -30, 0], ArrowRight: ["slide", 30, 0], ArrowUp: ["slide", 0, -30], ArrowDown: ["slide", 0, 30],
+    s: ["tilt", -30], w: ["tilt", 30], a: ["rock", -30], d: ["rock", 30], q: ["rotate", -30], e: ["rotate", 30],
+    r: ["press", -6], f: ["press", 6], PageUp: ["advance", -15], PageDown: ["advance", 15],
 };
-function hold(name, line) {
+const held = new Map();
+const move = ([name, ...rates], seconds) => send(`${name} ${rates.map((rate) => (rate * seconds).toFixed(3)).join(" ")}`);
+const tap = (one) => move(one, 1 / 60);
+function hold(name, one) {
     if (held.has(name)) return;
-    held.set(name, line);
-    send(line.replace(/-?1\b/g, (one) => 0.5 * one));
+    held.set(name, one);
+    tap(one);
     if (held.size === 1) repeat();
 }
 function repeat() {
     let before = performance.now();
     const timer = setInterval(() => {
         if (!held.size) return clearInterval(timer);
-        const now = performance.now(), step = 0.02 * (now - before);
+        const now = performance.now();
+        for (const one of held.values()) move(one, 1e-3 * (now - before));
         before = now;
-        for (const line of held.values()) send(line.replace(/-?1\b/g, (one) => (step * one).toFixed(3)));
     }, 33);
 }
+const key_of = ({ key }) => (key.length === 1 ? key.toLowerCase() : key);
 addEventListener("keydown", (event) => {
-    if (event.target.closest("input, select, dialog") || event.ctrlKey || event.metaKey || !state) return;
-    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    if (key === " " && !event.repeat && !event.target.closest("button")) freeze();
+    if (event.target.closest("input, select, dialog") || event.ctrlKey || event.metaKey || event.altKey || !state) return;
+    const key = key_of(event);
+    if (event.target === space.canvas && space.steer(key, event.shiftKey)) return event.preventDefault();
+    if (event.target === picture.canvas && picture.steer(key, event.shiftKey)) return event.preventDefault();
+    if (key === " " && event.target.closest("button, summary")) return; // it presses that
+    if (key === " ") event.repeat || freeze();
     else if (moves[key]) hold(key, moves[key]);
     else return;
     event.preventDefault();
 });
-addEventListener("keyup", ({ key }) => held.delete(key.length === 1 ? key.toLowerCase() : key));
+addEventListener("keyup", (event) => held.delete(key_of(event)));
 addEventListener("blur", () => held.clear());
-for (const [name, line] of [["advance", "advance 1"], ["withdraw", "advance -1"]]) {
-    id(name).onpointerdown = () => hold(name, line);
-    id(name).onpointerup = id(name).onpointerleave = id(name).onpointercancel = () => held.delete(name);
-    id(name).onkeydown = ({ key }) => key === "Enter" && send(line);
+for (const [name, one] of [["advance", moves.PageDown], ["withdraw", moves.PageUp]]) {
+    id(name).addEventListener("pointerdown", () => hold(name, one));
+    for (const end of ["pointerup", "pointerleave", "pointercancel"]) id(name).addEventListener(end, () => held.delete(name));
+    id(name).addEventListener("click", ({ detail }) => detail || tap(one)); // by a key, or by a program that speaks
 }

@@ -1,9 +1,5 @@
 // Sliders and choices, built from the session's table of controls.
 
-const time_gain = Array.from({ length: 8 }, (_, i) => ({
-    event: `slider ${i}`, group: "Time gain", title: ["Near", "", "", "", "", "", "", "Far"][i], unit: "dB", low: -20, high: 20, step: 1,
-    value: 0, choices: [], tooltip: `Gain at ${i} / 7 of the depth`,
-}));
 const open_groups = ["Image", "Time gain", "Needle"];
 
 const digits = (step) => (step >= 1 ? 0 : step >= 0.1 ? 1 : 2);
@@ -14,15 +10,15 @@ const make = (tag, properties = {}, ...children) => {
 };
 
 export class Panel {
-    /** @param controls  of the session  @param send  takes a line that is an event  @param elements  places for choices, tabs and groups */
+    /** @param controls  of the session  @param send  takes a line that is an event, returns its number  @param elements  places for choices, tabs and groups */
     constructor(controls, send, { choices, tabs, groups }) {
         this.send = send;
         this.all = new Map();
         this.groups = new Map();
         choices.append(...controls.filter((one) => one.choices.length).map((one) => this.choice(one)));
-        const sliders = controls.filter((one) => !one.choices.length), image = sliders.filter(({ group }) => group === "Image");
-        for (const name of new Set(["Image", "Time gain", "Needle", ...sliders.map(({ group }) => group)])) {
-            const members = name === "Time gain" ? time_gain : name === "Image" ? image : sliders.filter(({ group }) => group === name);
+        const sliders = controls.filter((one) => !one.choices.length);
+        for (const name of new Set([...open_groups, ...sliders.map(({ group }) => group)])) {
+            const members = sliders.filter(({ group }) => group === name);
             const group = make("details", { open: open_groups.includes(name) }, make("summary", { textContent: name }), ...members.map((one) => this.slider(one)));
             const tab = make("button", { textContent: name });
             group.classList.toggle("time-gain", name === "Time gain");
@@ -44,15 +40,16 @@ export class Panel {
         const one = { control, input, output: make("output"), value: control.value };
         input.oninput = () => {
             const value = Number(input.value);
-            this.send(`${control.event} ${control.relative ? value - one.value : value}`);
-            this.set(one, value);
+            this.move(one, value);
         };
-        input.onpointerdown = () => (one.held = true);
-        input.onpointerup = input.onpointercancel = () => (one.held = false);
-        input.ondblclick = () => {
+        const begin = () => {
             input.value = control.value;
             input.oninput();
         };
+        input.addEventListener("pointerdown", () => (one.held = true));
+        for (const name of ["pointerup", "pointercancel"]) input.addEventListener(name, () => (one.held = false));
+        input.addEventListener("dblclick", begin);
+        input.addEventListener("keydown", ({ key }) => key === "Delete" && begin());
         this.all.set(control.event, one);
         this.set(one, control.value);
         return make("label", { className: "slider", title: control.tooltip }, make("span", { textContent: control.title }), input, one.output);
@@ -70,11 +67,12 @@ export class Panel {
                 ...choices.map(({ name }, i) => make("option", { textContent: name, value: low + i })));
         }
         this.set(one, control.value);
-        return make("label", { className: "choice", title: tooltip }, make("span", { textContent: title }), ...(one.buttons ?? [one.input]));
+        if (!short) return make("label", { className: "choice", title: tooltip }, make("span", { textContent: title }), one.input);
+        return make("div", { className: "choice", title: tooltip, role: "group", ariaLabel: title }, make("span", { textContent: title }), ...one.buttons);
     }
 
     choose(one, value) {
-        this.send(`${one.control.event} ${value}`);
+        one.sent = this.send(`${one.control.event} ${value}`);
         this.set(one, value);
         if (one.control.event === "mode") this.groups.get("Doppler").open = value > 0;
     }
@@ -86,11 +84,22 @@ export class Panel {
         if (one.output) one.output.textContent = `${Number(value).toFixed(digits(one.control.step))} ${one.control.unit}`;
     }
 
-    // The present values, which recorded events and the hands change as well.
-    update(values) {
+    // An event takes no more than its range at once, and so does a difference.
+    move(one, value) {
+        const { event, relative, low, high } = one.control;
+        if (!relative) one.sent = this.send(`${event} ${value}`);
+        for (let left = relative ? value - one.value : 0, step; Math.abs(left) > 1e-6; left -= step) {
+            step = Math.min(Math.max(left, low), high);
+            one.sent = this.send(`${event} ${step}`);
+        }
+        this.set(one, value);
+    }
+
+    // The values of a picture, which recorded events and the hands change as well. An event that was sent later is yet to act.
+    update(values, applied) {
         for (const [event, value] of Object.entries(values)) {
             const one = this.all.get(event);
-            if (one && !one.held && Math.abs(value - one.value) > 1e-4) this.set(one, value);
+            if (one && !one.held && !(one.sent > applied) && Math.abs(value - one.value) > 1e-4) this.set(one, value);
         }
     }
 

@@ -126,6 +126,17 @@ export class Picture {
         pen.fillText(`${mm.toFixed(1)} mm`, Math.min(Math.max(a.x, b.x) + 8, this.canvas.clientWidth - 62), Math.min(a.y, b.y) - 8);
     }
 
+    // Keys, where the picture has the focus: arrows move one end of the calliper, with Shift the other. Returns whether it is one
+    // of them.
+    steer(key, shift) {
+        const step = { ArrowLeft: [-2, 0], ArrowRight: [2, 0], ArrowUp: [0, -2], ArrowDown: [0, 2] }[key];
+        if (!step && key !== "Escape") return false;
+        const middle = { x: this.state.width / 2, y: this.state.height / 2 }, ends = this.calliper ?? [middle, middle], moved = shift ? 0 : 1;
+        this.calliper = step && ends.map(({ x, y }, i) => (i === moved ? { x: x + step[0], y: y + step[1] } : { x, y }));
+        this.draw();
+        return true;
+    }
+
     listen() {
         let from;
         const pixel = (event) => {

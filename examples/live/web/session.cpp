@@ -1,6 +1,7 @@
 /// The session behind the web page, as C functions. Texts are UTF-8; those that are returned, and pictures, are valid until
 /// the next call of the same function. Functions that can fail return the reason, which is empty on success.
-#include "../anatomy.hpp"
+#include "../appearance.hpp"
+#include "../loop.hpp"
 #include "json.hpp"
 #include <emscripten/emscripten.h>
 #include <memory>
@@ -9,9 +10,10 @@ namespace {
 
 using namespace insonify;
 
-std::unique_ptr<live::session> now = std::make_unique<live::session>();
-std::uint32_t needles = 0; // changes with the mesh of the needle
+std::unique_ptr<live::session> now = std::make_unique<live::session>(nerve_block_phantom());
 std::uint32_t frames = 0;
+live::session_clock passing;
+std::vector<float> part_opacities;
 
 // Runs a function that may throw.
 template <class Function>
@@ -31,17 +33,38 @@ void put_pixel(std::vector<std::uint8_t>& bytes, vec3 colour) {
     bytes.push_back(255);
 }
 
-mesh needle_mesh() { return make_needle(needle_diameter(now->needle.gauge), 80_mm, {.bevel = now->needle.bevel}); }
+// The event of a part of a control, such as "slider 3".
+std::string part_event(const live::control& one, std::uint32_t part) { return one.event + ' ' + std::to_string(part); }
+
+live::json_object shown(const live::control& one) {
+    live::json_list choices;
+    for (const std::string& name : one.choices) choices.add(live::json_object{}.add("name", name));
+    live::json_object shown;
+    shown.add("unit", one.unit).add("low", one.low).add("high", one.high).add("step", one.step);
+    shown.add("relative", one.is_relative).add("choices", choices);
+    return shown;
+}
+
+// A mesh: its name, colour and opacity, the addresses of its coordinates and corners, and their numbers.
+const char* shown(const object& one, float opacity, const pose& at) {
+    static std::string text;
+    static mesh shape;
+    shape = one.surface;
+    for (vec3& point : shape.positions) point = at.point(point);
+    live::json_object part;
+    part.add("name", one.name).add("opacity", opacity).add("colour", std::array{live::tissue_colour(one.name)});
+    part.add("positions", reinterpret_cast<std::uintptr_t>(shape.positions.data()))
+        .add("points", shape.positions.size());
+    part.add("faces", reinterpret_cast<std::uintptr_t>(shape.faces.data())).add("triangles", shape.faces.size());
+    return (text = part.text()).c_str();
+}
 
 } // namespace
 
 extern "C" {
 
 /// Starts again with the phantom.
-EMSCRIPTEN_KEEPALIVE void live_restart() {
-    now = std::make_unique<live::session>();
-    ++needles;
-}
+EMSCRIPTEN_KEEPALIVE void live_restart() { now = std::make_unique<live::session>(nerve_block_phantom()); }
 
 /// Starts again with an OBJ file that has been written into the file system.
 /// @param unit   length of 1 in the file, metres
@@ -53,8 +76,8 @@ EMSCRIPTEN_KEEPALIVE const char* live_load(const char* path, float unit, int sid
                                                                   .unit = unit,
                                                                   .skin = live::sides[std::clamp(side, 0, 5)],
                                                                   .tissue = tissue,
-                                                                  .background = background}));
-        ++needles;
+                                                                  .background = background},
+                                                                 "1 in the file is 1 "));
     });
 }
 
@@ -64,13 +87,17 @@ EMSCRIPTEN_KEEPALIVE const char* live_apply(const char* line) {
         const std::optional<live::event> one = live::parse_event(line);
         if (!one) return;
         now->apply(*one);
-        if (one->name == "gauge" || one->name == "bevel") ++needles;
     });
 }
 
 /// Draws the next picture: see `live_pixels`.
-EMSCRIPTEN_KEEPALIVE const char* live_frame() {
-    return attempt([] {
+/// @param live  the session's time passes as time does; else as a recorded session says
+EMSCRIPTEN_KEEPALIVE const char* live_frame(bool live) {
+    return attempt([live] {
+        if (live && !now->machine.frozen())
+            passing.follow(*now);
+        else
+            passing.pause();
         now->frame(exec::par_unseq);
         ++frames;
     });
@@ -101,9 +128,11 @@ EMSCRIPTEN_KEEPALIVE const char* live_state() {
     live::json_object state;
     state.add("frame", frames).add("width", size.x).add("height", size.y);
     state.add("pitch", machine.map().pitch.y).add("top", machine.map().point({0, 0}).y); // pixels are square
-    state.add("depth", machine.settings.depth).add("focus", machine.probe.focus).add("span", machine.probe.width);
-    state.add("frozen", machine.frozen()).add("cine", machine.cine().size()).add("seconds", machine.times().total);
-    state.add("probe", machine.at()).add("needle", now->needle.at()).add("needles", needles);
+    state.add("focus", machine.probe.focus);
+    state.add("frozen", machine.frozen()).add("interval", 1e3 * now->ticks * live::session::tick);
+    state.add("probe", machine.at())
+        .add("needle", now->needle.at())
+        .add("needle_id", static_cast<std::uint32_t>(now->needle_id));
     state.add("corners", std::array{machine.point({0, 0}), machine.point({right, 0}), machine.point({right, bottom}),
                                     machine.point({0, bottom})});
     const live::strip_scale axes = now->strip_axes();
@@ -111,7 +140,11 @@ EMSCRIPTEN_KEEPALIVE const char* live_state() {
     strip.add("width", now->strip().size.x).add("height", now->strip().size.y).add("upper", axes.upper);
     strip.add("lower", axes.lower).add("unit", axes.unit).add("seconds", axes.seconds);
     for (const live::control& one : live::controls())
-        if (one.value != nullptr) values.add(one.event, one.value(*now));
+        if (one.value != nullptr)
+            values.add(one.event, one.value(*now));
+        else
+            for (std::uint32_t part = 0; part < one.parts; ++part)
+                values.add(part_event(one, part), one.part_value(*now, part));
     live::json_list legend;
     for (const live::legend_entry& one : now->legend())
         legend.add(live::json_object{}.add("name", one.name).add("colour", std::array{one.colour}));
@@ -119,44 +152,59 @@ EMSCRIPTEN_KEEPALIVE const char* live_state() {
     return (text = state.text()).c_str();
 }
 
-/// The controls of the page that have a value, as JSON.
+/// The controls of the page, as JSON: those that have a value, of which the time gain has eight.
 EMSCRIPTEN_KEEPALIVE const char* live_controls() {
     static std::string text;
     live::json_list all;
-    for (const live::control& one : live::controls()) {
-        if (one.value == nullptr) continue;
-        live::json_list choices;
-        for (const std::string& name : one.choices) choices.add(live::json_object{}.add("name", name));
-        live::json_object shown;
-        shown.add("event", one.event).add("group", one.group).add("title", one.title).add("unit", one.unit);
-        shown.add("tooltip", one.tooltip).add("low", one.low).add("high", one.high).add("step", one.step);
-        shown.add("relative", one.is_relative).add("value", one.value(*now)).add("choices", choices);
-        all.add(shown);
-    }
+    const auto add = [&](const live::control& one, const std::string& event, const char* group,
+                         const std::string& title, const std::string& tooltip, float value) {
+        all.add(shown(one)
+                    .add("event", event)
+                    .add("group", group)
+                    .add("title", title)
+                    .add("tooltip", tooltip)
+                    .add("value", value));
+    };
+    for (const live::control& one : live::controls())
+        if (one.value != nullptr)
+            add(one, one.event, one.group.c_str(), one.title, one.tooltip, one.value(*now));
+        else // sliders of the time gain
+            for (std::uint32_t i = 0; i < one.parts; ++i)
+                add(one, part_event(one, i), one.title.c_str(),
+                    i == 0               ? "Near"
+                    : i + 1 == one.parts ? "Far"
+                                         : "",
+                    "Gain at " + std::to_string(i) + " / 7 of the depth", one.part_value(*now, i));
     return (text = all.text()).c_str();
 }
 
-/// Number of objects; the needle and the gel are among them.
-EMSCRIPTEN_KEEPALIVE std::uint32_t live_parts() { return static_cast<std::uint32_t>(now->body.objects().size()); }
-
-/// A mesh as JSON: its name, the addresses of its coordinates and corners, and their numbers.
-EMSCRIPTEN_KEEPALIVE const char* live_part(std::uint32_t index) {
+/// A recorded session in the file system, as JSON: its steps, or the reason why it cannot be read.
+EMSCRIPTEN_KEEPALIVE const char* live_recording(const char* path) {
     static std::string text;
-    static mesh shape;
-    const object& one = now->body.objects()[index];
-    const bool is_needle = one.id == now->needle_id;
-    shape = is_needle ? needle_mesh() : one.surface;
-    if (!is_needle)
-        for (vec3& point : shape.positions) point = one.at.point(point);
-    const aabb box = now->body.box(one.id);
-    live::json_object part;
-    part.add("name", one.name).add("is_needle", is_needle).add("width", box.upper.x - box.lower.x);
-    part.add("tissue", live::tissue_name(one.inside));
-    part.add("positions", reinterpret_cast<std::uintptr_t>(shape.positions.data()))
-        .add("points", shape.positions.size());
-    part.add("faces", reinterpret_cast<std::uintptr_t>(shape.faces.data())).add("triangles", shape.faces.size());
-    return (text = part.text()).c_str();
+    live::json_list steps;
+    const char* const fault = attempt([&] {
+        for (const live::step& one : live::load_recording(path).steps)
+            steps.add(live::json_object{}
+                          .add("frames", one.frames)
+                          .add("event", one.what ? live::event_line(*one.what) : ""));
+    });
+    return (text = live::json_object{}.add("fault", std::string{fault}).add("steps", steps).text()).c_str();
 }
+
+/// Number of objects; the needle and the gel are among them.
+EMSCRIPTEN_KEEPALIVE std::uint32_t live_parts() {
+    part_opacities = live::opacities(now->body);
+    return static_cast<std::uint32_t>(part_opacities.size());
+}
+
+/// An object of the anatomy as JSON, see `shown`; empty for the needle and the gel. Call `live_parts` before.
+EMSCRIPTEN_KEEPALIVE const char* live_part(std::uint32_t index) {
+    const object& one = now->body.objects()[index];
+    return live::is_tool(one) ? "" : shown(one, part_opacities[index], one.at);
+}
+
+/// The same of the needle, in its own coordinates.
+EMSCRIPTEN_KEEPALIVE const char* live_needle() { return shown(now->body[now->needle_id], 1, pose{}); }
 
 /// Names of all tissues, separated by spaces.
 EMSCRIPTEN_KEEPALIVE const char* live_tissues() {

@@ -15,8 +15,10 @@ function attempt(name, ...values) {
     return !fault;
 }
 
-function part(index) {
-    const { positions, points, faces, triangles, ...rest } = JSON.parse(text("live_part", index));
+// Copies a mesh from its description.
+function mesh(described) {
+    if (!described) return undefined;
+    const { positions, points, faces, triangles, ...rest } = JSON.parse(described);
     return {
         ...rest,
         positions: new Float32Array(live.HEAPU8.buffer, positions, 3 * points).slice(),
@@ -24,24 +26,23 @@ function part(index) {
     };
 }
 
-let needles = -1;
-
-const parts = () => Array.from({ length: live._live_parts() }, (_, index) => part(index));
+let needle = -1, applied = 0; // id of the last one that was sent, which changes with its mesh; events so far
 
 function sendAnatomy() {
-    postMessage({ kind: "anatomy", parts: parts().filter((one) => !one.is_needle && one.name !== "gel") });
-    needles = -1;
+    const parts = Array.from({ length: live._live_parts() }, (_, index) => mesh(text("live_part", index)));
+    postMessage({ kind: "anatomy", parts: parts.filter((one) => one) });
+    needle = -1;
 }
 
-function draw() {
-    const drawn = attempt("live_frame");
-    const state = JSON.parse(text("live_state"));
+function draw({ live: passes }) {
+    const begin = performance.now(), drawn = attempt("live_frame", passes), milliseconds = performance.now() - begin;
+    const state = { ...JSON.parse(text("live_state")), milliseconds, applied };
     const message = { kind: "frame", drawn, state };
     const copy = (at, { width, height }) => live.HEAPU8.slice(at, at + 4 * width * height).buffer;
     if (drawn) Object.assign(message, { pixels: copy(live._live_pixels(), state), strip: copy(live._live_strip(), state.strip) });
-    if (state.needles !== needles) {
-        needles = state.needles;
-        message.needle = parts().find((one) => one.is_needle);
+    if (state.needle_id !== needle) {
+        needle = state.needle_id;
+        message.needle = mesh(text("live_needle"));
     }
     postMessage(message, drawn ? [message.pixels, message.strip] : []);
 }
@@ -49,15 +50,26 @@ function draw() {
 function load({ files, unit, side, tissue, background }) {
     for (const { name, bytes } of files) live.FS.writeFile(name, new Uint8Array(bytes));
     const model = files.find(({ name }) => /\.obj$/i.test(name));
-    if (attempt("live_load", model.name, unit, side, tissue, background)) sendAnatomy();
+    const loaded = attempt("live_load", model.name, unit, side, tissue, background);
+    if (loaded) sendAnatomy();
     for (const { name } of files) live.FS.unlink(name);
-    postMessage({ kind: "loaded" });
+    postMessage({ kind: "loaded", name: loaded ? model.name : undefined });
+}
+
+function recording({ name, text: lines }) {
+    live.FS.writeFile(name, lines);
+    postMessage({ kind: "recording", ...JSON.parse(text("live_recording", name)) });
+    live.FS.unlink(name);
 }
 
 const handlers = {
-    events: ({ lines }) => lines.forEach((line) => attempt("live_apply", line)),
+    event({ line }) {
+        ++applied;
+        attempt("live_apply", line);
+    },
     draw,
     load,
+    recording,
     restart() {
         live._live_restart();
         sendAnatomy();
@@ -76,4 +88,4 @@ makeScanner({ locateFile: (name) => folder + name, mainScriptUrlOrBlob: `${folde
     sendAnatomy();
     self.onmessage = ({ data }) => handlers[data.kind](data);
     postMessage({ kind: "started" });
-});
+}).catch((fault) => setTimeout(() => { throw fault; })); // the page hears of errors, not of rejections

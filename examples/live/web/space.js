@@ -1,36 +1,26 @@
 // The anatomy, the probe with its picture, and the needle, in WebGL. World coordinates are those of the session: metres,
 // z is depth.
 import {
-    BoxGeometry, BufferAttribute, BufferGeometry, CanvasTexture, CylinderGeometry, DirectionalLight, DoubleSide, FrontSide, Group,
+    Box3, BoxGeometry, BufferAttribute, BufferGeometry, CanvasTexture, Color, CylinderGeometry, DirectionalLight, DoubleSide, FrontSide, Group,
     HemisphereLight, LineBasicMaterial, LineLoop, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial,
     PerspectiveCamera, Plane, Raycaster, Scene, SphereGeometry, SRGBColorSpace, Vector2, Vector3, WebGLRenderer,
 } from "three";
 
 const gauge_colours = { 18: 0xf06fa5, 19: 0xf3e9d0, 20: 0xf2cf3c, 21: 0x2f9e5b, 22: 0x33373d, 23: 0x3a7bd5, 24: 0x7a4fa3, 25: 0xf0862e };
-const home = { yaw: -0.42, pitch: 0.42, distance: 0.225, target: [-0.012, 0, 0] };
-
-// Colours of an anatomical atlas. What is wider than 40 mm is a layer, and transparent.
-function paint_of({ name, tissue, width }) {
-    const is = (...words) => words.some((word) => name.includes(word) || tissue.includes(word));
-    if (is("artery")) return [0xcc2b2b, 1];
-    if (is("vein")) return [0x3352cc, 1];
-    if (is("nerve", "fascicle", "epineurium")) return [0xf2d94d, 1];
-    if (is("bone")) return [0xebe6d1, 1];
-    if (width > 0.04) return is("skin") ? [0xe6a68c, 0.16] : is("muscle") ? [0xb8493f, 0.1] : [0xe6b08c, 0.05];
-    if (is("blood")) return [0xcc2b2b, 1];
-    return [0xb28073, 1];
-}
-
 export class Space {
-    /** @param send  takes a line that is an event of the session */
-    constructor(canvas, send) {
+    /** @param send  takes a line that is an event of the session  @param report  takes a sentence for the user */
+    constructor(canvas, send, report) {
         this.canvas = canvas;
         this.send = send;
         this.tool = "slide";
-        this.renderer = new WebGLRenderer({ canvas, antialias: devicePixelRatio < 2 });
-        this.renderer.setClearColor(0x1a1f27);
+        try {
+            this.renderer = new WebGLRenderer({ canvas, antialias: devicePixelRatio < 2 });
+        } catch {
+            report("The 3-D view needs WebGL, which this browser refuses; picture, controls and keys work without it");
+        }
+        this.renderer?.setClearColor(0x1a1f27);
         this.scene = new Scene();
-        this.camera = new PerspectiveCamera(32, 1, 0.005, 5);
+        this.camera = new PerspectiveCamera(32, 1, 0.005, 20);
         this.camera.up.set(0, 0, -1);
         this.scene.add(this.camera, new HemisphereLight(0xffffff, 0x555566, 1.6));
         const lamp = new DirectionalLight(0xffffff, 1.8);
@@ -41,7 +31,7 @@ export class Space {
         this.make_probe();
         this.make_needle();
         this.make_slice();
-        this.reset_camera();
+        this.show_anatomy([]);
         this.listen();
         new ResizeObserver(() => this.resize()).observe(canvas);
         this.resize();
@@ -94,7 +84,7 @@ export class Space {
         this.corners = corners;
         this.slice_paint = new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.93 });
         const slice = new Mesh(plane, this.slice_paint);
-        const outline = new LineLoop(plane, new LineBasicMaterial({ color: 0x66ccff }));
+        const outline = new LineLoop(new BufferGeometry().setAttribute("position", corners), new LineBasicMaterial({ color: 0x66ccff }));
         slice.frustumCulled = outline.frustumCulled = false;
         slice.renderOrder = 1;
         this.scene.add(slice, outline);
@@ -106,16 +96,23 @@ export class Space {
             old.material.dispose();
         }
         this.anatomy.clear();
-        for (const part of parts) {
-            const [color, opacity] = paint_of(part);
+        const box = new Box3();
+        for (const { positions, faces, colour, opacity } of parts) {
             const is_layer = opacity < 1;
-            const shape = new BufferGeometry().setAttribute("position", new BufferAttribute(part.positions, 3));
-            shape.setIndex(new BufferAttribute(part.faces, 1)).computeVertexNormals();
-            const mesh = new Mesh(shape, new MeshLambertMaterial({ color, opacity, transparent: is_layer, depthWrite: !is_layer, side: is_layer ? FrontSide : DoubleSide }));
+            const shape = new BufferGeometry().setAttribute("position", new BufferAttribute(positions, 3));
+            shape.setIndex(new BufferAttribute(faces, 1)).computeVertexNormals();
+            shape.computeBoundingBox();
+            box.union(shape.boundingBox);
+            const mesh = new Mesh(shape, new MeshLambertMaterial({ color: new Color().setRGB(...colour[0], SRGBColorSpace), opacity, transparent: is_layer, depthWrite: !is_layer, side: is_layer ? FrontSide : DoubleSide }));
             mesh.renderOrder = is_layer ? 2 : 0;
             this.anatomy.add(mesh);
         }
-        this.draw_soon();
+        // The camera sees the whole anatomy and the probe above it.
+        if (box.isEmpty()) box.set(new Vector3(), new Vector3());
+        box.min.z -= 0.085;
+        const target = box.getCenter(new Vector3()), radius = target.distanceTo(box.max);
+        this.home = { yaw: -0.42, pitch: 0.42, distance: 3.3 * radius, target };
+        this.reset_camera();
     }
 
     show_needle({ positions, faces }) {
@@ -150,14 +147,14 @@ export class Space {
     }
 
     reset_camera() {
-        this.view = { ...home, target: new Vector3(...home.target) };
+        this.view = { ...this.home };
         this.draw_soon();
     }
 
     resize() {
         const { clientWidth: width, clientHeight: height } = this.canvas;
-        this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-        this.renderer.setSize(width, height, false);
+        this.renderer?.setPixelRatio(Math.min(devicePixelRatio, 2));
+        this.renderer?.setSize(width, height, false);
         this.camera.aspect = width / Math.max(height, 1);
         this.draw_soon();
     }
@@ -170,7 +167,7 @@ export class Space {
             clearTimeout(this.timer);
             this.timer = undefined;
             this.place_camera();
-            this.renderer.render(this.scene, this.camera);
+            this.renderer?.render(this.scene, this.camera);
         });
     }
 
@@ -270,7 +267,7 @@ export class Space {
     }
 
     zoom(factor) {
-        this.view.distance = Math.min(Math.max(this.view.distance * factor, 0.03), 1.5);
+        this.view.distance = Math.min(Math.max(this.view.distance * factor, 0.03), 3 * this.home.distance);
         this.draw_soon();
     }
 
@@ -278,6 +275,16 @@ export class Space {
         this.view.yaw -= 0.008 * x;
         this.view.pitch = Math.min(Math.max(this.view.pitch + 0.008 * y, -1.5), 1.5);
         this.draw_soon();
+    }
+
+    // Keys, where the view has the focus; returns whether it is one of them.
+    steer(key, shift) {
+        const arrow = { ArrowLeft: [-20, 0], ArrowRight: [20, 0], ArrowUp: [0, -20], ArrowDown: [0, 20] }[key];
+        if (shift && arrow) this.turn(...arrow);
+        else if (key === "+" || key === "-") this.zoom(key === "+" ? 0.9 : 1 / 0.9);
+        else if (key === "Home") this.reset_camera();
+        else return false;
+        return true;
     }
 
     // Slides so that the point that was grabbed stays below the pointer, at its height; or turns.
