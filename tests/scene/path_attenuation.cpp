@@ -68,9 +68,10 @@ TEST_CASE("diagnose: a depth from which attenuation lets nothing return is repor
     CHECK(diagnose(body, high, pose{}, {.depth = 60_mm}).problems.empty()); // 60 dB at 30 mm, restored
     const diagnosis found = diagnose(body, high, pose{}, {.depth = 120_mm});
     REQUIRE(found.problems == std::vector{diagnosis::problem::attenuation});
-    // 50 mm of muscle and 10 mm of liver (0.52 f^1.05): 2 (50 + 5.83) dB in the middle, 120 dB beside the sphere
+    // 50 mm of muscle and 10 mm of liver (0.52 f^1.05): 2 (50 + 5.83) dB in the middle, 120 dB beside the sphere for the
+    // carrier. The pulse of B = 0.644 loses 120 - 20 log10(e) (2.3548 / B)^2 / 8 = 105 dB, see `attenuated`.
     CHECK(found.sentence ==
-          "Echoes from half the depth lose 120 dB, and automatic gain restores 60 dB: the picture is dark "
+          "Echoes from half the depth lose 105 dB, and automatic gain restores 60 dB: the picture is dark "
           "below; lower the frequency or `depth`.");
 }
 

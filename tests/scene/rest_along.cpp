@@ -171,7 +171,8 @@ TEST_CASE("pressed_face: a depth that folds tissue over is an error") {
     face.depth[2][7] = face.decay;
     CHECK_THROWS_WITH_AS(face.check(),
                          "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, "
-                         "`elevation` and `recovery` above 0, and `at` a rigid pose",
+                         "`left`, `right` and `height` finite, `elevation` and `recovery` above 0, and `at` a "
+                         "rigid pose",
                          usage_error);
     face.depth[2][7] = 0.99F * face.decay;
     face.check();
