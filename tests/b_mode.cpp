@@ -202,7 +202,8 @@ TEST_CASE("a picture along paths is the chain of its stages by hand, with and wi
         const iq_lines echoes = trace(exec::par_unseq, body, fine, pose{}, physical{}, scan, how);
         scan_lines lines = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, sent, fine));
         const float attenuation = std::clamp(tissue::muscle.attenuation, 50.0F, 100.0F);
-        lines = tgc(exec::par_unseq, std::move(lines), probe.frequency, {.attenuation = attenuation});
+        lines = tgc(exec::par_unseq, std::move(lines), probe.frequency,
+                    {.attenuation = attenuation, .bandwidth = probe.bandwidth});
         lines = log_compress(exec::par_unseq, std::move(lines),
                              {.dynamic_range_db = 60, .reference_db = -25, .gain_db = 3});
         const image expected =

@@ -52,7 +52,8 @@ image by_stages(const scene& body, const Probe& probe, const pose& at, const b_m
             {.attenuation = knobs.tgc > 0 ? knobs.tgc : automatic_tgc(policy, body, probe, at, knobs.depth),
              .max_db = knobs.time_gain.max_db,
              .sliders = knobs.time_gain.sliders,
-             .curve = knobs.time_gain.curve});
+             .curve = knobs.time_gain.curve,
+             .bandwidth = probe.bandwidth});
     lines = log_compress(policy, std::move(lines),
                          {.dynamic_range_db = knobs.dynamic_range_db,
                           .reference_db = knobs.reference_db,
