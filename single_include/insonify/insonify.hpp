@@ -12398,10 +12398,10 @@ inline point_bounds bounds_of(view<const vec3> points, vec3* copy) {
         store(upper[k], highest + k * width);
     }
     point_bounds found;
-    for (int i = 0; i < width; ++i) {
-        found.box = merged(found.box, aabb{{lowest[3 * i], lowest[3 * i + 1], lowest[3 * i + 2]},
-                                           {highest[3 * i], highest[3 * i + 1], highest[3 * i + 2]}});
-        found.finite = found.finite && wild[i] >> 31 == 0;
+    for (int lane = 0, i = 0; lane < width; ++lane, i += 3) {
+        found.box = merged(
+            found.box, aabb{{lowest[i], lowest[i + 1], lowest[i + 2]}, {highest[i], highest[i + 1], highest[i + 2]}});
+        found.finite = found.finite && wild[lane] >> 31 == 0;
     }
     for (std::size_t i = whole; i < points.size(); ++i) {
         found = merged(found, {merged(aabb{}, points[i]), is_finite(points[i])});
