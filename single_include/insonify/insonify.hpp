@@ -1465,7 +1465,6 @@ INSONIFY_FN inline float structure_rms(const structure& s, float fnumber) {
 
 #include <cfloat>
 #include <cmath>
-#include <type_traits>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -1475,7 +1474,7 @@ inline constexpr float no_level_db = -FLT_MAX;
 namespace detail {
 
 /// 2^x for constant expressions, in which std::exp2 is not allowed.
-constexpr float constant_exp2(double x) {
+INSONIFY_FN constexpr float constant_exp2(double x) {
     if (!(x > -160)) return x < 0 ? 0.0F : static_cast<float>(x); // below every float; NaN
     if (!(x < 128)) return __builtin_huge_valf();
     const int whole = static_cast<int>(x < 0 ? x - 0.5 : x + 0.5);
@@ -1492,7 +1491,7 @@ constexpr float constant_exp2(double x) {
 /// Amplitude ratio of a level in decibels: 10^(level / 20). Also at compile time.
 /// @{
 INSONIFY_FN constexpr float amplitude_of_decibels(float level) {
-    if (std::is_constant_evaluated()) return detail::constant_exp2(0.166096404744368117394 * double{level});
+    if (__builtin_is_constant_evaluated()) return detail::constant_exp2(0.166096404744368117394 * double{level});
     return std::exp2(0.16609640F * level); // log2(10) / 20
 }
 constexpr float amplitude_of_decibels(int level) {
