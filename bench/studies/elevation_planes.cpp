@@ -11,10 +11,10 @@
 /// What the elevation planes of the library leave out.
 ///
 /// First, anechoic spheres: how much of the tissue beside one adds to its picture, by 1 to 7 planes beside the Gaussian beam, over
-/// sizes, depths and probes. Then a search for the pairs (delta, psi) of `detail::elevation_planes` with the smallest error in the
-/// echoes of half spaces that begin at any height, at depths of 5 to 60 mm and up to twice the elevation focus, for a linear, a
-/// convex and a phased array: without conditions, and among those by which the sphere of 3 mm at the focus is within 2 dB of the
-/// beam and the rms height within a tenth.
+/// sizes, depths and probes; the sphere lies at two thirds of the depth of the picture. Then a search for the pairs (delta, psi)
+/// of `detail::elevation_planes` with the smallest error in the echoes of half spaces that begin at any height, at depths of 5 to
+/// 60 mm and up to twice the elevation focus, for a linear, a convex and a phased array: without conditions, and among those
+/// by which the sphere of 3 mm at the focus is within 2 dB of the beam and the rms height within a tenth.
 namespace {
 
 using namespace insonify;
