@@ -44,7 +44,7 @@ std::vector<scan_lines> scan(const scene& body, const Probe& probe, float y, int
     std::vector<scan_lines> all;
     for (int i = 0; i < slices; ++i) {
         const pose at{.translation = {0, y + static_cast<float>(i - slices / 2) * 1_mm, 0}};
-        physical<> model;
+        physical<> model{.bandwidth = pulse_bandwidth::narrow}; // attenuation of gels is stated for single frequencies
         model.scattering.seed = static_cast<std::uint32_t>(i + 1);
         iq_lines iq = trace(exec::par_unseq, body, probe, at, model, how, sound);
         iq = convolve(exec::par_unseq, std::move(iq), nominal_pulse(probe), probe);
