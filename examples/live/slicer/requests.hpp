@@ -121,16 +121,16 @@ inline pose read_transform(const header& head, const bytes& content) {
     detail::reader in{content.data(), content.size()};
     std::array<vec3, 4> columns{};
     for (vec3& column : columns) column = {in.real(), in.real(), in.real()};
-    pose at{mat3{columns[0], columns[1], columns[2]}, 1e-3F * columns[3]};
-    const vec3 x = normalize(columns[0]), y = normalize(columns[1] - dot(columns[1], x) * x);
-    const mat3 nearest{x, y, cross(x, y)};
-    bool near_to_rigid = true;
+    const refused_message refused{igtl::StatusMessage::STATUS_CONFIG_ERROR,
+                                  head.device + ": the matrix is not a rigid transform in millimetres"};
+    pose at;
+    try {
+        at = orthonormalised({mat3{columns[0], columns[1], columns[2]}, 1e-3F * columns[3]});
+    } catch (const geometry_error&) {
+        throw refused;
+    }
     for (int i = 0; i < 3; ++i)
-        near_to_rigid = near_to_rigid && length(nearest[i] - columns[static_cast<std::size_t>(i)]) < 0.02F;
-    at.rotation = nearest;
-    if (!near_to_rigid || !is_rigid(at))
-        throw refused_message{igtl::StatusMessage::STATUS_CONFIG_ERROR,
-                              head.device + ": the matrix is not a rigid transform in millimetres"};
+        if (!(length(at.rotation[i] - columns[static_cast<std::size_t>(i)]) < 0.02F)) throw refused;
     return at;
 }
 
