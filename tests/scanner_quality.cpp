@@ -41,7 +41,7 @@ struct counted_lines {
     template <class Policy, acoustic_model Model>
     bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
                     view<typename Model::sample_type> out) const {
-        if (!straight_lines{straight_lines::search::rays}(policy, task, model, scratch, out)) return false;
+        if (!straight_lines{line_search::rays}(policy, task, model, scratch, out)) return false;
         ++*lines;
         *samples += out.size();
         return true;

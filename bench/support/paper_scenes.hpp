@@ -74,7 +74,7 @@ struct crossings_only {
     void operator()(const auto&, const traced_line&, float, view<float>) const {}
 };
 
-inline constexpr straight_lines best{}, rays{straight_lines::search::rays}, slices{straight_lines::search::slices};
+inline constexpr straight_lines best{}, rays{line_search::rays}, slices{line_search::slices};
 
 /// Frames one after the other, each in the memory of the one before.
 template <class Model = law2011>

@@ -41,10 +41,10 @@ struct ensemble_settings {
 /// Tables and memory of `doppler_ensemble`.
 template <transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
 struct doppler_workspace {
-    ensemble_workspace<Probe, Model, Field> tracing{}; ///< of `trace_ensemble`
-    convolve_workspace convolution{};                  ///< of `convolve`
-    ensemble_echoes traced{};                          ///< received echoes
-    iq_ensemble echoes{};                              ///< the result
+    ensemble_tracer<Probe, Field, Model> tracing{}; ///< echoes of the train
+    convolve_workspace convolution{};               ///< of `convolve`
+    ensemble_echoes traced{};                       ///< received echoes
+    iq_ensemble echoes{};                           ///< the result
 };
 
 /// The echoes of a pulse train along the lines of a probe, after pulse and beam: the input of all Doppler methods.
@@ -67,14 +67,15 @@ const iq_ensemble& doppler_ensemble(const Policy& policy, const scene& body, con
     sent.burst = settings.burst;
     const std::uint32_t frame = mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
     constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
-    trace_ensemble(detail::any_policy{policy}, body, probe, at, model,
-                   {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame}, field,
-                   {.start = settings.time,
-                    .interval = 1 / settings.prf,
-                    .count = settings.pulses,
-                    .first = settings.first,
-                    .burst = settings.burst},
-                   slowest * settings.from, own.tracing, own.traced);
+    own.tracing.trace(detail::any_policy{policy}, body, probe, at, model, field,
+                      {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
+                      {.start = settings.time,
+                       .interval = 1 / settings.prf,
+                       .count = settings.pulses,
+                       .first = settings.first,
+                       .burst = settings.burst,
+                       .from = slowest * settings.from},
+                      own.traced);
     const auto formed = [&](iq_lines echoes) {
         return convolve(policy, std::move(echoes), sent, probe, {}, own.convolution);
     };

@@ -12,6 +12,7 @@
 #include <insonify/colour_doppler.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
+#include <insonify/diagnose.hpp>
 #include <insonify/doppler_ensemble.hpp>
 #include <insonify/examinations.hpp>
 #include <insonify/execution/for_each.hpp>
@@ -45,7 +46,6 @@
 #include <insonify/scene/body_motion.hpp>
 #include <insonify/scene/collapse.hpp>
 #include <insonify/scene/compose.hpp>
-#include <insonify/scene/diagnose.hpp>
 #include <insonify/scene/displacement_grid.hpp>
 #include <insonify/scene/displayed_depth.hpp>
 #include <insonify/scene/poiseuille.hpp>
@@ -66,6 +66,8 @@
 #include <insonify/signal/resample_lines.hpp>
 #include <insonify/signal/rf.hpp>
 #include <insonify/signal/slow_time.hpp>
+#include <insonify/tracing/automatic_tgc.hpp>
+#include <insonify/tracing/find_layers.hpp>
 #include <insonify/tracing/ground_truth.hpp>
 #include <insonify/tracing/label.hpp>
 #include <insonify/tracing/path_estimate.hpp>

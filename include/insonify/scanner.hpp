@@ -8,12 +8,13 @@
 #include <insonify/core/stopwatch.hpp>
 #include <insonify/display.hpp>
 #include <insonify/image/label_image.hpp>
-#include <insonify/scene/path_attenuation.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/electronic_noise.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/resample_lines.hpp>
+#include <insonify/tracing/automatic_tgc.hpp>
 #include <insonify/tracing/label.hpp>
+#include <insonify/tracing/near_field.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <concepts>
 #include <optional>
@@ -130,6 +131,19 @@ class scanner {
         check_picture();
         return *echo_probe_;
     }
+    /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
+    /// `straight_lines`, no lines. The middle one of an odd number of looks is straight.
+    /// @throws usage_error  before the first picture
+    const line_layers& layers() const {
+        check_picture();
+        return tracers_[last_look_].layers();
+    }
+    /// The lines that the layers are those of.
+    /// @throws usage_error  before the first picture
+    const steered<refined<Probe>>& layers_probe() const {
+        check_picture();
+        return *layers_probe_;
+    }
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
     const pose& at() const { return at_; }                 ///< of the probe, for the last picture
     const stage_times& times() const { return times_; }    ///< of the last picture
@@ -148,8 +162,8 @@ class scanner {
         return map().pixel({local.x, local.z});
     }
 
-    /// The object at each pixel of the last picture: where it is displayed.
-    /// @param body  the scene as it is now
+    /// The object at each pixel of the last picture: where it is displayed. The newest frame has those of its straight look;
+    /// where there is none, and for earlier frames, they are those of the scene as it is now.
     /// @throws usage_error  before the first picture
     template <exec::policy Policy>
     const label_image& labels(const Policy& policy, const scene& body);
@@ -170,19 +184,16 @@ class scanner {
     void acquire(const Policy& policy, const scene& body, const pose& at, stored_frame<Probe>& frame);
     template <class Policy>
     scan_lines acquire_look(const Policy& policy, const scene& body, const pose& at, std::uint32_t number,
-                            const look_probe& look, acquisition scan, const tgc_settings& gain, scan_lines recycled);
+                            const look_probe& look, acquisition scan, scan_lines recycled);
     // Whether a look of a frame is that of `echoes`.
     bool keeps_echoes(std::uint32_t look) const {
         const compound_settings& looks = settings.compound;
         return looks.update == compound_settings::update::one || look == (looks.angles - 1) / 2;
     }
     template <class Policy>
-    const tgc_settings& time_gain_of(const Policy& policy, const scene& body, const pose& at);
+    void choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers& found);
 
-    trace_workspace<look_probe, Model, Tracer> tracing_{};
-    std::vector<detail::frame_plan<look_probe, Model>> plans_{}; // of `trace`, for each look
-    trace_workspace<refined<Probe>, detail::label_model> label_tracing_{};
-    near_field_workspace<refined<Probe>> near_field_{};
+    std::vector<line_tracer<look_probe, Model, Tracer>> tracers_{}; // for each look
     convolve_workspace convolution_{};
     compounding<refined<Probe>> looks_{};
     looks_memo acquired_{};
@@ -193,7 +204,10 @@ class scanner {
     cine_loop<stored_frame<Probe>> cine_{};
     iq_lines echoes_{};       // of one look of a frame
     iq_lines other_echoes_{}; // of the others
-    std::optional<look_probe> echo_probe_{};
+    std::optional<look_probe> echo_probe_{}, layers_probe_{};
+    std::uint32_t last_look_ = 0;
+    std::optional<std::uint32_t> label_look_{}; // of the newest frame, whose lines are those of the stored frame
+    bool gain_is_chosen_ = false;               // for the frame that is being acquired
     iq_lines resampled_{};
     label_lines label_lines_{};
     label_image labels_{};
@@ -244,10 +258,13 @@ template <exec::policy Policy>
 const label_image& scanner<Probe, Model, Tracer>::labels(const Policy& policy, const scene& body) {
     check_picture();
     const stored_frame<Probe>& frame = cine_[shown_];
-    label_lines_ = trace(detail::any_policy<false>{policy}, body, *frame.probe, frame.at,
-                         detail::label_model{{label_settings::grid::displayed}},
-                         {.depth = frame.amplitudes.depth, .samples = frame.amplitudes.samples}, label_tracing_,
-                         std::move(label_lines_));
+    const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples, label_settings::grid::displayed};
+    const detail::any_policy<false> any{policy};
+    if (shown_ == 0 && label_look_)
+        label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
+    else
+        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, "scanner"),
+                             grid, std::move(label_lines_));
     labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
     return labels_;
 }
@@ -261,8 +278,9 @@ void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& b
     const refined<Probe> fine{probe, static_cast<float>(sampling.lines) / static_cast<float>(probe.lines)};
     compound_settings compound = settings.compound;
     compound.angles = sampling.looks;
-    const tgc_settings& gain = time_gain_of(policy, body, at);
-    if (plans_.size() < sampling.looks) plans_.resize(sampling.looks);
+    if (tracers_.size() < sampling.looks) tracers_.resize(sampling.looks);
+    gain_is_chosen_ = false;
+    label_look_.reset();
     const auto forget_looks = [&](char&) { looks_.reset(); };
     if constexpr (detail::comparable<Model>)
         acquired_(forget_looks, model, settings.tgc, settings.time_gain);
@@ -274,21 +292,21 @@ void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& b
     frame.amplitudes = looks_(
         policy, fine, {.depth = settings.depth, .samples = sampling.samples, .planes = sampling.planes}, compound,
         [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
-            return acquire_look(policy, body, at, number, look, scan, gain, std::move(recycled));
+            return acquire_look(policy, body, at, number, look, scan, std::move(recycled));
         },
         std::move(frame.amplitudes));
     times_.detect = clock.seconds() - times_.trace - times_.convolve;
     frame.probe.emplace(fine);
     frame.at = at_ = at;
     frame.time = time;
-    frame.gain = gain;
+    frame.gain = gain_;
 }
 
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
 scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, const scene& body, const pose& at,
                                                        std::uint32_t number, const look_probe& look, acquisition scan,
-                                                       const tgc_settings& gain, scan_lines recycled) {
+                                                       scan_lines recycled) {
     detail::stopwatch clock;
     scan.frame = settings.frame;
     const float rays =
@@ -297,11 +315,18 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     const look_probe traced{straight, look.steering};
     iq_lines& echoes = keeps_echoes(number) ? echoes_ : other_echoes_;
     if (keeps_echoes(number)) echo_probe_.emplace(look);
-    std::swap(tracing_.plan, plans_[number]);
-    echoes = trace(policy, body, traced, at, model, scan, tracing_, std::move(echoes), how);
-    std::swap(tracing_.plan, plans_[number]);
+    echoes = tracers_[number].trace(policy, body, traced, at, model, scan, how, std::move(echoes));
+    const line_layers& found = tracers_[number].layers();
+    last_look_ = number;
+    layers_probe_.emplace(traced);
+    constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
+    if (finds_layers && traced.lines == look.lines && look.steering == 0) label_look_ = number;
+    choose_time_gain(policy, body, at, found);
     times_.trace += clock.lap();
-    echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field, near_field_);
+    if constexpr (finds_layers)
+        echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
+    else
+        echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
     echoes = convolve(policy, std::move(echoes), nominal_pulse(probe), traced, {}, convolution_);
     if (traced.lines != look.lines) {
         resampled_ = resample_lines(policy, echoes, traced, look, std::move(resampled_));
@@ -311,15 +336,19 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
         policy, std::move(echoes),
         {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});
     times_.convolve += clock.lap();
-    return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain);
+    return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
 }
 
-// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
+// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed: by the first look.
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
-const tgc_settings& scanner<Probe, Model, Tracer>::time_gain_of(const Policy& policy, const scene& body,
-                                                                const pose& at) {
-    const auto choose = [&] { return automatic_tgc(policy, body, probe, at, settings.depth); };
+void scanner<Probe, Model, Tracer>::choose_time_gain(const Policy& policy, const scene& body, const pose& at,
+                                                     const line_layers& found) {
+    if (std::exchange(gain_is_chosen_, true)) return;
+    const auto choose = [&] {
+        return found.lines > 0 ? automatic_tgc(found, settings.depth)
+                               : automatic_tgc(policy, body, probe, at, settings.depth);
+    };
     gain_.max_db = settings.time_gain.max_db;
     gain_.sliders = settings.time_gain.sliders;
     gain_.curve = settings.time_gain.curve;
@@ -328,7 +357,6 @@ const tgc_settings& scanner<Probe, Model, Tracer>::time_gain_of(const Policy& po
                         : settings.time_gain.chosen == time_gain::choice::every_frame
                             ? choose()
                             : chosen_gain_([&](float& chosen) { chosen = choose(); }, probe, settings.depth);
-    return gain_;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -64,7 +64,7 @@ long allocated_among_many(const Policy& policy) {
         along_random_paths = trace(policy, body, probe, at, physical{}, scan, of_random_paths,
                                    std::move(along_random_paths), paths{often});
         intensities = trace(policy, body, probe, at, law2011{}, scan, of_rays, std::move(intensities),
-                            straight_lines{straight_lines::search::rays});
+                            straight_lines{line_search::rays});
         labels = trace(policy, body, probe, at, detail::label_model{}, scan, of_labels, std::move(labels));
         if (i >= frames) most = std::max(most, allocations - before);
     }

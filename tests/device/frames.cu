@@ -140,7 +140,7 @@ int run() {
     body.add(make_cylinder({8_mm, -20_mm, 14_mm}, {8_mm, 20_mm, 16_mm}, 3_mm, 64, 8), tissue::nerve);
     body.add(make_sphere({5_mm, 0, 34_mm}, 9_mm, 5), tissue::bone);
     body.build(exec::par);
-    const straight_lines by_rays{.search = straight_lines::search::rays, .directions = 1};
+    const straight_lines by_rays{.search = line_search::rays, .directions = 1};
     bool same = same_hits();
     same = same_frame("law2011", body, law2011{}, by_rays, 1) && same;
     for (const std::uint32_t planes : {1U, 5U}) {

@@ -65,7 +65,7 @@ TEST_CASE("smooth normals follow vertices that move, and objects that are placed
     made.add(std::move(deformed), inside);
     made.build(exec::par);
     // The first frames after an update need no tree: normals are computed as they are needed, later they are stored.
-    const straight_lines slices{.search = straight_lines::search::slices};
+    const straight_lines slices{.search = line_search::slices};
     const iq_lines expected = traced(made, slices), first = traced(moving, slices);
     MESSAGE("after a deformation, of the largest echo: ", difference(expected, first));
     CHECK(difference(expected, first) < 1e-4F);

@@ -114,7 +114,7 @@ TEST_CASE("phased array: plane layers keep the level of the straight line within
 TEST_CASE(
     "phased array: shading by rays and by slices agree, with objects around and beside the face, on any threads") {
     using namespace aperture_phased_test;
-    using search = enum straight_lines::search;
+    using search = line_search;
     scene s{body};
     s.add(make_sphere({8_mm, 0, 30_mm}, 4_mm, 4), tissue::bone);
     s.add(make_sphere({-16_mm, 1_mm, 16_mm}, 2_mm, 4), absorber);

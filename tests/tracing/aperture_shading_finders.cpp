@@ -22,7 +22,7 @@ TEST_CASE("shading is the same by rays and by slices, and on any number of threa
     bones.build(exec::par);
     const auto check = [&](const auto& probe) {
         const acquisition how{.depth = 48_mm, .samples = 64, .planes = 3};
-        using search = enum straight_lines::search;
+        using search = line_search;
         const iq_lines sliced =
             trace(exec::seq, bones, probe, pose{}, arrival_model{}, how, straight_lines{.search = search::slices});
         const iq_lines by_rays =
@@ -72,7 +72,7 @@ TEST_CASE("an object far away changes no bit of the shading") {
 
 TEST_CASE("walls beside the axis of a round face, and few lines: rays and slices agree") {
     using namespace aperture_shading_test;
-    using search = enum straight_lines::search;
+    using search = line_search;
     const auto apart = [](const scene& s, const auto& probe, float depth) {
         const acquisition how{.depth = depth, .samples = 64};
         const iq_lines sliced =
@@ -112,7 +112,7 @@ TEST_CASE("an object that begins at the face of the probe shades as one that beg
         s.add(make_sphere({0, 0, 10_mm}, 2_mm, 4), absorber);
         s.build(exec::par);
         return trace(exec::par_unseq, s, linear_array{.lines = 128}, pose{}, arrival_model{}, scan,
-                     straight_lines{.search = straight_lines::search::slices});
+                     straight_lines{.search = line_search::slices});
     };
     const iq_lines at_face = seen(0), before = seen(-1_mm);
     float worst = 0;

@@ -81,7 +81,7 @@ TEST_CASE("every tracer draws deformed tissue") {
     body.deform(exec::par, pressed{.depth = 3_mm});
     const iq_lines straight = echoes_of(body);
     const iq_lines along_rays =
-        trace(exec::par_unseq, body, probe, pose{}, physical{}, scan, straight_lines{straight_lines::search::rays});
+        trace(exec::par_unseq, body, probe, pose{}, physical{}, scan, straight_lines{line_search::rays});
     CHECK(difference_db(straight, along_rays) < -60);
 }
 

@@ -120,8 +120,8 @@ TEST_CASE("another tracer, and another setting of it, has the same tables") {
             [&] { trace(exec::seq, body, probe, pose{}, comparable_model{}, {.depth = 20_mm}, own, {}, how); });
     };
     CHECK(frame({}));
-    CHECK_FALSE(frame({straight_lines::search::rays}));
-    CHECK_FALSE(frame({straight_lines::search::slices}));
+    CHECK_FALSE(frame({line_search::rays}));
+    CHECK_FALSE(frame({line_search::slices}));
 }
 
 TEST_CASE("gain, dynamic range, size and background of a picture leave the tables alone, its depth does not") {

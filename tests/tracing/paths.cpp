@@ -28,7 +28,7 @@ TEST_CASE("paths and beams agree where nothing bends and nothing is reflected tw
     body.build(exec::par);
     const linear_array probe{.lines = 96};
     const acquisition scan{.depth = 40_mm, .samples = 1600, .planes = 3};
-    const straight_lines alone{.search = straight_lines::search::rays, .directions = 1};
+    const straight_lines alone{.search = line_search::rays, .directions = 1};
     const iq_lines beams = trace(exec::par, body, probe, pose{}, physical<>{}, scan, alone);
     const iq_lines paths = trace_paths(exec::par, body, probe, pose{}, physical<>{}, scan, {.bounces = 0});
     float largest = 0, worst = 0;
@@ -50,7 +50,7 @@ TEST_CASE("paths and beams agree on a probe that stands on a surface, above it o
         body.build(exec::par);
         const acquisition scan{.depth = 40_mm, .samples = 1600};
         const iq_lines beams = trace(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan,
-                                     straight_lines{.search = straight_lines::search::rays, .directions = 1});
+                                     straight_lines{.search = line_search::rays, .directions = 1});
         const iq_lines paths =
             trace_paths(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan, {.bounces = 0});
         float largest = 0, worst = 0;

@@ -33,7 +33,7 @@ struct greedy {
             if (refusals != nullptr) ++*refusals;
             return false;
         }
-        return straight_lines{straight_lines::search::rays}(policy, task, model, scratch, out);
+        return straight_lines{line_search::rays}(policy, task, model, scratch, out);
     }
 };
 
@@ -208,7 +208,7 @@ TEST_CASE("a tracer of formulas and straight lines through a fine mesh draw one 
     }
     CHECK(sum[0] / 4096 > 0.1);
     CHECK(std::fabs(sum[1] / sum[0] - 1) < 0.03);
-    const straight_lines rays{.search = straight_lines::search::rays, .directions = 1};
+    const straight_lines rays{.search = line_search::rays, .directions = 1};
     CHECK(alike(b_mode(exec::par, body, probe, pose{}, settings, physical{}, greedy{}).pixels,
                 b_mode(exec::par, body, probe, pose{}, settings, physical{}, rays).pixels, 1e-3));
     b_mode_workspace<linear_array, physical<>, formula_ball> own;

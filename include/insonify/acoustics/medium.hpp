@@ -58,6 +58,14 @@ INSONIFY_FN inline bool is_valid(const medium& m) {
            m.roughness >= 0 && m.scatterer_density >= 0 && is_valid(m.structure);
 }
 
+namespace detail {
+
+/// Whether almost no sound passes from tissue into a medium of so small an impedance: gas, inflated lung.
+INSONIFY_FN inline bool is_gas(const medium& m) { return m.impedance() < 3e5F; }
+/// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
+INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
+
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/core/restore_macros.hpp>

@@ -64,30 +64,37 @@ struct line_crossings {
 
 namespace detail {
 
-/// Adds every crossing of a line with one object, from its origin to `depth` metres, in any order.
+/// Collects the crossings of one line, in any order, wherever they come from.
 ///
 /// An object contains the origin if the half line crosses its surface an odd number of times. The same crossings decide
 /// both, so that the two never contradict each other, even where the probe touches a surface.
-INSONIFY_FN inline void add_crossings(const object_view& one, std::uint32_t rank, const ray& line, float depth,
-                                      line_crossings& found) {
-    const bool contains_origin = one.box.contains(line.origin);
-    ray local = one.local(line);
-    local.max_distance = contains_origin ? FLT_MAX : depth;
-    one.tree.for_each_hit(local, [&](const hit& at) {
-        if (contains_origin) found.inside.toggle(rank);
-        if (at.distance <= depth) found.add({at.distance, rank, at.primitive});
-    });
-}
+struct crossing_collector {
+    const scene_view& scene;
+    ray line{};      ///< in the world
+    float depth = 0; ///< where it ends, metres
+    line_crossings& found;
 
-/// Adds every crossing of a line with the objects that are not skipped, from its origin to `depth` metres, in any order.
-/// @param skipped  of each object, by rank; empty: none is
-INSONIFY_FN inline void add_crossings(const scene_view& scene, const ray& line, float depth,
-                                      view<const std::uint8_t> skipped, line_crossings& found) {
-    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth}, [&](const hit& at) {
-        const std::uint32_t rank = at.primitive;
-        if (skipped.empty() || skipped[rank] == 0) add_crossings(scene.objects[rank], rank, line, depth, found);
-    });
-}
+    INSONIFY_FN bool may_begin_in(std::uint32_t rank) const { return scene.objects[rank].box.contains(line.origin); }
+    /// Adds a crossing at any distance in front of the origin. All of an object that the line may begin in are to be added.
+    INSONIFY_FN void add(const crossing& one) const {
+        if (may_begin_in(one.rank)) found.inside.toggle(one.rank);
+        if (one.distance <= depth) found.add(one);
+    }
+    /// Adds those with the objects that are not skipped, by rays through their trees.
+    /// @param skipped  of each object, by rank; empty: none is
+    /// @param visit    visit(crossing), `add` or what calls it
+    template <class Visit>
+    INSONIFY_FN void trace(view<const std::uint8_t> skipped, const Visit& visit) const {
+        scene.boxes.for_each_hit({line.origin, line.direction, 0, line.max_distance}, [&](const hit& box) {
+            const std::uint32_t rank = box.primitive;
+            if (!skipped.empty() && skipped[rank] != 0) return;
+            const object_view& one = scene.objects[rank];
+            ray local = one.local(line);
+            if (may_begin_in(rank)) local.max_distance = FLT_MAX;
+            one.tree.for_each_hit(local, [&](const hit& at) { visit({at.distance, rank, at.primitive}); });
+        });
+    }
+};
 
 } // namespace detail
 
@@ -96,7 +103,8 @@ INSONIFY_FN inline void add_crossings(const scene_view& scene, const ray& line, 
 /// @return false where they do not fit into `found`
 INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line, float depth, line_crossings& found) {
     found.clear();
-    detail::add_crossings(scene, line, depth, {}, found);
+    const detail::crossing_collector collector{scene, {line.origin, line.direction, 0, depth}, depth, found};
+    collector.trace({}, [&](const crossing& one) { collector.add(one); });
     found.sort();
     return found.complete();
 }

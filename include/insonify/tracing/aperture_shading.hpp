@@ -4,7 +4,8 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/tracing/aperture_mean.hpp>
-#include <insonify/tracing/kept_layers.hpp>
+#include <insonify/tracing/line_layers.hpp>
+#include <insonify/tracing/trace_line.hpp>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -64,20 +65,17 @@ class aperture_shading {
 
     /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a quarter
     ///                    as many, at least 2, interleaved with the others'
-    /// @param slices      with the lines of the probe
-    /// @param sliced      whether these have been cut; else everything is found by rays
-    /// @param tracer_of   tracer_of(line): the `block_tracer` of the line's block; called for every block
-    template <exec::policy Policy, transducer Probe, states_arrivals Model, class TracerOf>
+    /// @param found   the layers of the lines of the probe, in `scene`
+    /// @param slices  that they were found by; null: by rays, as everything else then is
+    template <exec::policy Policy, transducer Probe, states_arrivals Model>
     void compute(const Policy& policy, const scene_view& scene, const frame_view<Probe>& frame, const Model& model,
-                 std::uint32_t directions, const slice_finder& slices, bool sliced, const TracerOf& tracer_of,
-                 view<scratch_memory> scratch) {
+                 std::uint32_t directions, const line_layers& found, const slice_finder* slices) {
         const std::uint32_t points = points_.size();
         points_.planes = frame.planes;
         // To the depth of the picture as if all sound had the display's speed; deeper, the last gain holds.
         spacing_ = frame.depth / steps;
         profiles_.resize(std::size_t{frame.planes} * lines_);
         gains_.resize(profiles_.size() * steps);
-        points_.objects.resize(std::size_t{frame.planes} * points);
         means_.resize(std::size_t{frame.planes} * steps * points);
         if (averages_.size() < std::size_t{frame.planes} * steps) averages_.resize(std::size_t{frame.planes} * steps);
         const std::uint32_t count = frame.planes == 1 ? directions : std::max<std::uint32_t>((directions + 3) / 4, 2);
@@ -85,33 +83,24 @@ class aperture_shading {
         turn_lines(frame, count);
         const view<const turned_lines> turned{turned_.data(), count};
 
-        if (layers_.size() < scratch.size()) layers_.resize(scratch.size());
         exec::for_each_block(policy, lines_, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
-            const auto tracer = tracer_of(begin);
-            kept_layers& kept = layers_[begin / lines_per_block];
-            kept.clear();
-            for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
-                for (std::size_t line = begin; line < end; ++line)
-                    scratch[begin / lines_per_block].fit([&](line_scratch& room) {
-                        const auto number = static_cast<std::uint32_t>(line);
-                        const line_task task = task_of(frame, scene, number, plane);
-                        if (!tracer.find(task, room.found)) return false;
-                        keep_objects(number, plane, room.found);
-                        const view<const layer> layers = profiles_[std::size_t{plane} * lines_ + line].find(
-                            task, task.line.frame, model, room, spacing_);
-                        if (!layers.empty()) kept.add(layers);
-                        return !layers.empty();
-                    });
+            for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line)
+                for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+                    traced_line traced = task_of(frame, scene, line, plane).line;
+                    traced.layers = found(line, plane);
+                    profiles_[std::size_t{plane} * lines_ + line].compute(traced, model, spacing_);
+                }
         });
-        if (sliced) sort_segments(slices.segments());
+        if (slices != nullptr) sort_segments(slices->segments());
         exec::for_each_block(policy, count, 1, 500 * static_cast<float>(points), [&](std::size_t k, std::size_t) {
-            if (sliced) turned_[k].find_crossings(points_, {segments_, max_elevation_planes});
+            if (slices != nullptr) turned_[k].find_crossings(points_, {segments_, max_elevation_planes});
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
                 for (std::uint32_t line = 0; line < points_.fan.size(); ++line)
                     if (turned_[k].reaches_points(points_, line, plane))
                         turned_[k].find_sound(
-                            task_along(frame, scene, line, plane), points_, line, model, spacing_,
-                            [&](vec3 direction) { return frame.tilt(direction, plane); }, sliced ? &slices : nullptr);
+                            task_along(frame, scene, line, plane),
+                            found.objects_behind_face(points_.line_of(nearest_point(line)), plane), line, model,
+                            spacing_, [&](vec3 direction) { return frame.tilt(direction, plane); }, slices);
         });
         exec::for_each_block(policy, std::size_t{frame.planes} * steps, 1, 3000, [&](std::size_t row, std::size_t) {
             const auto place = [&](std::uint32_t point) {
@@ -144,8 +133,6 @@ class aperture_shading {
         }
     };
     gains_view view_of() const { return {gains_, lines_, spacing_}; }
-    /// The layers of a block of lines, by plane and line.
-    kept_layers::kept_view layers_of_block(std::size_t number) const { return layers_[number].view_of(); }
 
   private:
     // The largest turn whose line is still received at some depth, within the angles for which depths and places of turned
@@ -171,12 +158,15 @@ class aperture_shading {
     static float max_shift(const frame_view<Probe>& frame) {
         return half_aperture(frame, frame.depth);
     }
+    std::uint32_t nearest_point(std::uint32_t line) const {
+        return line < points_.beyond ? 0 : std::min(line - points_.beyond, points_.size() - 1);
+    }
     // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their
     // direction.
     template <transducer Probe>
     line_task task_along(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t line,
                          std::uint32_t plane) const {
-        const std::uint32_t point = line < points_.beyond ? 0 : std::min(line - points_.beyond, points_.size() - 1);
+        const std::uint32_t point = nearest_point(line);
         line_task task = task_of(frame, scene, points_.line_of(point), plane);
         if (line == point + points_.beyond) return task;
         const vec2 along = points_.fan[line].along;
@@ -218,22 +208,6 @@ class aperture_shading {
                         max(min(right.place_on_face(z), half) - max(left.place_on_face(z), -half), 0);
                 }
             }
-        }
-    }
-
-    // Keeps which objects contain the origin of a point's line, just behind the face.
-    void keep_objects(std::uint32_t line, std::uint32_t plane, line_crossings found) {
-        if (line < points_.first || (line - points_.first) % points_.stride != 0) return;
-        const media_stack& inside = found.inside;
-        std::vector<std::uint32_t>& objects =
-            points_.objects[std::size_t{plane} * points_.size() + (line - points_.first) / points_.stride];
-        objects.assign(inside.ranks.data(), inside.ranks.data() + inside.count);
-        for (std::uint32_t i = 0; i < found.count && found.room[i].distance <= touching_distance; ++i) {
-            const auto known = std::find(objects.begin(), objects.end(), found.room[i].rank);
-            if (known == objects.end())
-                objects.push_back(found.room[i].rank);
-            else
-                objects.erase(known);
         }
     }
 
@@ -290,7 +264,6 @@ class aperture_shading {
     float spacing_ = 1;
     shading_points points_{};
     std::vector<sound_profile> profiles_{}; // each line by itself, by plane and line
-    std::vector<kept_layers> layers_{};     // of each block of lines, by plane and line
     slice_segments segments_[max_elevation_planes] = {};
     std::vector<turned_lines> turned_{};
     std::vector<aperture_average> averages_{}; // one for each plane and step

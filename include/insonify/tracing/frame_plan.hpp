@@ -9,56 +9,32 @@
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/check.hpp>
 #include <insonify/tracing/elevation.hpp>
+#include <insonify/tracing/frame_lines.hpp>
 #include <insonify/tracing/kernel_table.hpp>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What the function of one line reads of a frame: probe, pose, sampling, planes and kernels. Trivially copyable where the
-/// probe is.
+/// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable where the probe is.
 template <transducer Probe>
-struct frame_view {
-    Probe probe{};             ///< that sends and receives
-    pose at{};                 ///< probe to world
-    float depth = 0;           ///< of the last sample's end, metres
-    float spacing = 0;         ///< metres from sample to sample
-    float max_depth = 0;       ///< how far lines are followed, metres
-    float pulse_sigma = 0;     ///< standard deviation of the pulse envelope, metres of displayed depth
-    float bandwidth = 0;       ///< see `traced_line`
-    std::uint32_t samples = 0; ///< along each line
-    std::uint32_t planes = 1;  ///< that represent the thickness of the slice
-    elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
-    view<const std::uint32_t> plane_sets{};           ///< of each line, the number of its set of plane weights
-    view<const float> plane_weights{};                ///< for each set, plane after plane, one weight for each sample
-    line_aperture aperture{};                         ///< that receives
-    kernel_table_view kernels{};                      ///< of the stages that follow
-    std::uint32_t frame_number = 0;                   ///< speckle of flowing media depends on it
+struct frame_view : frame_lines<Probe> {
+    float spacing = 0;                      ///< metres from sample to sample
+    float pulse_sigma = 0;                  ///< standard deviation of the pulse envelope, metres of displayed depth
+    float bandwidth = 0;                    ///< see `traced_line`
+    std::uint32_t samples = 0;              ///< along each line
+    view<const std::uint32_t> plane_sets{}; ///< of each line, the number of its set of plane weights
+    view<const float> plane_weights{};      ///< for each set, plane after plane, one weight for each sample
+    line_aperture aperture{};               ///< that receives
+    kernel_table_view kernels{};            ///< of the stages that follow
+    std::uint32_t frame_number = 0;         ///< speckle of flowing media depends on it
 
-    /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it stays the
-    /// displayed one.
-    INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
-        const ray beam = probe.beam(static_cast<float>(number));
-        const vec3 elevation = at.direction({0, 1, 0});
-        line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
-                        at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
-        if constexpr (requires { probe.scatterer_axis(0.0F); })
-            line.steering = at.direction(beam.direction - probe.scatterer_axis(static_cast<float>(number)));
-        return line;
-    }
     /// The weights of the samples of a line in one of the planes; where there are several.
     INSONIFY_FN const float* weights(std::uint32_t number, std::uint32_t of_plane) const {
-        return plane_weights.data() + (std::size_t{plane_sets[number]} * planes + of_plane) * samples;
-    }
-    /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
-    INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {
-        return plane[of_plane].slope * dot(direction, at.direction({0, 0, 1}));
+        return plane_weights.data() + (std::size_t{plane_sets[number]} * this->planes + of_plane) * samples;
     }
 };
 
 namespace detail {
-
-/// Number of lines in a block of work.
-inline constexpr int lines_per_block = 8;
 
 /// All that follows from probe, acquisition and model alone: kept between frames, recomputed where one of them changes.
 template <transducer Probe, acoustic_model Model>
@@ -72,20 +48,20 @@ class frame_plan {
         const tables& made =
             tables_([&](tables& t) { t.compute(policy, probe, scan.depth, samples, scan.planes, model); }, probe,
                     scan.depth, samples, scan.planes, model);
-        frame_view<Probe> frame{.probe = probe,
-                                .at = at,
-                                .depth = scan.depth,
-                                .spacing = scan.depth / static_cast<float>(samples),
-                                .max_depth = max_depth_of(model, scan.depth, media),
-                                .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
-                                .bandwidth = fractional_bandwidth(probe),
-                                .samples = samples,
-                                .planes = scan.planes,
-                                .plane_sets = made.plane_sets,
-                                .plane_weights = made.plane_weights,
-                                .aperture = made.aperture_view(),
-                                .kernels = made.kernels.view_of(),
-                                .frame_number = scan.frame};
+        frame_view<Probe> frame{frame_lines<Probe>{.probe = probe,
+                                                   .at = at,
+                                                   .depth = scan.depth,
+                                                   .max_depth = max_depth_of(model, scan.depth, media),
+                                                   .planes = scan.planes}};
+        frame.spacing = scan.depth / static_cast<float>(samples);
+        frame.pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+        frame.bandwidth = fractional_bandwidth(probe);
+        frame.samples = samples;
+        frame.plane_sets = made.plane_sets;
+        frame.plane_weights = made.plane_weights;
+        frame.aperture = made.aperture_view();
+        frame.kernels = made.kernels.view_of();
+        frame.frame_number = scan.frame;
         for (std::uint32_t i = 0; i < frame.planes; ++i) frame.plane[i] = made.plane[i];
         return frame;
     }

@@ -33,63 +33,7 @@ concept ground_truth_model = requires(const Model& model, const incidence& at, c
     { model.loss(m, frequency) } -> std::convertible_to<float>;
 };
 
-namespace detail {
-
-struct truth_sample {
-    label_id label = background_label;
-    label_id medium = 0;
-    label_id surface = background_label;
-    float incidence = 0;
-    float transmitted = 0;
-    float depth = 0;
-};
-
-/// A model whose samples are ground truth, under the interface law and the attenuation of another.
-template <ground_truth_model Model>
-struct truth_model : label_axis {
-    using sample_type = truth_sample;
-    static constexpr float nanoseconds = 20;
-
-    Model model{};
-
-    template <class Policy>
-    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<truth_sample> out) const {
-        float lost = 0;   // dB, to attenuation
-        float passed = 1; // through interfaces
-        line_refraction<Model> refraction{model, line};
-        this->for_each_stretch(line, out.size(), spacing, [&](std::size_t i, const label_stretch& part) {
-            const layer& here = line.layers[i];
-            const medium& m = line.media[here.medium];
-            const refracted_layer bent = refraction.next();
-            if (i > 0 && line.layers[i - 1].medium != here.medium) {
-                const layer& above = line.layers[i - 1];
-                passed *= model.at_interface({line.media[above.medium], m, bent.cosine, line.frequency}).transmitted;
-                const auto k = static_cast<std::size_t>(min(part.begin / spacing, static_cast<float>(out.size())));
-                if (k < out.size() && out[k].surface == background_label) {
-                    // Ranks, in which the background comes last: place 0 wraps around.
-                    out[k].surface = above.place - 1 < here.place - 1 ? above.object : here.object;
-                    // From the slopes, because a cosine loses its digits near normal incidence.
-                    out[k].incidence = std::atan(length(here.slope));
-                }
-            }
-            const float per_metre = model.loss(m, line.frequency);
-            for (std::size_t k = part.first; k < part.last; ++k) {
-                const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
-                out[k].label = here.object;
-                out[k].medium = here.medium;
-                out[k].transmitted =
-                    passed * amplitude_of_decibels(-pulse_loss(model, line, lost + per_metre * bent.length(into)));
-                out[k].depth = here.begin + into;
-            }
-            lost += per_metre * bent.length(here.end - here.begin);
-        });
-    }
-    friend bool operator==(const truth_model&, const truth_model&) = default;
-};
-
-} // namespace detail
-
-/// Ground truth of a frame from one trace, for training data and tests.
+/// Ground truth of a frame, for training data and tests.
 ///
 ///     transmitted = product of T over the interfaces above * 10^(-P(sum of loss * d over the media above) / 20)
 ///
@@ -109,22 +53,59 @@ template <exec::policy Policy, transducer Probe, ground_truth_model Model = phys
 ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                 const label_settings& settings, const Model& model = {}) {
     const detail::any_policy<false> any{policy};
-    const auto found = trace(any, body, probe, at, detail::truth_model<Model>{{settings.grid}, model},
-                             {.depth = settings.depth, .samples = settings.samples});
-    const label_lines labels{found.count, found.samples, found.depth};
-    const scan_lines numbers{found.count, found.samples, found.depth};
+    if constexpr (requires { model.check(); }) model.check();
+    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, true, "ground_truth");
+    const std::uint32_t samples = detail::samples_of(settings, probe, "ground_truth");
+    const label_lines labels{probe.lines, samples, settings.depth};
+    const scan_lines numbers{probe.lines, samples, settings.depth};
     ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};
-    exec::for_each_block(any, found.values.size(), 16384, 3, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const detail::truth_sample& one = found.values[i];
-            truth.label.values[i] = one.label;
-            truth.medium.values[i] = one.medium;
-            truth.surface.values[i] = one.surface;
-            truth.incidence.values[i] = one.incidence;
-            truth.transmitted.values[i] = one.transmitted;
-            truth.depth.values[i] = one.depth;
-        }
-    });
+    std::fill(truth.surface.values.begin(), truth.surface.values.end(), background_label);
+    const float spacing = settings.depth / static_cast<float>(samples);
+    exec::for_each_block(
+        any, found.lines, detail::lines_per_block, 20 * static_cast<float>(samples),
+        [&](std::size_t begin, std::size_t end) {
+            for (auto number = static_cast<std::uint32_t>(begin); number < end; ++number) {
+                const traced_line line{.layers = found(number),
+                                       .media = found.media,
+                                       .frequency = probe.frequency,
+                                       .frame = found.frame(number),
+                                       .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
+                                       .bandwidth = fractional_bandwidth(probe)};
+                float lost = 0;   // dB, to attenuation
+                float passed = 1; // through interfaces
+                detail::line_refraction<Model> refraction{model, line};
+                const auto visit = [&](std::size_t i, const detail::label_stretch& part) {
+                    const layer& here = line.layers[i];
+                    const medium& m = line.media[here.medium];
+                    const refracted_layer bent = refraction.next();
+                    if (i > 0 && line.layers[i - 1].medium != here.medium) {
+                        const layer& above = line.layers[i - 1];
+                        passed *=
+                            model.at_interface({line.media[above.medium], m, bent.cosine, line.frequency}).transmitted;
+                        const auto k =
+                            static_cast<std::uint32_t>(min(part.begin / spacing, static_cast<float>(samples)));
+                        if (k < samples && truth.surface(number, k) == background_label) {
+                            // Ranks, in which the background comes last: place 0 wraps around.
+                            truth.surface(number, k) = above.place - 1 < here.place - 1 ? above.object : here.object;
+                            // From the slopes, because a cosine loses its digits near normal incidence.
+                            truth.incidence(number, k) = std::atan(length(here.slope));
+                        }
+                    }
+                    const float per_metre = model.loss(m, line.frequency);
+                    for (auto k = static_cast<std::uint32_t>(part.first); k < part.last; ++k) {
+                        const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
+                        truth.label(number, k) = here.object;
+                        truth.medium(number, k) = here.medium;
+                        truth.transmitted(number, k) =
+                            passed *
+                            amplitude_of_decibels(-pulse_loss(model, line, lost + per_metre * bent.length(into)));
+                        truth.depth(number, k) = here.begin + into;
+                    }
+                    lost += per_metre * bent.length(here.end - here.begin);
+                };
+                detail::for_each_stretch(line.layers, line.media, settings.grid, samples, spacing, visit);
+            }
+        });
     return truth;
 }
 

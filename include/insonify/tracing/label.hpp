@@ -3,9 +3,10 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/acoustics/echo_line.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
-#include <insonify/tracing/trace.hpp>
+#include <insonify/tracing/find_layers.hpp>
 #include <algorithm>
 #include <cstddef>
 
@@ -33,59 +34,78 @@ struct label_stretch {
     std::size_t last = 0;  ///< sample after the last one
 };
 
-/// The depths of a label grid: what models of labels share.
-struct label_axis {
-    enum label_settings::grid grid = label_settings::grid::geometric;
+/// Number of samples of a label grid: by default two for each standard deviation of the pulse, a multiple of 64.
+template <transducer Probe>
+std::uint32_t samples_of(const label_settings& settings, const Probe& probe, const char* caller) {
+    const float sigma = pulse{}.sigma_z(probe.frequency);
+    return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
+                           caller);
+}
 
-    /// Default: two samples for each standard deviation of the pulse, a multiple of 64.
-    std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
+/// How far lines are followed, metres: fast media below `depth` are displayed above it.
+inline float max_depth_of(const label_settings& settings, view<const medium> media) {
+    float fastest = display_speed;
+    for (const medium& m : media) fastest = max(fastest, m.sound_speed);
+    return settings.grid == label_settings::grid::displayed ? settings.depth * (fastest / display_speed)
+                                                            : settings.depth;
+}
 
-    /// How far lines are followed, metres: fast media below `depth` are displayed above it.
-    float max_depth(float depth, view<const medium> media) const {
-        float fastest = display_speed;
-        for (const medium& m : media) fastest = max(fastest, m.sound_speed);
-        return grid == label_settings::grid::displayed ? depth * (fastest / display_speed) : depth;
+/// Maps the layers of a line to a grid: calls visit(i, stretch) for layer i, starting at the face.
+///
+/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
+template <class Visit>
+void for_each_stretch(view<const layer> layers, view<const medium> media, enum label_settings::grid grid,
+                      std::size_t samples, float spacing, const Visit& visit) {
+    std::size_t next = 0;
+    float begin = 0;
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const layer& here = layers[i];
+        const bool displayed = grid == label_settings::grid::displayed;
+        const float scale = displayed ? displayed_stretch(media[here.medium]) : 1.0F;
+        const float end = begin + scale * (here.end - here.begin);
+        const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
+        const std::size_t last = i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
+        visit(i, label_stretch{begin, scale, next, last});
+        next = last;
+        begin = end;
     }
+}
 
-    /// Maps the layers of a line to the grid: calls visit(i, stretch) for layer i, starting at the face.
-    ///
-    /// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
-    template <class Visit>
-    INSONIFY_FN void for_each_stretch(const traced_line& line, std::size_t samples, float spacing,
-                                      const Visit& visit) const {
-        std::size_t next = 0;
-        float begin = 0;
-        for (std::size_t i = 0; i < line.layers.size(); ++i) {
-            const layer& here = line.layers[i];
-            const bool displayed = grid == label_settings::grid::displayed;
-            const float scale = displayed ? displayed_stretch(line.media[here.medium]) : 1.0F;
-            const float end = begin + scale * (here.end - here.begin);
-            const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
-            const std::size_t last = i + 1 == line.layers.size() ? samples : static_cast<std::size_t>(before_end);
-            visit(i, label_stretch{begin, scale, next, last});
-            next = last;
-            begin = end;
-        }
-    }
-    friend bool operator==(const label_axis&, const label_axis&) = default;
-};
-
-/// A model whose samples are labels.
-struct label_model : label_axis {
-    using sample_type = label_id;
-    static constexpr bool normal_incidence = true;
-    static constexpr float nanoseconds = 0.1F;
-
-    template <class Policy>
-    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<label_id> out) const {
-        for_each_stretch(line, out.size(), spacing, [&](std::size_t i, const label_stretch& part) {
-            for (std::size_t k = part.first; k < part.last; ++k) out[k] = line.layers[i].object;
-        });
-    }
-    friend bool operator==(const label_model&, const label_model&) = default;
-};
+/// The layers that labels are read from: of one plane.
+template <exec::policy Policy, transducer Probe>
+line_layers layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                              const label_settings& settings, bool incident, const char* caller) {
+    check_lines(body, probe, at, settings.depth, caller);
+    return find_layers_to(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()),
+                          incident);
+}
 
 } // namespace detail
+
+/// The object that each sample of lines lies in, whose layers have been found.
+/// @param found     layers; those of the slice plane are read
+/// @param settings  `samples` must not be 0
+/// @param recycled  labels whose memory is reused
+template <exec::policy Policy>
+label_lines label(const Policy& policy, const line_layers& found, const label_settings& settings,
+                  label_lines recycled = {}) {
+    const std::uint32_t samples = settings.samples;
+    recycled.reshape(found.lines, samples, settings.depth);
+    const float spacing = settings.depth / static_cast<float>(samples);
+    exec::for_each_block(policy, found.lines, detail::lines_per_block, 0.2F * static_cast<float>(samples),
+                         [&](std::size_t begin, std::size_t end) {
+                             for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line) {
+                                 const view<const layer> layers = found(line);
+                                 label_id* const out = recycled.values.data() + std::size_t{line} * samples;
+                                 detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing,
+                                                          [&](std::size_t i, const detail::label_stretch& part) {
+                                                              std::fill(out + part.first, out + part.last,
+                                                                        layers[i].object);
+                                                          });
+                             }
+                         });
+    return recycled;
+}
 
 /// The object that each sample lies in: its id, and `background_label` outside all.
 ///
@@ -101,8 +121,9 @@ struct label_model : label_axis {
 template <exec::policy Policy, transducer Probe>
 label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                   const label_settings& settings) {
-    return trace(detail::any_policy<false>{policy}, body, probe, at, detail::label_model{{settings.grid}},
-                 {.depth = settings.depth, .samples = settings.samples});
+    const detail::any_policy<false> any{policy};
+    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, false, "label");
+    return label(any, found, {settings.depth, detail::samples_of(settings, probe, "label"), settings.grid});
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -17,6 +17,7 @@ struct pulse_train {
     std::uint32_t count = 1; ///< number of pulses that are acquired
     std::uint32_t first = 0; ///< the first of them: a long train is acquired in parts
     float burst = 0; ///< length of the excitation in cycles, as of a `pulse`: a long one loses more to attenuation
+    float from = 0;  ///< moving scatterers that are nearer to the probe are left out, metres along the lines
 
     /// The pulse after the last one.
     INSONIFY_FN std::uint32_t end() const { return first + count; }

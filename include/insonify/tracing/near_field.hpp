@@ -9,9 +9,8 @@
 #include <insonify/core/decibels.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <insonify/scene/path_attenuation.hpp>
 #include <insonify/signal/pulse.hpp>
-#include <insonify/tracing/label.hpp>
+#include <insonify/tracing/find_layers.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -42,12 +41,18 @@ struct near_field_settings {
     friend bool operator==(const near_field_settings&, const near_field_settings&) = default;
 };
 
-/// What `add_near_field` keeps, so that it allocates only while buffers grow.
-template <transducer Probe>
-struct near_field_workspace {
-    trace_workspace<Probe, detail::label_model> tracing{}; ///< of what is below the face
-    label_lines below{};                                   ///< the object that each line starts in
-};
+namespace detail {
+
+/// Where it is decided what the face touches, metres: thinner films do not count.
+inline constexpr float below_face = 10e-6F;
+
+inline const layer& layer_below_face(view<const layer> layers) {
+    std::size_t i = 0;
+    while (i + 1 < layers.size() && layers[i].end <= below_face) ++i;
+    return layers[i];
+}
+
+} // namespace detail
 
 /// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
 /// Call it between `trace` and `convolve`.
@@ -59,25 +64,23 @@ struct near_field_workspace {
 /// and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out.
 /// The ringing is `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
 /// @param echoes  of the lines of the probe, at baseband
-/// @param own     kept from frame to frame
-/// @throws usage_error  for lines that are not those of the probe, a scene that is not built, or a setting out of range
+/// @param found   what lies along these lines
+/// @throws usage_error  for lines that are not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe>
-iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
-                        const near_field_settings& settings, near_field_workspace<Probe>& own) {
+iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
+                        const near_field_settings& settings = {}) {
     using lines = near_field_settings::lines;
     settings.check();
-    if (echoes.count != probe.lines || echoes.samples == 0 ||
+    if (echoes.count != probe.lines || found.lines != probe.lines || echoes.samples == 0 ||
         echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
         throw usage_error{
             "add_near_field: the echoes must have as many lines as the probe, and a value for every sample"};
     bool some_gas = false;
-    for (const medium& m : body.media()) some_gas = some_gas || detail::is_gas(m);
+    for (const medium& m : found.media) some_gas = some_gas || detail::is_gas(m);
     if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
 
-    constexpr float just_below = 10e-6F, faintest = 1e-6F;
+    constexpr float faintest = 1e-6F;
     constexpr medium lens = tissue::lens;
-    own.below = trace(detail::any_policy<false>{policy}, body, probe, at, detail::label_model{},
-                      {.depth = 2 * just_below, .samples = 1}, own.tracing, std::move(own.below));
     const float spacing = echoes.depth / static_cast<float>(echoes.samples);
     const float step = settings.lens_thickness * display_speed / lens.sound_speed;
     const float round_trip =
@@ -88,8 +91,7 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
     exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-            const label_id object = own.below.values[i];
-            const medium& below = object == background_label ? body.background() : body[object_id{object}].inside;
+            const medium& below = found.media[detail::layer_below_face(found(static_cast<std::uint32_t>(i))).medium];
             const bool gas = detail::is_gas(below);
             if (gas)
                 for (vec2& sample : line) sample = {0, 0};
@@ -112,12 +114,16 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
     });
     return echoes;
 }
-/// The same for a single frame.
+/// The same in a scene, whose layers are found.
+/// @param at  probe to world
+/// @throws usage_error, geometry_error  as above, and as `find_layers`
 template <exec::policy Policy, transducer Probe>
 iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
                         const near_field_settings& settings = {}) {
-    near_field_workspace<Probe> own;
-    return add_near_field(policy, std::move(echoes), body, probe, at, settings, own);
+    settings.check();
+    if (settings.shown == near_field_settings::lines::none) return echoes;
+    return add_near_field(policy, std::move(echoes),
+                          find_layers(policy, body, probe, at, {.depth = 2 * detail::below_face}), probe, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -5,7 +5,6 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/tracing/path_walk.hpp>
-#include <insonify/tracing/trace.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -47,18 +46,6 @@ struct paths {
 
     friend bool operator==(const paths&, const paths&) = default;
 };
-
-/// `trace` with `paths`: echoes with refraction, multiple reflections, mirror images and reverberation; equal to
-/// `trace_beams` where nothing bends and nothing is reflected twice.
-///
-/// With `settings.paths_per_line` the paths are chosen at random and averaged; another seed gives an independent estimate
-/// of the lines with `pairs = false` (see `path_estimate`).
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, class... Laws>
-iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                     const physical<Laws...>& model, const acquisition& scan, const path_settings& settings = {}) {
-    return trace(detail::any_policy<false>{policy}, body, probe, at, model, scan, paths{settings});
-}
 
 } // namespace insonify::inline INSONIFY_ABI
 

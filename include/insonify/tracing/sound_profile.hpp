@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/acoustic_model.hpp>
-#include <insonify/tracing/tracer.hpp>
 #include <array>
 #include <cmath>
 
@@ -29,26 +28,18 @@ struct sound_profile {
 
     std::array<sound_at_depth, steps> at{};
 
-    /// @param line     as the probe sends it, or turned about its origin
-    /// @param room     with the crossings of the line
+    /// @param line     with its layers
     /// @param spacing  of the steps, metres
-    /// @return         the layers, a part of `room`; none where it is too small
-    template <class Line, class Model>
-    view<const layer> find(const line_task& task, const Line& line, const Model& model, line_scratch& room,
-                           float spacing) {
-        traced_line traced = task.line;
-        traced.layers =
-            stack_layers(task.scene, line, task.max_depth, room.found, room.layers, !takes_normal_incidence<Model>());
-        if (traced.layers.empty()) return {};
+    template <class Model>
+    INSONIFY_FN void compute(const traced_line& line, const Model& model, float spacing) {
         vec2 both_ways[steps];
-        model.arrivals(traced, spacing, view<vec2>{both_ways, steps});
+        model.arrivals(line, spacing, view<vec2>{both_ways, steps});
         std::size_t i = 0;
         for (std::uint32_t k = 0; k < steps; ++k) {
             // A step on a surface lies behind it, as in `physical::arrivals`.
-            while (i + 1 < traced.layers.size() && traced.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
-            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, traced.layers[i].place};
+            while (i + 1 < line.layers.size() && line.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
+            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, line.layers[i].place};
         }
-        return traced.layers;
     }
 };
 

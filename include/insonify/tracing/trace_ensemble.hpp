@@ -3,11 +3,9 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/tracing/line_tracer.hpp>
 #include <insonify/tracing/moving_scatterers.hpp>
 #include <insonify/tracing/moving_surfaces.hpp>
-#include <insonify/tracing/trace.hpp>
-#include <insonify/tracing/trace_line.hpp>
-#include <algorithm>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -16,13 +14,6 @@ namespace insonify::inline INSONIFY_ABI {
 struct ensemble_echoes {
     iq_lines resting{};             ///< the same for all pulses
     std::vector<iq_lines> moving{}; ///< for each pulse
-};
-
-/// Tables and buffers of `trace_ensemble`, kept so that it allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model, velocity_field Field>
-struct ensemble_workspace {
-    trace_workspace<Probe, Model> tracing{};                ///< of the frame
-    std::vector<detail::moving_surfaces<Field>> surfaces{}; ///< for each block of lines
 };
 
 namespace detail {
@@ -55,17 +46,19 @@ struct pulse_echoes {
 
 /// Emits the echoes of one line for every pulse. Its layers are those of the first one: within a train, tissue moves by
 /// much less than the length of a pulse.
-/// @param out  `samples` of the resting echoes, then as many of each pulse; echoes are added
+/// @param samples  along the line
+/// @param out      those of the resting echoes, then as many of each pulse; echoes are added
 template <class Model, velocity_field Field>
 void emit_ensemble(const line_task& task, const Model& model, view<const layer> layers, const Field& field,
-                   const pulse_train& pulses, float from, moving_surfaces<Field>& surfaces, std::size_t samples,
-                   view<vec2> out) {
+                   const pulse_train& pulses, moving_surfaces<Field>& surfaces, std::size_t samples, view<vec2> out) {
     traced_line line = task.line;
     line.layers = layers;
     const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     std::uint32_t current = scatterers::all_pulses;
-    model.with_scattering(scatterers{model.scattering, &field, pulses, display_speed / line.frequency, from, &current})
+    model
+        .with_scattering(
+            scatterers{model.scattering, &field, pulses, display_speed / line.frequency, pulses.from, &current})
         .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
     if (!surfaces_move) return;
     const auto no_speckle = model.with_scattering(no_scatterers{});
@@ -81,58 +74,54 @@ void emit_ensemble(const line_task& task, const Model& model, view<const layer> 
 
 } // namespace detail
 
-/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is traced once.
+/// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
+template <transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
+class ensemble_tracer {
+  public:
+    /// See `trace_ensemble`.
+    /// @param out  receives the echoes; its memory is reused
+    template <exec::policy Policy>
+    void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
+               const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
+        const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
+        frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        pulse sent = nominal_pulse(probe);
+        sent.burst = pulses.burst;
+        frame.bandwidth = sent.bandwidth_at_peak();
+        out.moving.resize(pulses.count);
+        sinks_.assign(1, &out.resting);
+        for (iq_lines& each : out.moving) sinks_.push_back(&each);
+        for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
+        if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
+        constexpr float line_time = 1e6F;
+        driver_.emit_lines(policy, body, frame, model, straight_lines{}, line_time, {sinks_.data(), sinks_.size()},
+                           [&](std::size_t block, const line_task& task, view<const layer> layers, view<vec2> echoes) {
+                               detail::emit_ensemble(task, model, layers, field, pulses, surfaces_[block], samples,
+                                                     echoes);
+                           });
+    }
+
+  private:
+    detail::frame_plan<Probe, Model> plan_{};
+    detail::line_driver<vec2> driver_{};
+    std::vector<detail::moving_surfaces<Field>> surfaces_{}; // of each block of lines
+    std::vector<iq_lines*> sinks_{};
+};
+
+/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the scene for
+/// all pulses.
 ///
 /// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
 /// @param pulses  their times
-/// @param from    moving scatterers that are nearer to the probe are left out, metres along the lines
-/// @param own     kept from frame to frame
-/// @param out     receives the echoes; its memory is reused
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
-void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
-                    const acquisition& scan, const Field& field, const pulse_train& pulses, float from,
-                    ensemble_workspace<Probe, Model, Field>& own, ensemble_echoes& out) {
-    const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
-    frame_view<Probe> frame = own.tracing.plan.view_of(policy, probe, at, model, scan, samples, body.media());
-    pulse sent = nominal_pulse(probe);
-    sent.burst = pulses.burst;
-    frame.bandwidth = sent.bandwidth_at_peak();
-    out.moving.resize(pulses.count);
-    out.resting.reshape(probe.lines, samples, scan.depth);
-    for (iq_lines& each : out.moving) each.reshape(probe.lines, samples, scan.depth);
-    constexpr std::size_t block = detail::lines_per_block;
-    own.surfaces.resize(std::max((probe.lines + block - 1) / block, own.surfaces.size()));
-    const auto trace_block = [&](const scene_view& seen, const detail::block_tracer& tracer, std::size_t begin,
-                                 std::size_t end) {
-        detail::scratch_memory& memory = own.tracing.scratch[begin / block];
-        std::vector<vec2>& room = own.tracing.plane_samples[begin / block];
-        for (std::size_t i = begin; i < end; ++i) {
-            const auto number = static_cast<std::uint32_t>(i);
-            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-                room.assign((std::size_t{pulses.count} + 1) * samples, vec2{0, 0});
-                const line_task task = tracer.seen(detail::task_of(frame, seen, number, plane));
-                memory.fit([&](line_scratch& scratch) {
-                    const view<const layer> layers = tracer.template layers_of<Model>(task, scratch);
-                    if (layers.empty()) return false;
-                    detail::emit_ensemble(task, model, layers, field, pulses, from, own.surfaces[begin / block],
-                                          samples, view<vec2>{room});
-                    return true;
-                });
-                for (std::uint32_t slot = 0; slot <= pulses.count; ++slot) {
-                    iq_lines& lines = slot == 0 ? out.resting : out.moving[slot - 1];
-                    const view<vec2> sums{lines.values.data() + i * samples, samples},
-                        echoes{room.data() + std::size_t{slot} * samples, samples};
-                    if (plane == 0) std::fill(sums.begin(), sums.end(), vec2{0, 0});
-                    if (frame.planes > 1)
-                        detail::add_weighted(echoes, frame.weights(number, plane), sums);
-                    else
-                        std::copy(echoes.begin(), echoes.end(), sums.begin());
-                }
-            }
-        }
-    };
-    detail::trace_blocks(policy, body, frame, model, straight_lines{}, 1e6F, own.tracing, trace_block);
+ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                               const Model& model, const Field& field, const acquisition& scan,
+                               const pulse_train& pulses) {
+    ensemble_echoes echoes;
+    ensemble_tracer<Probe, Field, Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan,
+                                                 pulses, echoes);
+    return echoes;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -48,27 +48,31 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
         for (std::size_t i = 0; i < parts; ++i) to[k * parts + i] += weights[k] * from[k * parts + i];
 }
 
-/// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
+/// The samples of one line, in one grid or several: in every plane they are traced, weighted and added.
 ///
-/// @param plane_samples  room for the samples of one plane where there are several
-/// @param out            the samples of the line; whatever they held is overwritten
-/// @return               false where the scratch is too small; the samples are then undefined
-template <class Policy, transducer Probe, class Tracer, acoustic_model Model>
-INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame, const scene_view& scene,
-                            const Tracer& tracer, const Model& model, std::uint32_t number, line_scratch& scratch,
-                            view<typename Model::sample_type> plane_samples, view<typename Model::sample_type> out) {
-    using sample_type = typename Model::sample_type;
-    for (sample_type& sample : out) sample = sample_type{};
-    for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-        const line_task task = task_of(frame, scene, number, plane);
-        if (frame.planes == 1) return tracer(policy, task, model, scratch, out);
-        if constexpr (is_average_v<sample_type>) {
-            for (sample_type& sample : plane_samples) sample = sample_type{};
-            if (!tracer(policy, task, model, scratch, plane_samples)) return false;
-            const float* weight = frame.weights(number, plane);
-            add_weighted(plane_samples, weight, out);
+/// @param room    for the samples of all grids where there are several, or several planes
+/// @param out_of  out_of(grid): the line in that grid; whatever it held is overwritten
+/// @param trace   trace(plane, samples): adds what is received in a plane to samples that are 0, those of one grid after those of
+///                another; false where it cannot
+/// @return        false where `trace` did; the samples are then undefined
+template <transducer Probe, class Sample, class OutOf, class Trace>
+INSONIFY_FN bool sum_planes(const frame_view<Probe>& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
+                            const OutOf& out_of, const Trace& trace) {
+    for (std::size_t grid = 0; grid < grids; ++grid)
+        for (Sample& sample : out_of(grid)) sample = Sample{};
+    if (frame.planes == 1 && grids == 1) return trace(0U, out_of(0));
+    if constexpr (is_average_v<Sample>)
+        for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+            for (Sample& sample : room) sample = Sample{};
+            if (!trace(plane, room)) return false;
+            for (std::size_t grid = 0; grid < grids; ++grid) {
+                const view<Sample> out = out_of(grid), own{room.data() + grid * out.size(), out.size()};
+                if (frame.planes > 1)
+                    add_weighted(own, frame.weights(number, plane), out);
+                else
+                    for (std::size_t k = 0; k < out.size(); ++k) out[k] = own[k];
+            }
         }
-    }
     return true;
 }
 

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/tracing/scratch_memory.hpp>
+#include <insonify/tracing/line_memory.hpp>
 #include <insonify/tracing/slice_finder.hpp>
 #include <insonify/tracing/slice_segments.hpp>
 #include <insonify/tracing/sound_profile.hpp>
@@ -25,7 +25,6 @@ struct shading_points {
     std::uint32_t first = 0;  ///< line of the probe
     std::uint32_t stride = 1;
     std::uint32_t planes = 1;
-    std::vector<std::vector<std::uint32_t>> objects{}; ///< that contain the origins behind the face, by plane and point
 
     std::uint32_t size() const { return fan.size() - 2 * beyond; }
     std::uint32_t line_of(std::uint32_t point) const { return first + point * stride; }
@@ -89,17 +88,23 @@ class turned_lines {
     /// Finds what arrives along one line of the fan in one plane.
     /// @param task     of that line, neither turned nor shifted
     /// @param tilt_of  tilt_of(direction): that of a line in the task's plane, see `line_frame::tilt`
+    /// @param objects  that contain the origin of the point's line, behind the face
     /// @param slices   whose crossings were found; null where everything is found by rays
     template <class Model, class TiltOf>
-    void find_sound(const line_task& task, const shading_points& points, std::uint32_t line, const Model& model,
+    void find_sound(const line_task& task, view<const std::uint32_t> objects, std::uint32_t line, const Model& model,
                     float spacing, const TiltOf& tilt_of, const slice_finder* slices) {
         const line_turn turn = fans_[task.plane].turn(line);
         const turned_line turned{task.line.frame, turn, tilt_of(turned_line{task.line.frame, turn}.direction())};
+        traced_line heard = task.line;
+        for (;; memory_.grow()) {
+            line_crossings found = memory_.found();
+            if (!find_line(task, turned, objects, line, slices, found)) continue;
+            heard.layers = stack_layers(task.scene, turned, task.max_depth, found, view<layer>{memory_.layers},
+                                        !takes_normal_incidence<Model>());
+            if (!heard.layers.empty()) break;
+        }
         sound_profile profile;
-        scratch_.fit([&](line_scratch& room) {
-            return find_line(task, turned, points, line, slices, room.found) &&
-                   !profile.find(task, turned, model, room, spacing).empty();
-        });
+        profile.compute(heard, model, spacing);
         for (std::uint32_t step = 0; step < steps; ++step)
             sound_[(std::size_t{task.plane} * steps + step) * lines_ + line] = profile.at[step];
     }
@@ -148,33 +153,29 @@ class turned_lines {
 
     // The crossings of one line, at the depths of their points. A turned line begins where that of the point does, in the same
     // objects; a shifted one begins in the objects whose surfaces it crosses an odd number of times.
-    bool find_line(const line_task& task, const turned_line& turned, const shading_points& points, std::uint32_t number,
-                   const slice_finder* slices, line_crossings& found) const {
-        found.clear();
+    bool find_line(const line_task& task, const turned_line& turned, view<const std::uint32_t> objects,
+                   std::uint32_t number, const slice_finder* slices, line_crossings& found) const {
         const bool shifted = turned.turn.is_shift;
-        const ray line{turned.origin(), turned.frame().path(), 0, turned.turn.length_to(task.max_depth)};
-        const std::size_t slot = std::size_t{task.plane} * lines_ + number;
+        const crossing_collector collector{
+            task.scene,
+            {turned.origin(), turned.frame().path(), 0, turned.turn.length_to(task.max_depth)},
+            task.max_depth,
+            found};
         if (!shifted)
-            for (const std::uint32_t rank : points.objects[slot]) found.inside.toggle(rank);
-        const auto may_begin_in = [&](std::uint32_t rank) {
-            return shifted && task.scene.objects[rank].box.contains(line.origin);
-        };
+            for (const std::uint32_t rank : objects) found.inside.toggle(rank);
         const auto add = [&](crossing one) {
-            if (may_begin_in(one.rank)) found.inside.toggle(one.rank);
             one.distance = turned.turn.depth_at(one.distance);
-            if ((shifted || one.distance > touching_distance) && one.distance <= task.max_depth) found.add(one);
+            if (shifted)
+                collector.add(one);
+            else if (one.distance > touching_distance && one.distance <= task.max_depth)
+                found.add(one);
         };
+        const std::size_t slot = std::size_t{task.plane} * lines_ + number;
         if (slices != nullptr)
             for (std::size_t i = slot == 0 ? 0 : ends_[slot - 1]; i < ends_[slot]; ++i)
                 if (crossings_[i].distance >= 0) add(crossings_[i]);
         if (slices == nullptr || slices->leaves_rays())
-            task.scene.boxes.for_each_hit(line, [&](const hit& at) {
-                if (slices != nullptr && slices->chosen()[at.primitive] != 0) return;
-                const object_view& one = task.scene.objects[at.primitive];
-                ray local = one.local(line);
-                if (may_begin_in(at.primitive)) local.max_distance = FLT_MAX;
-                one.tree.for_each_hit(local, [&](const hit& h) { add({h.distance, at.primitive, h.primitive}); });
-            });
+            collector.trace(slices != nullptr ? slices->chosen() : view<const std::uint8_t>{}, add);
         found.sort();
         return found.complete();
     }
@@ -187,7 +188,7 @@ class turned_lines {
     std::vector<crossing> crossings_{};   // at metres along the turned line
     std::vector<sound_at_depth> sound_{}; // by plane, step and line
     std::vector<float> share_{};          // by plane and step
-    scratch_memory scratch_{};
+    line_memory memory_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

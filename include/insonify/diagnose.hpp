@@ -1,5 +1,5 @@
-#ifndef INSONIFY_SCENE_DIAGNOSE_HPP
-#define INSONIFY_SCENE_DIAGNOSE_HPP
+#ifndef INSONIFY_DIAGNOSE_HPP
+#define INSONIFY_DIAGNOSE_HPP
 
 #include <insonify/core/save_macros.hpp>
 
@@ -9,8 +9,8 @@
 #include <insonify/scene/check_object.hpp>
 #include <insonify/scene/field_distance.hpp>
 #include <insonify/scene/layers.hpp>
-#include <insonify/scene/path_attenuation.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/tracing/automatic_tgc.hpp>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -210,7 +210,10 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
                                             "when it was added; check the simulation, or the formula, that moves it.");
     if (found.problems.empty()) {
         constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
-        const path_survey half = survey_paths(flat, probe, at, scan.depth / 2);
+        const float half_depth = scan.depth / 2;
+        const path_survey half =
+            survey_paths(find_layers_to(exec::par, body, probe, at, {.depth = scan.depth}, half_depth, false),
+                         probe.frequency, half_depth);
         const auto of_pulse = [&](float lost_db) {
             return attenuated(lost_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
         };

@@ -1,23 +1,16 @@
-#ifndef INSONIFY_SCENE_PATH_ATTENUATION_HPP
-#define INSONIFY_SCENE_PATH_ATTENUATION_HPP
+#ifndef INSONIFY_TRACING_AUTOMATIC_TGC_HPP
+#define INSONIFY_TRACING_AUTOMATIC_TGC_HPP
 
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/attenuation.hpp>
-#include <insonify/probe/plausible.hpp>
-#include <insonify/probe/transducer.hpp>
-#include <insonify/scene/layers.hpp>
-#include <insonify/scene/scene.hpp>
+#include <insonify/tracing/find_layers.hpp>
 #include <algorithm>
+#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
-
-/// Whether almost no sound passes from tissue into a medium of so small an impedance: gas, inflated lung.
-INSONIFY_FN inline bool is_gas(const medium& m) { return m.impedance() < 3e5F; }
-/// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
-INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
 
 /// What the middle lines of a probe pass, down to the first medium that blocks sound. Medians over the lines.
 struct path_survey {
@@ -27,28 +20,23 @@ struct path_survey {
     float length = 0;                ///< of the path, metres
 };
 
-template <transducer Probe>
-path_survey survey_paths(const scene_view& flat, const Probe& probe, const pose& at, float depth) {
-    crossing crossings[256];
-    std::uint32_t inside[64];
-    layer layers[256];
+/// @param frequency  hertz
+/// @param depth      where paths end, metres
+inline path_survey survey_paths(const line_layers& found, float frequency, float depth) {
     float attenuation[path_survey::lines], loss[path_survey::lines], length[path_survey::lines];
     int count = 0;
     for (int i = 0; i < path_survey::lines; ++i) {
         const float fraction = (static_cast<float>(i) + 0.5F) / (2 * path_survey::lines) - 0.25F;
-        const ray beam = probe.beam(line_at_fraction(fraction, probe.lines));
-        const line_frame line{.origin = at.point(beam.origin), .along = at.direction(beam.direction)};
-        line_crossings found{.room = {crossings, 256}, .inside = {.ranks = {inside, 64}}};
-        if (!find_crossings(flat, {line.origin, line.along}, depth, found)) continue;
+        const float nearest = std::round(line_at_fraction(fraction, found.lines));
         float path = 0, mean = 0, decibels = 0;
-        for (const layer& here : stack_layers(flat, line, depth, found, {layers, 256}, false)) {
-            const medium& m = flat.media[here.medium];
-            if (blocks_sound(m)) break;
-            const float part = here.end - here.begin;
+        for (const layer& here : found(static_cast<std::uint32_t>(max(nearest, 0)))) {
+            const medium& m = found.media[here.medium];
+            if (here.begin >= depth || blocks_sound(m)) break;
+            const float part = min(here.end, depth) - here.begin;
             if (!(part > 0)) continue;
             path += part;
             mean += (m.attenuation - mean) * (part / path); // exact in a single medium
-            decibels += part * echo_loss(m, probe.frequency);
+            decibels += part * echo_loss(m, frequency);
         }
         if (!(path > 0)) continue;
         attenuation[count] = mean;
@@ -70,19 +58,23 @@ path_survey survey_paths(const scene_view& flat, const Probe& probe, const pose&
 ///
 /// Each of 15 lines in the middle half of the field of view has a mean attenuation, down to the first medium that blocks
 /// sound, such as bone or air. The result is the median of the 15, within 50 to 100, as scanners assume (0.5 to 1
-/// dB/(cm MHz)). Lines with more than 256 surfaces do not count.
+/// dB/(cm MHz)).
+/// @param found  what lies along the lines of the probe
 /// @param depth  of the picture, metres
-/// @throws usage_error  for a scene that is not built, or a setting out of range
+inline float automatic_tgc(const line_layers& found, float depth) {
+    constexpr float any_frequency = 1e6F; // of losses, which have no part in it
+    const detail::path_survey passed = detail::survey_paths(found, any_frequency, depth);
+    return clamp(passed.length > 0 ? passed.attenuation : found.media[0].attenuation, 50, 100);
+}
+/// The same in a scene, whose layers are found.
+/// @throws usage_error     for a scene that is not built, or a setting out of range
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
 float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float depth) {
-    probe.check();
-    check_depth(depth, "automatic_tgc");
-    if (!is_rigid(at))
-        throw geometry_error{"automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at, or "
-                             "mend it with orthonormalised"};
-    const detail::path_survey passed = detail::survey_paths(body.view_for_rays(policy), probe, at, depth);
-    return clamp(passed.length > 0 ? passed.attenuation : body.background().attenuation, 50, 100);
+    detail::check_lines(body, probe, at, depth, "automatic_tgc");
+    return automatic_tgc(
+        detail::find_layers_to(detail::any_policy<false>{policy}, body, probe, at, {.depth = depth}, depth, false),
+        depth);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

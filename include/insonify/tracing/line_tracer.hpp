@@ -1,0 +1,177 @@
+#ifndef INSONIFY_TRACING_LINE_TRACER_HPP
+#define INSONIFY_TRACING_LINE_TRACER_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/execution/any_policy.hpp>
+#include <insonify/probe/line_grid.hpp>
+#include <insonify/scene/scene.hpp>
+#include <insonify/tracing/check.hpp>
+#include <insonify/tracing/frame_displacements.hpp>
+#include <insonify/tracing/frame_plan.hpp>
+#include <insonify/tracing/scratch_memory.hpp>
+#include <insonify/tracing/straight_lines.hpp>
+#include <insonify/tracing/trace_line.hpp>
+#include <concepts>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// The one loop over the lines and planes of a frame: what a line is traced in is made here alone, the scene as the tracer sees
+/// it, with tissue as it is deformed now. Keeps its memory from frame to frame.
+template <class Sample>
+class line_driver {
+  public:
+    /// Finds the layers of all lines, computes what arrives through the aperture, and emits the echoes of every line.
+    /// @param line_time  nanoseconds to emit one line of one plane, roughly
+    /// @param sinks      grids that receive the samples; planes are weighted and added
+    /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those of another
+    template <exec::policy Policy, transducer Probe, acoustic_model Model, class Emit>
+    void emit_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                    const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
+                    const Emit& emit) {
+        constexpr bool incident = !takes_normal_incidence<Model>();
+        const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
+        const bool fan = finder_.assign(frame.probe);
+        bool shaded = false;
+        if constexpr (states_arrivals<Model>)
+            shaded = how.directions > 1 && fan &&
+                     shading_.assign(frame.probe, finder_.fan(), beam_of(frame.probe, frame.depth));
+        finder_.prepare(policy, body, frame, how.search, shaded ? 1 + how.directions : 1, shaded,
+                        shaded ? shading_.beyond(frame) : outer_lines{});
+        scene_view seen = finder_.scene_seen();
+        seen.displacements = displaced;
+        aperture_shading::gains_view gains{};
+        if constexpr (states_arrivals<Model>)
+            if (shaded) {
+                finder_.find(policy, frame, incident, layers_);
+                shading_.compute(policy, seen, frame, model, how.directions, layers_, finder_.slices());
+                gains = shading_.view_of();
+            }
+        if (!shaded) {
+            layers_.begin(frame.probe.lines, frame.planes, seen.media);
+            line_time += finder_.search_time();
+        }
+        sum_blocks(
+            policy, frame, line_time, sinks,
+            [&](std::size_t begin) {
+                if (!shaded) finder_.find_block(frame, begin, incident, layers_);
+            },
+            [&](std::size_t block, std::uint32_t number, std::uint32_t plane, view<Sample> samples) {
+                line_task task = task_of(frame, seen, number, plane);
+                task.line.gains = gains.of_line(number, plane);
+                emit(block, task, layers_(number, plane), samples);
+            });
+    }
+
+    /// The same for a tracer that makes the samples of a line itself.
+    template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
+    void trace_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                     const Tracer& how, line_grid<Sample>& lines) {
+        constexpr float line_time = 1e6F;
+        scene_view seen = body.view_for_rays(policy);
+        seen.displacements = displacements_.compute(policy, body, frame);
+        layers_.begin(0, 0, {});
+        if (scratch_.size() < blocks_of(frame.probe.lines)) scratch_.resize(blocks_of(frame.probe.lines));
+        line_grid<Sample>* const sink = &lines;
+        sum_blocks(
+            policy, frame, line_time, {&sink, 1}, [](std::size_t) {},
+            [&](std::size_t block, std::uint32_t number, std::uint32_t plane, view<Sample> samples) {
+                scratch_[block].fit([&](line_scratch& scratch) {
+                    for (Sample& sample : samples) sample = Sample{};
+                    return how(policy, task_of(frame, seen, number, plane), model, scratch, samples);
+                });
+            });
+    }
+
+    /// Of the last frame whose lines were emitted.
+    const line_layers& layers() const { return layers_; }
+
+  private:
+    template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
+    void sum_blocks(const Policy& policy, const frame_view<Probe>& frame, float line_time,
+                    view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {
+        if (rooms_.size() < blocks_of(frame.probe.lines)) rooms_.resize(blocks_of(frame.probe.lines));
+        line_time *= static_cast<float>(frame.planes);
+        exec::for_each_block(
+            policy, frame.probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
+                const std::size_t block = begin / lines_per_block;
+                begin_block(begin);
+                std::vector<Sample>& room = rooms_[block];
+                if (frame.planes > 1 || sinks.size() > 1) room.resize(sinks.size() * frame.samples);
+                for (std::size_t i = begin; i < end; ++i) {
+                    const auto number = static_cast<std::uint32_t>(i);
+                    sum_planes(
+                        frame, number, sinks.size(), view<Sample>{room},
+                        [&](std::size_t grid) {
+                            return view<Sample>{sinks[grid]->values.data() + i * frame.samples, frame.samples};
+                        },
+                        [&](std::uint32_t plane, view<Sample> samples) {
+                            trace(block, number, plane, samples);
+                            return true;
+                        });
+                }
+            });
+    }
+
+    layer_finder finder_{};
+    line_layers layers_{};
+    aperture_shading shading_{};
+    frame_displacements displacements_{};
+    std::vector<std::vector<Sample>> rooms_{}; // of each block of lines
+    std::vector<scratch_memory> scratch_{};    // of each block of lines
+};
+
+} // namespace detail
+
+/// `trace`, frame after frame: holds tables, layers and memory, so that it allocates only while buffers grow.
+///
+///     line_tracer<linear_array> lines;
+///     iq_lines echoes;
+///     for (;;) echoes = lines.trace(exec::par_unseq, body, probe, at, physical{}, scan, {}, std::move(echoes));
+template <transducer Probe, acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
+class line_tracer {
+  public:
+    using sample_type = typename Model::sample_type; ///< that the model makes
+
+    /// What the probe receives along its lines: see `insonify::trace`.
+    /// @param recycled  lines whose memory is reused, whatever they held
+    /// @throws usage_error, geometry_error  as `insonify::trace`
+    template <exec::policy Policy>
+    line_grid<sample_type> trace(const Policy& any, const scene& body, const Probe& probe, const pose& at,
+                                 const Model& model, const acquisition& scan, const Tracer& how = {},
+                                 line_grid<sample_type> recycled = {}) {
+        const detail::any_policy policy{any};
+        const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
+        if (scan.planes > 1 && !detail::is_average_v<sample_type>)
+            throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
+        if constexpr (requires { how.check(); }) how.check();
+        const frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        recycled.reshape(probe.lines, samples, scan.depth);
+        line_grid<sample_type>* const sink = &recycled;
+        if constexpr (std::same_as<Tracer, straight_lines>)
+            driver_.emit_lines(policy, body, frame, model, how,
+                               detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
+                               [&](std::size_t, const line_task& task, view<const layer> layers,
+                                   view<sample_type> out) { task.apply(policy, model, layers, out); });
+        else
+            driver_.trace_lines(policy, body, frame, model, how, recycled);
+        return recycled;
+    }
+
+    /// What lies along the lines of the last frame; of tracers other than `straight_lines`, no lines.
+    const line_layers& layers() const { return driver_.layers(); }
+
+  private:
+    detail::frame_plan<Probe, Model> plan_{};
+    detail::line_driver<sample_type> driver_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif
