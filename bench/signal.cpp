@@ -20,16 +20,16 @@ void count_samples(benchmark::State& state) {
 
 void convolve_lines(benchmark::State& state) {
     iq_lines lines = noise();
-    convolve_workspace own;
-    for (auto _ : state) lines = convolve(threads(state), std::move(lines), pulse{}, bench::chain::probe, {}, own);
+    convolver own;
+    for (auto _ : state) lines = own.convolve(threads(state), std::move(lines), pulse{}, bench::chain::probe);
     count_samples(state);
 }
 void convolve_with_side_lobes(benchmark::State& state) {
     iq_lines lines = noise();
     convex_array probe = bench::chain::probe;
     probe.side_lobes = 0.047F;
-    convolve_workspace own;
-    for (auto _ : state) lines = convolve(threads(state), std::move(lines), pulse{}, probe, {}, own);
+    convolver own;
+    for (auto _ : state) lines = own.convolve(threads(state), std::move(lines), pulse{}, probe);
     count_samples(state);
 }
 void envelope_of_iq(benchmark::State& state) {

@@ -17,7 +17,7 @@ int main() {
     const linear_array probe{.lines = 192, .width = 38_mm, .frequency = 7.5_MHz};
     const b_mode_settings settings{.depth = 36_mm, .size = {0, 220}};
     const auto seen = [&](straight_lines tracer) {
-        return b_mode(exec::par_unseq, body, probe, pose{}, settings, physical{}, tracer);
+        return b_mode(exec::par_unseq, body, probe, pose{}, physical{}, settings, tracer);
     };
     const image sharp = seen({.directions = 1}), soft = seen({});
     picture_strip strip{settings.size.y};

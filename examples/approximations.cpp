@@ -116,7 +116,7 @@ float mirrored() {
     const linear_array probe{.lines = 128, .width = 24_mm, .frequency = 5_MHz};
     const acquisition scan{.depth = 30_mm, .samples = 768};
     const auto by_paths = [&](std::uint32_t seed) {
-        return trace_paths(exec::par_unseq, body, probe, pose{}, model_of(seed), scan);
+        return trace(exec::par_unseq, body, probe, pose{}, model_of(seed), scan, paths{});
     };
     picture_strip strip{height};
     strip.add(picture_of(trace(exec::par_unseq, body, probe, pose{}, model_of(1), scan), probe, height));

@@ -115,7 +115,7 @@ int main() {
     doppler_settings colour{.depth = grey.depth, .prf = 5_kHz, .ensemble = 10, .wall = {.order = 1}};
     const scan_map map = make_scan_map(exec::par, probe, {.depth = grey.depth}, {.size = grey.size});
     colour_image strip{{frames * (map.size.x + 6), 2 * (map.size.y + 6)}};
-    b_mode_workspace<linear_array> own;
+    scanner<linear_array> machine{probe};
     float fullest = 0, emptiest = 1, fastest = 0, slowest = 10, vein_filling = 0;
     for (std::uint32_t frame = 0; frame < frames; ++frame) {
         const float time = (static_cast<float>(frame) + 0.2F) / (frames * heart_rate);
@@ -123,7 +123,8 @@ int main() {
         body.update(exec::par);
         grey.frame = frame;
         colour.time = time;
-        const image tissue_picture = b_mode(exec::par_unseq, body, probe, pose{}, grey, physical{}, own);
+        machine.settings = grey;
+        const image tissue_picture = machine.scan(exec::par_unseq, body, pose{});
         const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, pose{}, flow, colour);
         const colour_image shown = colour_overlay(exec::par, tissue_picture, seen, probe,
                                                   {.max_velocity = 0.2_m_per_s, .min_velocity = 0.03_m_per_s});

@@ -157,8 +157,8 @@ class examination_of_groin {
         const auto flow = [&](object_id object, vec3 point, float at_time) {
             return in_artery(object, point, at_time) + in_vein(object, point, at_time);
         };
-        ++settings_.frame;
-        const image& grey = b_mode(exec::par_unseq, own_.body, probe_, face, settings_, physical{}, drawing_);
+        ++machine_.settings.frame;
+        const image& grey = machine_.scan(exec::par_unseq, own_.body, face);
         const flow_lines moving =
             colour_doppler(exec::par_unseq, own_.body, probe_, face, flow,
                            {.depth = settings_.depth, .prf = 5.5_kHz, .ensemble = 10, .box = box_, .time = time});
@@ -181,8 +181,8 @@ class examination_of_groin {
     b_mode_settings settings_ = presets::nerve_block.settings;
     colour_box box_{.from = 6_mm, .to = 25_mm, .first_line = 40, .lines = 180};
     pulsatile beat_{.heart_rate = heart_rate, .resistive_index = 0.85F};
-    b_mode_workspace<linear_array> drawing_{};
-    press_workspace pressing_{};
+    scanner<linear_array> machine_{probe_, settings_};
+    presser pressing_{};
 };
 
 constexpr float systole = 0.125F, diastole = 0.7F; // seconds

@@ -19,7 +19,7 @@ int main() {
     body.build(exec::par);
 
     const linear_array probe{.lines = 192, .width = 38_mm, .frequency = 7.5_MHz};
-    b_mode_workspace<linear_array> own;
+    scanner<linear_array> machine{probe, {.depth = 40_mm, .size = {380, 400}, .tgc = 80}};
     picture_strip strip{400};
     float worst = 0;
     struct moment {
@@ -32,8 +32,7 @@ int main() {
         const contact touch = press(body, probe, at);
         const auto map = compose(artery, touch.deformation);
         body.deform(exec::par, map);
-        strip.add(
-            b_mode(exec::par_unseq, body, probe, at, {.depth = 40_mm, .size = {380, 400}, .tgc = 80}, physical{}, own));
+        strip.add(machine.scan(exec::par_unseq, body, at));
         const auto met = first_surface(body, {.origin = at.translation}, [&](object_id id) { return id == vessel; });
         const float top = met ? met->point.z : 0, expected = map({0, 0, 13_mm}).z;
         worst = max(worst, std::fabs(top - expected));

@@ -126,7 +126,7 @@ int main() {
     const linear_array probe{.lines = 192, .width = 38_mm, .frequency = 7.5_MHz};
     const pose at = look_at({0, 0, 0}, {0, 0, 1}, {1, 0, 0}); // from, towards, lateral
     const b_mode_settings settings{.depth = 40_mm, .size = {512, 0}};
-    write_png("own_tracer.png", b_mode(exec::par_unseq, nothing, probe, at, settings, physical{}, voxel_tracer{arm}));
+    write_png("own_tracer.png", b_mode(exec::par_unseq, nothing, probe, at, physical{}, settings, voxel_tracer{arm}));
 
     // A ball of voxels against a mesh of the same ball: the same depths along every line.
     label_volume ball{.size = {160, 160, 160}, .voxel = 0.25_mm, .corner = {-20_mm, -20_mm, 0}};

@@ -26,7 +26,7 @@ int main() {
     const scan_lines straight =
         draw("needle_straight.png", trace(exec::par_unseq, body, probe, pose{}, physical<>{.min_ringing = 1}, scan));
     const scan_lines bouncing = draw(
-        "needle_paths.png", trace_paths(exec::par_unseq, body, probe, pose{}, physical<>{}, scan, {.bounces = 20}));
+        "needle_paths.png", trace(exec::par_unseq, body, probe, pose{}, physical<>{}, scan, paths{{.bounces = 20}}));
 
     // Straight lines give no echo below the needle. Sound that reverberates in the needle returns later each time.
     const auto below = [&](const scan_lines& lines) {

@@ -54,8 +54,8 @@ TEST_CASE("in the picture blood is darker than muscle, bone is bright and casts 
     constexpr std::uint32_t seeds = 8;
     float darker = 0, bone = 0;
     for (std::uint32_t seed = 1; seed <= seeds; ++seed) {
-        const image seen = b_mode(exec::par_unseq, b_mode_test::phantom(), b_mode_test::probe, pose{},
-                                  b_mode_test::settings, physical<>{.scattering = {.seed = seed}, .seed = seed});
+        const image seen = b_mode(exec::par_unseq, b_mode_test::phantom(), b_mode_test::probe, pose{}, physical<>{.scattering = {.seed = seed}, .seed = seed},
+                                  b_mode_test::settings);
         bone += b_mode_test::mean(seen, {7.5_mm, 14.55_mm}, {8.5_mm, 14.75_mm}) / seeds; // 15 mm, displayed
         darker += (b_mode_test::mean(seen, {-2_mm, 13_mm}, {2_mm, 17_mm}) -
                    b_mode_test::mean(seen, {-10_mm, 13_mm}, {-6_mm, 17_mm})) /
@@ -99,15 +99,15 @@ TEST_CASE("the picture is the same on any number of threads and each time, and a
     CHECK(apart * 1000 <= picture.pixels.size());
 }
 
-TEST_CASE("a clip in one workspace shows what pictures drawn one by one show, whatever changes between frames") {
+TEST_CASE("a clip of one scanner shows what pictures drawn one by one show, whatever changes between frames") {
     scene body = b_mode_test::phantom();
-    b_mode_workspace<linear_array> own;
-    linear_array probe = b_mode_test::probe;
-    b_mode_settings settings = b_mode_test::settings;
-    physical<> model;
+    scanner machine{b_mode_test::probe, b_mode_test::settings};
+    linear_array& probe = machine.probe;
+    b_mode_settings& settings = machine.settings;
+    physical<>& model = machine.model;
     const auto check = [&](const pose& at) {
-        CHECK(b_mode(exec::par_unseq, body, probe, at, settings, model, own) ==
-              b_mode(exec::par_unseq, body, probe, at, settings, model));
+        CHECK(machine.scan(exec::par_unseq, body, at) ==
+              b_mode(exec::par_unseq, body, probe, at, model, settings));
     };
     check(pose{});
     check({.translation = {1_mm, 2_mm, 0}});
@@ -135,7 +135,7 @@ TEST_CASE(
     body.build(exec::par);
     const scene bright = b_mode_test::phantom();
     const auto beside = [&](const scene& of, std::uint32_t directions) {
-        const image seen = b_mode(exec::par, of, b_mode_test::probe, pose{}, b_mode_test::settings, physical{},
+        const image seen = b_mode(exec::par, of, b_mode_test::probe, pose{}, physical{}, b_mode_test::settings,
                                   straight_lines{.directions = directions});
         return b_mode_test::mean(seen, {-20_mm, 0}, {-1_mm, 40_mm});
     };
@@ -208,10 +208,9 @@ TEST_CASE("a picture along paths is the chain of its stages by hand, with and wi
                              {.dynamic_range_db = 60, .reference_db = -25, .gain_db = 3});
         const image expected =
             scan_convert(exec::par_unseq, lines, fine, {.size = settings.size, .background = settings.background});
-        CHECK(b_mode(exec::par_unseq, body, probe, pose{}, settings, physical{}, how) == expected);
-        b_mode_workspace<std::remove_cvref_t<decltype(probe)>, physical<>, paths> own;
-        for (int i = 0; i < 2; ++i)
-            CHECK(b_mode(exec::par_unseq, body, probe, pose{}, settings, physical{}, own, how) == expected);
+        CHECK(b_mode(exec::par_unseq, body, probe, pose{}, physical{}, settings, how) == expected);
+        scanner machine{probe, settings, physical{}, how};
+        for (int i = 0; i < 2; ++i) CHECK(machine.scan(exec::par_unseq, body, pose{}) == expected);
         CHECK(b_mode(exec::par_unseq, body, probe, pose{}, settings) != expected); // straight lines are another picture
     };
     compare(linear_array{.lines = 48, .width = 30_mm, .frequency = 5_MHz});
@@ -226,10 +225,10 @@ TEST_CASE("where nothing bends and no second reflection is heard, paths draw wha
     body.add(make_box({2_mm, -9_mm, 12_mm}, {12_mm, 9_mm, 22_mm}),
              medium{.density = 1002, .sound_speed = 1540, .attenuation = 70, .backscatter = 2});
     body.build(exec::par);
-    const image straight = b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, b_mode_test::settings, physical{},
+    const image straight = b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, physical{}, b_mode_test::settings,
                                   straight_lines{.directions = 1});
     const image bent =
-        b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, b_mode_test::settings, physical{}, paths{});
+        b_mode(exec::par_unseq, body, b_mode_test::probe, pose{}, physical{}, b_mode_test::settings, paths{});
     std::size_t apart = 0;
     double sum = 0;
     for (std::size_t i = 0; i < straight.pixels.size(); ++i) {

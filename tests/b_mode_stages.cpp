@@ -129,16 +129,17 @@ TEST_CASE("b_mode: the stages by hand draw the same picture to the bit, whatever
 TEST_CASE("b_mode: a clip with persistence is the clip of the stages, and restarts where a setting changes") {
     const scene body = phantom();
     const linear_array probe{.lines = 40, .width = 30_mm, .frequency = 5_MHz};
-    b_mode_settings knobs{
-        .depth = 30_mm, .size = {80, 0}, .planes = 1, .persistence = 0.5F, .noise = {.level_db = -100}};
-    b_mode_workspace<linear_array> own;
+    scanner<linear_array> machine{
+        probe, {.depth = 30_mm, .size = {80, 0}, .planes = 1, .persistence = 0.5F, .noise = {.level_db = -100}}};
+    b_mode_settings& knobs = machine.settings;
     persistence fading{0.5F};
     for (; knobs.frame < 4; ++knobs.frame)
-        CHECK(same_bits(b_mode(exec::par_unseq, body, probe, pose{}, knobs, physical{}, own),
+        CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}),
                         by_stages(body, probe, pose{}, knobs, fading)));
-    CHECK_FALSE(same_bits(own.picture(), b_mode(exec::par_unseq, body, probe, pose{}, knobs)));
+    CHECK_FALSE(same_bits(machine.picture(), b_mode(exec::par_unseq, body, probe, pose{}, knobs)));
     const auto restarts = [&](const linear_array& with) {
-        CHECK(same_bits(b_mode(exec::par_unseq, body, with, pose{}, knobs, physical{}, own),
+        machine.probe = with;
+        CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}),
                         b_mode(exec::par_unseq, body, with, pose{}, knobs)));
         ++knobs.frame;
     };
@@ -151,19 +152,19 @@ TEST_CASE("b_mode: a clip with persistence is the clip of the stages, and restar
     restarts({.lines = 40, .width = 30_mm, .frequency = 5_MHz, .fnumber = 3});
     knobs.persistence = 1;
     for (int i = 0; i < 2; ++i)
-        CHECK_THROWS_AS(b_mode(exec::par_unseq, body, probe, pose{}, knobs, physical{}, own), usage_error);
+        CHECK_THROWS_AS(machine.scan(exec::par_unseq, body, pose{}), usage_error);
 }
 
 TEST_CASE("b_mode: the same number of the frame gives the same picture, another number other noise") {
     const scene body = phantom();
     const linear_array probe{.lines = 60, .width = 30_mm, .frequency = 6_MHz};
-    b_mode_settings knobs{.depth = 50_mm, .size = {160, 0}, .planes = 1};
-    b_mode_workspace<linear_array> own;
-    const image first = b_mode(exec::par_unseq, body, probe, pose{}, knobs, physical{}, own);
+    scanner<linear_array> machine{probe, {.depth = 50_mm, .size = {160, 0}, .planes = 1}};
+    b_mode_settings& knobs = machine.settings;
+    const image first = machine.scan(exec::par_unseq, body, pose{});
     knobs.frame = 1;
-    CHECK_FALSE(same_bits(b_mode(exec::par_unseq, body, probe, pose{}, knobs, physical{}, own), first));
+    CHECK_FALSE(same_bits(machine.scan(exec::par_unseq, body, pose{}), first));
     knobs.frame = 0;
-    CHECK(same_bits(b_mode(exec::par_unseq, body, probe, pose{}, knobs, physical{}, own), first));
+    CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}), first));
     CHECK(same_bits(b_mode(exec::par_unseq.threads(3), body, probe, pose{}, knobs), first));
 }
 
@@ -204,8 +205,11 @@ TEST_CASE("b_mode: automatic gain stays from frame to frame, and follows the pro
         given.tgc = tgc;
         return b_mode(exec::par_unseq, body, probe, at, given);
     };
-    b_mode_workspace<linear_array> own;
-    const auto next = [&](const pose& at) { return b_mode(exec::par_unseq, body, probe, at, knobs, physical{}, own); };
+    scanner<linear_array> machine{probe};
+    const auto next = [&](const pose& at) {
+        machine.settings = knobs;
+        return machine.scan(exec::par_unseq, body, at);
+    };
     CHECK(same_bits(next(over_fat), with(60, over_fat)));
     CHECK(same_bits(next(over_muscle), with(60, over_muscle)));
     CHECK(same_bits(b_mode(exec::par_unseq, body, probe, over_muscle, knobs), with(100, over_muscle)));

@@ -192,10 +192,10 @@ TEST_CASE("colour Doppler: the box, threads, and a workspace do not change the v
     settings.noise_db = no_level_db; // whose numbers are those of the traced lines
     const flow_lines all = colour_doppler(exec::par_unseq, t.body, probe, pose{}, t.stream, settings);
     settings.box = {.from = 12_mm, .to = 28_mm, .first_line = 30, .lines = 25};
-    colour_doppler_workspace<linear_array, poiseuille> own;
+    colour_scanner<linear_array> own;
     for (int repeat = 0; repeat < 2; ++repeat) {
         const flow_lines boxed =
-            colour_doppler(exec::par_unseq, t.body, probe, pose{}, t.stream, settings, physical{}, own);
+            own.acquire(exec::par_unseq, t.body, probe, pose{}, physical{}, t.stream, settings);
         double worst = 0;
         bool outside_is_empty = true;
         for (std::uint32_t line = 0; line < 96; ++line)

@@ -96,15 +96,16 @@ TEST_CASE("compounding: the same picture on any number of threads, one look at a
     const image expected = b_mode(exec::seq, body, probe, pose{}, with(all));
     for (const std::uint32_t threads : {2U, 5U})
         CHECK(b_mode(exec::par.threads(threads), body, probe, pose{}, with(all)) == expected);
-    b_mode_workspace<linear_array> own;
+    scanner<linear_array> machine{probe, with(one)};
     const auto next = [&](const physical<>& model) -> const image& {
-        return b_mode(exec::par.threads(2), body, probe, pose{}, with(one), model, own);
+        machine.model = model;
+        return machine.scan(exec::par.threads(2), body, pose{});
     };
     for (int frame = 0; frame < 3; ++frame) CHECK(next(physical{}) != expected);
     CHECK(next(physical{}) == expected);
     CHECK(next(physical{}) == expected);
     const physical<> louder{.texture_db = -50}; // starts anew
-    const image again = b_mode(exec::seq, body, probe, pose{}, with(all), louder);
+    const image again = b_mode(exec::seq, body, probe, pose{}, louder, with(all));
     for (int frame = 0; frame < 3; ++frame) CHECK(next(louder) != again);
     CHECK(next(louder) == again);
 }

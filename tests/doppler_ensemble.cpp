@@ -87,11 +87,8 @@ TEST_CASE("ensemble: what rests has the echoes of `trace`, the same for all puls
     const vessel v;
     const auto rest = [](object_id, vec3, float) { return vec3{0, 0, 0}; };
     for (const std::uint32_t planes : {1U, 3U}) {
-        ensemble_workspace<linear_array, physical<>, std::remove_const_t<decltype(rest)>> own;
-        ensemble_echoes found;
         const acquisition scan{.depth = depth, .samples = 512, .planes = planes, .frame = 7};
-        trace_ensemble(exec::par_unseq, v.body, probe, pose{}, physical{}, scan, rest,
-                       {.interval = 1 / prf, .count = 3}, 0, own, found);
+        const ensemble_echoes found = trace_ensemble(exec::par_unseq, v.body, probe, pose{}, physical{}, rest, scan, {.interval = 1 / prf, .count = 3});
         CHECK(found.resting == trace(exec::par_unseq, v.body, probe, pose{}, physical{}, scan));
         for (const iq_lines& each : found.moving)
             for (const vec2 value : each.values) CHECK_UNARY(value == vec2{0, 0});
@@ -105,11 +102,8 @@ TEST_CASE("ensemble: moving blood keeps its level, pulse after pulse, and the fi
         for (const vec2 value : lines.values) sum += static_cast<double>(dot(value, value));
         return sum;
     };
-    ensemble_workspace<linear_array, physical<>, poiseuille> own;
-    ensemble_echoes found;
     const acquisition scan{.depth = depth, .samples = 1024};
-    trace_ensemble(exec::par_unseq, v.body, probe, pose{}, physical{}, scan, v.stream,
-                   {.interval = 1 / prf, .count = 40}, 0, own, found);
+    const ensemble_echoes found = trace_ensemble(exec::par_unseq, v.body, probe, pose{}, physical{}, v.stream, scan, {.interval = 1 / prf, .count = 40});
     const iq_lines still = trace(exec::par_unseq, v.body, probe, pose{}, physical{}, scan);
     double difference = 0;
     for (std::size_t i = 0; i < still.values.size(); ++i) {

@@ -34,10 +34,7 @@ scene block(fibre_directions fibres = {}) {
 /// Difference of the first pulse of a train at rest from `trace`: rms over rms.
 double error_of_rest(const scene& body, std::uint32_t planes) {
     const acquisition scan{.depth = 40_mm, .samples = 512, .planes = planes, .frame = 7};
-    ensemble_workspace<linear_array, physical<>, at_rest> own;
-    ensemble_echoes found;
-    trace_ensemble(exec::par_unseq, body, probe, pose{}, physical{}, scan, at_rest{},
-                   {.interval = 1 / 4_kHz, .count = 2}, 0, own, found);
+    const ensemble_echoes found = trace_ensemble(exec::par_unseq, body, probe, pose{}, physical{}, at_rest{}, scan, {.interval = 1 / 4_kHz, .count = 2});
     const iq_lines expected = trace(exec::par_unseq, body, probe, pose{}, physical{}, scan);
     double error = 0, power = 0;
     for (std::size_t i = 0; i < expected.values.size(); ++i) {

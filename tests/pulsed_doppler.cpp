@@ -169,9 +169,9 @@ TEST_CASE("pulsed Doppler: threads do not matter; the gate's blood stays at one 
 
 TEST_CASE("pulsed Doppler: memory of another gate changes nothing") {
     const tube t{60_deg};
-    pulsed_doppler_workspace<linear_array, poiseuille> own;
+    gate_scanner<linear_array> own;
     const auto drawn = [&](const pulsed_doppler_settings& settings) {
-        return pulsed_doppler(exec::par_unseq, t.body, probe, pose{}, t.stream, settings, physical{}, own);
+        return own.acquire(exec::par_unseq, t.body, probe, pose{}, physical{}, t.stream, settings);
     };
     const pulsed_doppler_settings settings{.line = 48, .gate = 22_mm, .prf = 4_kHz, .duration = 0.1F, .depth = 40_mm},
         other{.line = 20, .gate = 12_mm, .gate_length = 3_mm, .prf = 6_kHz, .duration = 0.05F, .depth = 30_mm};

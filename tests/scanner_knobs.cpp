@@ -180,8 +180,8 @@ void compare_with_fresh(const Probe& probe, std::uint64_t seed, int rounds) {
         turn(own, random, machine, at, body, vessel);
         for (std::uint32_t more = random.below(3); more > 0; --more)
             turn(random.below(knobs), random, machine, at, body, vessel);
-        const image fresh = b_mode(exec::par_unseq.threads(1 + random.below(3)), body, machine.probe, at,
-                                   machine.settings, machine.model, machine.how);
+        const image fresh = b_mode(exec::par_unseq.threads(1 + random.below(3)), body, machine.probe, at, machine.model,
+                                   machine.settings, machine.how);
         if (!same_bits(machine.scan(exec::par_unseq.threads(2), body, at), fresh)) {
             ++different;
             ++turned[own];

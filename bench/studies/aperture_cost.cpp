@@ -12,11 +12,12 @@ using namespace insonify;
 template <class Probe>
 void measure(const char* what, const scene& body, const Probe& probe, const pose& at) {
     const b_mode_settings settings{.depth = 100_mm, .size = {512, 512}};
-    b_mode_workspace<Probe> own[2];
+    const scanner<Probe> machine{probe, settings};
+    scanner<Probe> machines[2] = {machine, machine};
     std::vector<bench::contender> both(2);
     for (std::size_t i = 0; i < 2; ++i) {
-        const straight_lines how{.directions = i == 0 ? 1 : straight_lines{}.directions};
-        both[i].work = [&, i, how] { b_mode(exec::unseq, body, probe, at, settings, physical{}, own[i], how); };
+        if (i == 0) machines[i].how.directions = 1;
+        both[i].work = [&, i] { machines[i].scan(exec::unseq, body, at); };
     }
     bench::run(both, {.seconds = 6});
     const double without = both[0].median(), with = both[1].median();

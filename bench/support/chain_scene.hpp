@@ -23,8 +23,8 @@ inline scene organ() {
 
 /// All stages, each in the memory of the frame before.
 struct frame {
-    trace_workspace<convex_array, physical<>> tracing{};
-    convolve_workspace convolution{};
+    line_tracer<convex_array> tracing{};
+    convolver convolution{};
     kept_scan_map<convex_array> map{};
     iq_lines echoes{};
     scan_lines lines{};
@@ -32,11 +32,11 @@ struct frame {
 
     template <class Policy>
     void trace_echoes(const Policy& policy, const scene& body) {
-        echoes = trace(policy, body, probe, at, physical<>{}, scan, tracing, std::move(echoes));
+        echoes = tracing.trace(policy, body, probe, at, physical<>{}, scan, {}, std::move(echoes));
     }
     template <class Policy>
     void spread(const Policy& policy) {
-        echoes = convolve(policy, std::move(echoes), pulse{}, probe, {}, convolution);
+        echoes = convolution.convolve(policy, std::move(echoes), pulse{}, probe);
     }
     template <class Policy>
     void detect(const Policy& policy) {

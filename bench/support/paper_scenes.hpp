@@ -79,11 +79,11 @@ inline constexpr straight_lines best{}, rays{line_search::rays}, slices{line_sea
 /// Frames one after the other, each in the memory of the one before.
 template <class Model = law2011>
 struct frames {
-    trace_workspace<linear_array, Model> own{};
+    line_tracer<linear_array, Model> own{};
     scan_lines lines{};
 
     void operator()(straight_lines how, const scene& body) {
-        lines = trace(exec::par_unseq, body, probe, at, Model{}, frame, own, std::move(lines), how);
+        lines = own.trace(exec::par_unseq, body, probe, at, Model{}, frame, how, std::move(lines));
     }
 };
 

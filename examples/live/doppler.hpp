@@ -51,13 +51,13 @@ class doppler_unit {
                         const blood_flow& flow, float depth, float time) {
         const auto [from, to] = box_in(probe, depth);
         const std::uint32_t first = line_at(probe, from.x), last = line_at(probe, to.x);
-        seen_ = colour_doppler(policy, body, probe, at, flow,
+        seen_ = colour_doppler(policy, body, probe, at,
+                               {}, flow,
                                {.depth = depth,
                                 .prf = prf(probe),
                                 .box = {.from = from.y, .to = to.y, .first_line = first, .lines = last - first + 1},
                                 .wall = {.order = 1},
-                                .time = time},
-                               {}, colours_);
+                                .time = time}, colours_);
         probe_ = probe;
     }
     template <exec::policy Policy>
@@ -82,7 +82,8 @@ class doppler_unit {
         const float rate = prf(probe), hop = tick * rate;
         const float overlap = std::clamp(1 - hop / bins, 0.0F, 0.96F);
         const doppler_spectrum next = pulsed_doppler(
-            policy, body, probe, at, flow,
+            policy, body, probe, at,
+            physical{}, flow,
             {.line = line_at(probe, middle.x),
              .gate = middle.y,
              .gate_length = gate_length,
@@ -90,8 +91,7 @@ class doppler_unit {
              .duration = (bins + static_cast<float>(wanted - 1) * std::round(bins * (1 - overlap)) + 1) / rate,
              .spectrum = {.window = bins, .overlap = overlap, .baseline = baseline, .angle = angle, .wall_order = 2},
              .depth = depth,
-             .time = time},
-            physical{}, pulses_);
+             .time = time}, pulses_);
         if (strip_.size.x == 0) strip_ = image{{columns, bins}};
         if (next.windows == 0) return;
         const std::uint32_t newest = std::min(next.windows, wanted) - 1;

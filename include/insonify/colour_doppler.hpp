@@ -3,7 +3,6 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/b_mode.hpp>
 #include <insonify/doppler_ensemble.hpp>
 #include <insonify/probe/probe_section.hpp>
 #include <insonify/signal/autocorrelation.hpp>
@@ -55,14 +54,6 @@ struct doppler_settings {
     }
 };
 
-/// Tables and memory of `colour_doppler`.
-template <transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
-struct colour_doppler_workspace {
-    doppler_workspace<probe_section<refined<Probe>>, Field, Model> acquisition{}; ///< of `doppler_ensemble`
-    iq_ensemble filtered{};                                                       ///< after the wall filter
-    autocorrelation_lines correlated{};                                           ///< on the traced lines
-};
-
 namespace detail {
 
 /// The probe with the focus that it has at the whole depth, and enough lines: at the focus they are no further apart than
@@ -88,6 +79,86 @@ std::uint32_t beam_margin(const Probe& probe, float depth) {
 
 } // namespace detail
 
+/// `colour_doppler`, frame after frame: holds tables and memory, so that it allocates only while buffers grow.
+template <transducer Probe, acoustic_model Model = physical<>>
+class colour_scanner {
+  public:
+    /// See `colour_doppler`.
+    template <exec::policy Policy, velocity_field Field>
+    flow_lines acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
+                       const Field& field, const doppler_settings& settings) {
+        constexpr std::uint32_t decimation = 8;
+        settings.check(probe);
+        const refined<Probe> fine = detail::doppler_probe(probe, settings.depth, model);
+        const std::uint32_t box_end =
+            settings.box.lines == 0 ? probe.lines : settings.box.first_line + settings.box.lines;
+        const float reach = 0.5F * settings.average_lines;
+        const auto margin = static_cast<float>(detail::beam_margin(fine, settings.depth));
+        const auto fine_line = [&](float line) { return (line + 0.5F) * fine.rays - 0.5F; };
+        const auto whole = [&](float line) {
+            return static_cast<std::uint32_t>(clamp(line, 0, static_cast<float>(fine.lines)));
+        };
+        const std::uint32_t begin = whole(fine_line(static_cast<float>(settings.box.first_line) - reach) - margin),
+                            end = whole(std::ceil(fine_line(static_cast<float>(box_end - 1) + reach) + margin) + 1);
+        const probe_section<refined<Probe>> lines{fine, begin, end};
+
+        pulse sent = nominal_pulse(probe);
+        const std::uint32_t samples = samples_for(settings.depth, sent.sigma_z(probe.frequency));
+        sent.burst = settings.burst;
+        const float spacing = settings.depth / static_cast<float>(samples);
+        const float box_to = settings.box.to > 0 ? settings.box.to : settings.depth;
+        const float beyond = sent.envelope(probe.frequency).half_length() + settings.average_length,
+                    last = box_to + beyond;
+        const std::uint32_t traced =
+            std::min(samples, decimation * static_cast<std::uint32_t>(std::ceil(last / spacing / decimation)));
+        const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field,
+                                                   {.depth = static_cast<float>(traced) * spacing,
+                                                    .samples = traced,
+                                                    .prf = settings.prf,
+                                                    .pulses = settings.ensemble,
+                                                    .from = max(settings.box.from - beyond, 0),
+                                                    .burst = settings.burst,
+                                                    .planes = settings.planes,
+                                                    .time = settings.time,
+                                                    .noise_db = settings.noise_db,
+                                                    .seed = settings.seed});
+        filtered_ = filter_walls(policy, echoes, settings.wall, std::move(filtered_));
+        const auto length = static_cast<std::uint32_t>(max(settings.average_length / spacing, 1));
+        correlated_ = autocorrelate(policy, filtered_, length, decimation, std::move(correlated_));
+
+        flow_lines result;
+        result.reshape(probe.lines, samples / decimation, settings.depth);
+        result.max_velocity = max_doppler_velocity(settings.prf, probe.frequency);
+        const float step = spacing * decimation;
+        for_each_index(policy, probe.lines, [&](std::size_t i) {
+            const auto line = static_cast<std::uint32_t>(i);
+            if (line < settings.box.first_line || line >= box_end) return;
+            const float middle = fine_line(static_cast<float>(line)) - static_cast<float>(begin),
+                        width = max(reach * fine.rays, 0.5F) + 0.5F;
+            for (std::uint32_t k = 0; k < correlated_.samples; ++k) {
+                const float depth = (static_cast<float>(k) + 0.5F) * step;
+                if (depth < settings.box.from || depth > box_to) continue;
+                autocorrelation sum;
+                float weights = 0;
+                for (std::uint32_t j = 0; j < lines.lines; ++j) {
+                    const float weight = 1 - std::fabs(static_cast<float>(j) - middle) / width;
+                    if (!(weight > 0)) continue;
+                    sum.power += weight * correlated_(j, k).power;
+                    sum.lag_one += weight * correlated_(j, k).lag_one;
+                    weights += weight;
+                }
+                result(line, k) = flow_of({sum.power / weights, sum.lag_one / weights}, result.max_velocity);
+            }
+        });
+        return result;
+    }
+
+  private:
+    ensemble_scanner<probe_section<refined<Probe>>, Model> train_{};
+    iq_ensemble filtered_{};             // after the wall filter
+    autocorrelation_lines correlated_{}; // on the traced lines
+};
+
 /// Colour Doppler: velocity, power and variance of what moves, along the lines of the probe.
 ///
 ///     doppler_ensemble -> filter_walls -> autocorrelate -> average across the lines -> flow_of
@@ -99,84 +170,19 @@ std::uint32_t beam_margin(const Probe& probe, float depth) {
 ///
 /// @param field  velocities of blood and tissue, such as `poiseuille`
 /// @param model  acoustics of interfaces and media
-/// @param own    tables and memory; pass it again with the next frame to avoid allocations
 /// @throws usage_error     for a scene that is not built, or a setting out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model>
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                          const Field& field, const doppler_settings& settings, const Model& model,
-                          colour_doppler_workspace<Probe, Field, Model>& own) {
-    constexpr std::uint32_t decimation = 8;
-    settings.check(probe);
-    const refined<Probe> fine = detail::doppler_probe(probe, settings.depth, model);
-    const std::uint32_t box_end = settings.box.lines == 0 ? probe.lines : settings.box.first_line + settings.box.lines;
-    const float reach = 0.5F * settings.average_lines;
-    const auto margin = static_cast<float>(detail::beam_margin(fine, settings.depth));
-    const auto fine_line = [&](float line) { return (line + 0.5F) * fine.rays - 0.5F; };
-    const auto whole = [&](float line) {
-        return static_cast<std::uint32_t>(clamp(line, 0, static_cast<float>(fine.lines)));
-    };
-    const std::uint32_t begin = whole(fine_line(static_cast<float>(settings.box.first_line) - reach) - margin),
-                        end = whole(std::ceil(fine_line(static_cast<float>(box_end - 1) + reach) + margin) + 1);
-    const probe_section<refined<Probe>> lines{fine, begin, end};
-
-    pulse sent = nominal_pulse(probe);
-    const std::uint32_t samples = samples_for(settings.depth, sent.sigma_z(probe.frequency));
-    sent.burst = settings.burst;
-    const float spacing = settings.depth / static_cast<float>(samples);
-    const float box_to = settings.box.to > 0 ? settings.box.to : settings.depth;
-    const float beyond = sent.envelope(probe.frequency).half_length() + settings.average_length, last = box_to + beyond;
-    const std::uint32_t traced =
-        std::min(samples, decimation * static_cast<std::uint32_t>(std::ceil(last / spacing / decimation)));
-    const iq_ensemble& echoes = doppler_ensemble(policy, body, lines, at, field,
-                                                 {.depth = static_cast<float>(traced) * spacing,
-                                                  .samples = traced,
-                                                  .prf = settings.prf,
-                                                  .pulses = settings.ensemble,
-                                                  .from = max(settings.box.from - beyond, 0),
-                                                  .burst = settings.burst,
-                                                  .planes = settings.planes,
-                                                  .time = settings.time,
-                                                  .noise_db = settings.noise_db,
-                                                  .seed = settings.seed},
-                                                 model, own.acquisition);
-    own.filtered = filter_walls(policy, echoes, settings.wall, std::move(own.filtered));
-    const auto length = static_cast<std::uint32_t>(max(settings.average_length / spacing, 1));
-    own.correlated = autocorrelate(policy, own.filtered, length, decimation, std::move(own.correlated));
-
-    flow_lines result;
-    result.reshape(probe.lines, samples / decimation, settings.depth);
-    result.max_velocity = max_doppler_velocity(settings.prf, probe.frequency);
-    const float step = spacing * decimation;
-    for_each_index(policy, probe.lines, [&](std::size_t i) {
-        const auto line = static_cast<std::uint32_t>(i);
-        if (line < settings.box.first_line || line >= box_end) return;
-        const float middle = fine_line(static_cast<float>(line)) - static_cast<float>(begin),
-                    width = max(reach * fine.rays, 0.5F) + 0.5F;
-        for (std::uint32_t k = 0; k < own.correlated.samples; ++k) {
-            const float depth = (static_cast<float>(k) + 0.5F) * step;
-            if (depth < settings.box.from || depth > box_to) continue;
-            autocorrelation sum;
-            float weights = 0;
-            for (std::uint32_t j = 0; j < lines.lines; ++j) {
-                const float weight = 1 - std::fabs(static_cast<float>(j) - middle) / width;
-                if (!(weight > 0)) continue;
-                sum.power += weight * own.correlated(j, k).power;
-                sum.lag_one += weight * own.correlated(j, k).lag_one;
-                weights += weight;
-            }
-            result(line, k) = flow_of({sum.power / weights, sum.lag_one / weights}, result.max_velocity);
-        }
-    });
-    return result;
+                          const Model& model, const Field& field, const doppler_settings& settings = {}) {
+    return colour_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
-/// The same for a single frame.
+/// The same with `physical`.
 /// @throws usage_error, geometry_error  as above
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
+template <exec::policy Policy, transducer Probe, velocity_field Field>
 flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                          const Field& field, const doppler_settings& settings = {}, const Model& model = {}) {
-    colour_doppler_workspace<Probe, Field, Model> own;
-    return colour_doppler(policy, body, probe, at, field, settings, model, own);
+                          const Field& field, const doppler_settings& settings = {}) {
+    return colour_doppler(policy, body, probe, at, physical<>{}, field, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

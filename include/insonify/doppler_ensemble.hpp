@@ -38,36 +38,24 @@ struct ensemble_settings {
     }
 };
 
-/// Tables and memory of `doppler_ensemble`.
-template <transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
-struct doppler_workspace {
-    ensemble_tracer<Probe, Field, Model> tracing{}; ///< echoes of the train
-    convolve_workspace convolution{};               ///< of `convolve`
-    ensemble_echoes traced{};                       ///< received echoes
-    iq_ensemble echoes{};                           ///< the result
-};
-
-/// The echoes of a pulse train along the lines of a probe, after pulse and beam: the input of all Doppler methods.
-///
-/// Between pulses, scatterers and surfaces move as `field` says; the geometry is that of the scene for all pulses. All
-/// lines are acquired at once. Blood that flows out of the slice is followed by other blood.
-///
-/// @param own  tables and memory; pass it again with the next ensemble
-/// @return     valid until `own` is used again
-/// @throws usage_error, geometry_error  as `trace`, and for settings out of range
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model>
-const iq_ensemble& doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                    const Field& field, const ensemble_settings& settings, const Model& model,
-                                    doppler_workspace<Probe, Field, Model>& own) {
-    settings.check();
-    if constexpr (requires { field.check(); }) field.check();
-    pulse sent = nominal_pulse(probe);
-    const std::uint32_t samples =
-        settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
-    sent.burst = settings.burst;
-    const std::uint32_t frame = mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
-    constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
-    own.tracing.trace(detail::any_policy{policy}, body, probe, at, model, field,
+/// `doppler_ensemble`, train after train: holds tables and memory, so that it allocates only while buffers grow.
+template <transducer Probe, acoustic_model Model = physical<>>
+class ensemble_scanner {
+  public:
+    /// See `doppler_ensemble`. @return valid until the next call
+    template <exec::policy Policy, velocity_field Field>
+    const iq_ensemble& acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                               const Model& model, const Field& field, const ensemble_settings& settings) {
+        settings.check();
+        if constexpr (requires { field.check(); }) field.check();
+        pulse sent = nominal_pulse(probe);
+        const std::uint32_t samples =
+            settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
+        sent.burst = settings.burst;
+        const std::uint32_t frame =
+            mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
+        constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
+        tracer_.trace(detail::any_policy{policy}, body, probe, at, model, field,
                       {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
                       {.start = settings.time,
                        .interval = 1 / settings.prf,
@@ -75,35 +63,52 @@ const iq_ensemble& doppler_ensemble(const Policy& policy, const scene& body, con
                        .first = settings.first,
                        .burst = settings.burst,
                        .from = slowest * settings.from},
-                      own.traced);
-    const auto formed = [&](iq_lines echoes) {
-        return convolve(policy, std::move(echoes), sent, probe, {}, own.convolution);
-    };
-    iq_lines& resting = own.traced.resting;
-    resting = formed(std::move(resting));
-    own.echoes.prf = settings.prf;
-    own.echoes.pulses.resize(settings.pulses);
-    for (std::uint32_t k = 0; k < settings.pulses; ++k) {
-        std::swap(own.echoes.pulses[k], own.traced.moving[k]);
-        iq_lines& echoes = own.echoes.pulses[k];
-        echoes = formed(std::move(echoes));
-        exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) echoes.values[i] += resting.values[i];
-        });
-        echoes = add_electronic_noise(
-            policy, std::move(echoes),
-            {.level_db = settings.noise_db, .seed = settings.seed, .frame = frame + settings.first + k});
+                      traced_);
+        const auto formed = [&](iq_lines echoes) {
+            return convolver_.convolve(policy, std::move(echoes), sent, probe);
+        };
+        iq_lines& resting = traced_.resting;
+        resting = formed(std::move(resting));
+        echoes_.prf = settings.prf;
+        echoes_.pulses.resize(settings.pulses);
+        for (std::uint32_t k = 0; k < settings.pulses; ++k) {
+            std::swap(echoes_.pulses[k], traced_.moving[k]);
+            iq_lines& echoes = echoes_.pulses[k];
+            echoes = formed(std::move(echoes));
+            exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) echoes.values[i] += resting.values[i];
+            });
+            echoes = add_electronic_noise(
+                policy, std::move(echoes),
+                {.level_db = settings.noise_db, .seed = settings.seed, .frame = frame + settings.first + k});
+        }
+        return echoes_;
     }
-    return own.echoes;
-}
-/// The same for a single ensemble.
-/// @throws usage_error, geometry_error  as above
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
+
+  private:
+    ensemble_tracer<Probe, Model> tracer_{};
+    convolver convolver_{};
+    ensemble_echoes traced_{};
+    iq_ensemble echoes_{};
+};
+
+/// The echoes of a pulse train along the lines of a probe, after pulse and beam: the input of all Doppler methods.
+///
+/// Between pulses, scatterers and surfaces move as `field` says; the geometry is that of the scene for all pulses. All
+/// lines are acquired at once. Blood that flows out of the slice is followed by other blood.
+///
+/// @throws usage_error, geometry_error  as `trace`, and for settings out of range
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                             const Field& field, const ensemble_settings& settings = {}, const Model& model = {}) {
-    doppler_workspace<Probe, Field, Model> own;
-    doppler_ensemble(policy, body, probe, at, field, settings, model, own);
-    return std::move(own.echoes);
+                             const Model& model, const Field& field, const ensemble_settings& settings = {}) {
+    return ensemble_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
+}
+/// The same with `physical`.
+/// @throws usage_error, geometry_error  as above
+template <exec::policy Policy, transducer Probe, velocity_field Field>
+iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                             const Field& field, const ensemble_settings& settings = {}) {
+    return doppler_ensemble(policy, body, probe, at, physical<>{}, field, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -8,6 +8,7 @@
 #include <insonify/core/stopwatch.hpp>
 #include <insonify/display.hpp>
 #include <insonify/image/label_image.hpp>
+#include <insonify/pulsed_doppler.hpp>
 #include <insonify/signal/convolve.hpp>
 #include <insonify/signal/electronic_noise.hpp>
 #include <insonify/signal/envelope.hpp>
@@ -168,6 +169,26 @@ class scanner {
     template <exec::policy Policy>
     const label_image& labels(const Policy& policy, const scene& body);
 
+    /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. The probe, its pose, the model and the depth
+    /// are those of the picture.
+    /// @throws usage_error  before the first picture, and as `colour_doppler`
+    template <exec::policy Policy, velocity_field Field>
+    flow_lines colour(const Policy& policy, const scene& body, const Field& field, doppler_settings with = {}) {
+        check_picture();
+        with.depth = settings.depth;
+        return colour_.acquire(policy, body, probe, at_, model, field, with);
+    }
+    /// Pulsed Doppler of what the last picture shows: see `pulsed_doppler`. The probe, its pose, the model and the depth are those
+    /// of the picture.
+    /// @throws usage_error  before the first picture, and as `pulsed_doppler`
+    template <exec::policy Policy, velocity_field Field>
+    doppler_spectrum spectrum(const Policy& policy, const scene& body, const Field& field,
+                              pulsed_doppler_settings with = {}) {
+        check_picture();
+        with.depth = settings.depth;
+        return gate_.acquire(policy, body, probe, at_, model, field, with);
+    }
+
   private:
     // The looks of rolling compounding depend on these beside the probe and the sampling. Models that cannot be compared
     // count as the same.
@@ -194,7 +215,9 @@ class scanner {
     void choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers& found);
 
     std::vector<line_tracer<look_probe, Model, Tracer>> tracers_{}; // for each look
-    convolve_workspace convolution_{};
+    convolver convolver_{};
+    colour_scanner<Probe, Model> colour_{};
+    gate_scanner<Probe, Model> gate_{};
     compounding<refined<Probe>> looks_{};
     looks_memo acquired_{};
     tgc_settings gain_{};
@@ -321,13 +344,13 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     layers_probe_.emplace(traced);
     constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
     if (finds_layers && traced.lines == look.lines && look.steering == 0) label_look_ = number;
-    choose_time_gain(policy, body, at, found);
+    choose_time_gain(policy, body, at, look.steering == 0 ? found : line_layers{});
     times_.trace += clock.lap();
     if constexpr (finds_layers)
         echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
     else
         echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
-    echoes = convolve(policy, std::move(echoes), nominal_pulse(probe), traced, {}, convolution_);
+    echoes = convolver_.convolve(policy, std::move(echoes), nominal_pulse(probe), traced);
     if (traced.lines != look.lines) {
         resampled_ = resample_lines(policy, echoes, traced, look, std::move(resampled_));
         std::swap(echoes, resampled_);
@@ -339,7 +362,8 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
 }
 
-// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed: by the first look.
+// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed: by the layers of the first
+// look, or along straight lines where that is steered.
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
 void scanner<Probe, Model, Tracer>::choose_time_gain(const Policy& policy, const scene& body, const pose& at,

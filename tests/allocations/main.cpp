@@ -38,10 +38,9 @@ long allocated_among_many(const Policy& policy) {
     const linear_array probe{.lines = 24, .width = 40_mm, .frequency = 5_MHz};
     const acquisition scan{.depth = 40_mm, .samples = 640}, thick{.depth = 40_mm, .samples = 640, .planes = 3};
     const path_settings often{.paths_per_line = 3};
-    trace_workspace<linear_array, physical<>> of_lines;
-    trace_workspace<linear_array, physical<>, paths> of_paths, of_random_paths;
-    trace_workspace<linear_array, law2011> of_rays;
-    trace_workspace<linear_array, detail::label_model> of_labels;
+    line_tracer<linear_array> of_lines;
+    line_tracer<linear_array, physical<>, paths> of_paths, of_random_paths;
+    line_tracer<linear_array, law2011> of_rays;
     iq_lines lines, along_paths, along_random_paths;
     scan_lines intensities;
     label_lines labels;
@@ -59,13 +58,13 @@ long allocated_among_many(const Policy& policy) {
         for (std::size_t k = 1; k < balls.size(); k += 5)
             for (vec3& p : body.positions(balls[k])) p *= i % 2 == 0 ? 1.1F : 1 / 1.1F;
         body.update(policy);
-        lines = trace(policy, body, probe, at, physical{}, thick, of_lines, std::move(lines));
-        along_paths = trace(policy, body, probe, at, physical{}, thick, of_paths, std::move(along_paths), paths{});
-        along_random_paths = trace(policy, body, probe, at, physical{}, scan, of_random_paths,
-                                   std::move(along_random_paths), paths{often});
-        intensities = trace(policy, body, probe, at, law2011{}, scan, of_rays, std::move(intensities),
-                            straight_lines{line_search::rays});
-        labels = trace(policy, body, probe, at, detail::label_model{}, scan, of_labels, std::move(labels));
+        lines = of_lines.trace(policy, body, probe, at, physical{}, thick, {}, std::move(lines));
+        along_paths = of_paths.trace(policy, body, probe, at, physical{}, thick, {}, std::move(along_paths));
+        along_random_paths = of_random_paths.trace(policy, body, probe, at, physical{}, scan, paths{often},
+                                                   std::move(along_random_paths));
+        intensities = of_rays.trace(policy, body, probe, at, law2011{}, scan, straight_lines{line_search::rays},
+                                    std::move(intensities));
+        labels = label(policy, of_lines.layers(), {scan.depth, scan.samples}, std::move(labels));
         if (i >= frames) most = std::max(most, allocations - before);
     }
     return most;
@@ -132,19 +131,19 @@ long allocated_by_press(const Policy& policy) {
     body.add(make_cylinder({0, -50_mm, 17_mm}, {0, 50_mm, 17_mm}, 4_mm, 64, 32), tissue::blood);
     body.build(policy);
     const linear_array probe{.lines = 64, .width = 38_mm, .frequency = 7.5_MHz};
-    b_mode_workspace<linear_array> own;
-    press_workspace of_press;
+    scanner<linear_array> machine{probe, {.depth = 40_mm, .size = {256, 256}}};
+    presser pressing;
     constexpr int frames = 8;
     long most = 0;
     for (int i = 0; i < 2 * frames; ++i) {
         const auto step = static_cast<float>(i % frames);
         const pose at{.translation = {0.2_mm * step, 0, 1_mm + 0.5_mm * step}};
         const long before = allocations;
-        const contact& touch = press(body, probe, at, {}, any_object{}, of_press);
+        const contact& touch = pressing.press(body, probe, at);
         body.deform(policy,
                     compose(collapse{.from = {0, 0, 17_mm}, .to = {0, 1, 17_mm}, .radius = 4_mm, .outside = 300 * step},
                             touch.deformation));
-        b_mode(policy, body, probe, at, {.depth = 40_mm, .size = {256, 256}}, physical{}, own);
+        machine.scan(policy, body, at);
         if (i >= frames) most = std::max(most, allocations - before);
     }
     return most;
@@ -159,7 +158,7 @@ long allocated_by_maps(const Policy& policy) {
     body.build(policy);
     const linear_array probe{.lines = 64, .width = 40_mm, .frequency = 7.5_MHz};
     tetrahedra divided{{{-90_mm, -90_mm, -90_mm}, {250_mm, 0, 0}, {0, 250_mm, 0}, {0, 0, 250_mm}}, {{0, 1, 2, 3}}};
-    b_mode_workspace<linear_array> own;
+    scanner<linear_array> machine{probe, {.depth = 40_mm, .size = {256, 256}}};
     constexpr int frames = 8;
     long most = 0;
     for (int i = 0; i < 4 * frames; ++i) {
@@ -171,7 +170,7 @@ long allocated_by_maps(const Policy& policy) {
             divided.nodes()[3].z = 250_mm + 1_mm * time;
             body.deform(policy, divided);
         }
-        b_mode(policy, body, probe, pose{}, {.depth = 40_mm, .size = {256, 256}}, physical{}, own);
+        machine.scan(policy, body, pose{});
         const bool changes_type = i % frames == 0;
         if (i >= 2 * frames && !changes_type) most = std::max(most, allocations - before);
     }
@@ -188,7 +187,7 @@ int main() {
     const linear_array probe{.lines = 128, .width = 40_mm, .frequency = 7.5_MHz};
     const b_mode_settings plain{.depth = 40_mm, .size = {256, 256}};
     const auto allocated_by = [&](const auto& policy, const b_mode_settings& settings) {
-        b_mode_workspace<linear_array> own;
+        scanner<linear_array> machine{probe, settings};
         const mesh rest = make_sphere({0, 0, 0}, 5_mm, 4);
         constexpr int frames = 8;
         const int seen = frames * static_cast<int>(settings.compound.angles); // every frame by every look
@@ -200,7 +199,7 @@ int main() {
             const std::span<vec3> now = body.positions(bone);
             for (std::size_t k = 0; k < now.size(); ++k) now[k] = (1 - 0.01F * frame) * rest.positions[k];
             body.update(policy);
-            b_mode(policy, body, probe, {.translation = {0, 0.05_mm * frame, 0}}, settings, physical{}, own);
+            machine.scan(policy, body, {.translation = {0, 0.05_mm * frame, 0}});
             if (i >= seen) most = std::max(most, allocations - before);
         }
         return most;

@@ -130,11 +130,11 @@ constexpr float depths[] = {1e-5F, 1e-3F, 5e-3F, 2e-2F};
 
 template <transducer Probe>
 void check_echoes(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
-    static trace_workspace<Probe, physical<>> own[std::size(depths)][2];
+    static line_tracer<Probe> own[std::size(depths)][2];
     static iq_lines echoes;
     const auto which = static_cast<std::size_t>(std::find(std::begin(depths), std::end(depths), scan.depth) - depths);
-    echoes =
-        trace(exec::unseq, body, probe, at, physical{}, scan, own[which][scan.planes == 3 ? 1 : 0], std::move(echoes));
+    echoes = own[which][scan.planes == 3 ? 1 : 0].trace(exec::unseq, body, probe, at, physical{}, scan, {},
+                                                        std::move(echoes));
     for (const vec2& echo : echoes.values) fuzz::require(is_finite(echo.x) && is_finite(echo.y), "echoes are finite");
 }
 
@@ -142,10 +142,10 @@ template <transducer Probe>
 void check_frame(const scene& body, const Probe& probe, const pose& at, const acquisition& scan, std::uint32_t way) {
     const label_settings settings{.depth = scan.depth, .samples = scan.samples};
     if (way == 0) {
-        const scan_lines rays = trace_beams(exec::seq, body, probe, at, law2011{}, scan);
+        const scan_lines rays = trace(exec::seq, body, probe, at, law2011{}, scan, straight_lines{line_search::rays});
         fuzz::require(fuzz::all_finite(rays.values), "intensities are finite");
     } else if (way == 1) {
-        const scan_lines slices = trace_slice(exec::unseq, body, probe, at, law2011{}, scan);
+        const scan_lines slices = trace(exec::unseq, body, probe, at, law2011{}, scan, straight_lines{line_search::slices});
         fuzz::require(fuzz::all_finite(slices.values), "intensities are finite");
     } else if (way == 2) {
         const ground_truth_lines truth = ground_truth(exec::seq, body, probe, at, settings);

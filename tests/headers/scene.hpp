@@ -2,12 +2,6 @@
 #include "pencil.hpp"
 using namespace insonify;
 
-#ifdef CALL_scene_diagnose
-diagnosis call(const scene& body) { return diagnose(body, pencil{}, pose{}, {.depth = 0.04F}); }
-#endif
-#ifdef CALL_scene_path_attenuation
-float call(const scene& body) { return automatic_tgc(exec::par, body, pencil{}, pose{}, 0.04F); }
-#endif
 #ifdef CALL_scene_queries
 bool call(const scene& body) {
     return first_surface(body, ray{}, [](object_id) { return true; }).has_value();

@@ -27,9 +27,9 @@ scan_lines call(compounding<pencil>& looks) {
 }
 #endif
 #ifdef CALL_signal_convolve
-iq_lines call(iq_lines echoes, convolve_workspace& own) {
+iq_lines call(iq_lines echoes, convolver& own) {
     echoes = convolve(exec::seq, std::move(echoes), pulse{}, pencil{});
-    return convolve(exec::par_unseq, std::move(echoes), pulse{}, pencil{}, {.decimation = 2}, own);
+    return own.convolve(exec::par_unseq, std::move(echoes), pulse{}, pencil{}, {.decimation = 2});
 }
 #endif
 #ifdef CALL_signal_electronic_noise

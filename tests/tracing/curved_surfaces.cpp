@@ -185,8 +185,8 @@ TEST_CASE("behind a curved mirror sound spreads: 1 / sqrt((1 + 2 s / (a cos i)) 
                 body.add(make_box({distance, -40_mm, 0.1_mm}, {distance + 10_mm, 40_mm, 60_mm}), metal);
                 body.build(exec::par);
                 const auto found =
-                    echoes_test::echoes_of(trace_paths(exec::par, body, one_line, pose{}, physical<>{},
-                                                       {.depth = 35_mm, .samples = 3500}, {.bounces = 1}),
+                    echoes_test::echoes_of(trace(exec::par, body, one_line, pose{}, physical<>{},
+                                                       {.depth = 35_mm, .samples = 3500}, paths{{.bounces = 1}}),
                                            0);
                 double largest = 0;
                 for (const auto& one : found)

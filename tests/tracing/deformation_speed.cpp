@@ -71,7 +71,8 @@ TEST_CASE("what a frame of deformed tissue costs") {
     using namespace deformed_test;
     const linear_array fine{.lines = 256, .width = 38_mm};
     scene scenes[3] = {balls(), balls(), balls()};
-    b_mode_workspace<linear_array> own[3];
+    const scanner<linear_array> resting{fine, {.depth = 40_mm}};
+    scanner<linear_array> machines[3] = {resting, resting, resting};
     tetrahedra divided = divided_box();
     const std::vector<vec3> nodes(divided.nodes().begin(), divided.nodes().end());
     const std::array<double, 3> took = medians<3>([&](std::size_t i, int turn) {
@@ -81,7 +82,7 @@ TEST_CASE("what a frame of deformed tissue costs") {
             for (std::size_t k = 0; k < nodes.size(); ++k) divided.nodes()[k] = map(nodes[k]);
             scenes[i].deform(exec::par, divided);
         }
-        b_mode(exec::par_unseq, scenes[i], fine, pose{}, {.depth = 40_mm}, physical{}, own[i]);
+        machines[i].scan(exec::par_unseq, scenes[i], pose{});
     });
     MESSAGE("256 lines, 143,360 faces: at rest ", took[0], " ms; a map that changes ", took[1], " ms, ",
             took[1] / took[0], " times, goal 1.3; 99,840 tetrahedra ", took[2], " ms, ", took[2] / took[0],

@@ -65,9 +65,9 @@ TEST_CASE("tables are computed when probe, model, depth, samples or planes chang
     comparable_model model{};
     acquisition scan{.depth = 20_mm};
     pose at{};
-    trace_workspace<linear_array, comparable_model> own;
+    line_tracer<linear_array, comparable_model> own;
     const auto frame = [&] {
-        return computes([&] { trace(exec::par.threads(2), body, now, at, model, scan, own, {}); });
+        return computes([&] { own.trace(exec::par.threads(2), body, now, at, model, scan); });
     };
     CHECK(frame());
     CHECK_FALSE(frame());
@@ -85,7 +85,7 @@ TEST_CASE("tables are computed when probe, model, depth, samples or planes chang
     body.add(make_sphere({0, 0, 10_mm}, 4_mm, 2), medium{.density = 1400});
     body.build(exec::seq);
     CHECK_FALSE(frame());
-    CHECK_FALSE(computes([&] { trace(exec::unseq, body, now, at, model, scan, own, {}); })); // nor for another policy
+    CHECK_FALSE(computes([&] { own.trace(exec::unseq, body, now, at, model, scan); })); // nor for another policy
 
     const auto once = [&] {
         CHECK(frame());
@@ -114,10 +114,10 @@ TEST_CASE("tables are computed when probe, model, depth, samples or planes chang
 TEST_CASE("another tracer, and another setting of it, has the same tables") {
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
-    trace_workspace<linear_array, comparable_model> own;
+    line_tracer<linear_array, comparable_model> own;
     const auto frame = [&](straight_lines how) {
         return computes(
-            [&] { trace(exec::seq, body, probe, pose{}, comparable_model{}, {.depth = 20_mm}, own, {}, how); });
+            [&] { own.trace(exec::seq, body, probe, pose{}, comparable_model{}, {.depth = 20_mm}, how); });
     };
     CHECK(frame({}));
     CHECK_FALSE(frame({line_search::rays}));
@@ -127,10 +127,10 @@ TEST_CASE("another tracer, and another setting of it, has the same tables") {
 TEST_CASE("gain, dynamic range, size and background of a picture leave the tables alone, its depth does not") {
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
-    b_mode_workspace<linear_array, comparable_model> own;
-    b_mode_settings settings{.depth = 20_mm, .size = {32, 32}, .planes = 3};
+    scanner<linear_array, comparable_model> machine{probe, {.depth = 20_mm, .size = {32, 32}, .planes = 3}};
+    b_mode_settings& settings = machine.settings;
     const auto frame = [&] {
-        return computes([&] { b_mode(exec::seq, body, probe, pose{}, settings, comparable_model{}, own); });
+        return computes([&] { machine.scan(exec::seq, body, pose{}); });
     };
     CHECK(frame());
     CHECK_FALSE(frame());
@@ -151,12 +151,12 @@ TEST_CASE("gain, dynamic range, size and background of a picture leave the table
 TEST_CASE("a model or a probe without operator== has its tables computed each time") {
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
-    trace_workspace<linear_array, counted> of_model;
-    trace_workspace<incomparable_probe, comparable_model> of_probe;
+    line_tracer<linear_array, counted> of_model;
+    line_tracer<incomparable_probe, comparable_model> of_probe;
     for (int i = 0; i < 3; ++i) {
-        CHECK(computes([&] { trace(exec::seq, body, probe, pose{}, counted{}, {.depth = 20_mm}, of_model, {}); }));
+        CHECK(computes([&] { of_model.trace(exec::seq, body, probe, pose{}, counted{}, {.depth = 20_mm}); }));
         CHECK(computes([&] {
-            trace(exec::seq, body, incomparable_probe{}, pose{}, comparable_model{}, {.depth = 20_mm}, of_probe, {});
+            of_probe.trace(exec::seq, body, incomparable_probe{}, pose{}, comparable_model{}, {.depth = 20_mm});
         }));
     }
 }
@@ -164,9 +164,9 @@ TEST_CASE("a model or a probe without operator== has its tables computed each ti
 TEST_CASE("an exception while tables are computed leaves none behind: neither for these settings nor the former") {
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
-    trace_workspace<linear_array, comparable_model> own;
+    line_tracer<linear_array, comparable_model> own;
     const auto frame = [&](float depth) {
-        return trace(exec::par.threads(2), body, probe, pose{}, comparable_model{}, {.depth = depth}, own, {});
+        return own.trace(exec::par.threads(2), body, probe, pose{}, comparable_model{}, {.depth = depth});
     };
     frame(20_mm);
     broken = true;
@@ -177,7 +177,7 @@ TEST_CASE("an exception while tables are computed leaves none behind: neither fo
     CHECK_THROWS_AS(frame(30_mm), std::runtime_error);
     broken = false;
     CHECK(computes([&] { CHECK(frame(30_mm).depth == 30_mm); }));
-    CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, comparable_model{}, {.depth = 30_mm, .planes = 2}, own, {}),
+    CHECK_THROWS_AS(own.trace(exec::seq, body, probe, pose{}, comparable_model{}, {.depth = 30_mm, .planes = 2}),
                     usage_error);
     CHECK(computes([&] { frame(30_mm); }));
 }

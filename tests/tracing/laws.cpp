@@ -73,7 +73,7 @@ struct way {
 template <class Model, class Expected>
 double worst_error(const scene& body, const Model& model, const Expected& expected) {
     const ground_truth_lines truth =
-        ground_truth(exec::par, body, one_line, pose{}, {.depth = 50_mm, .samples = 500}, model);
+        ground_truth(exec::par, body, one_line, pose{}, model, {.depth = 50_mm, .samples = 500});
     double worst = 0;
     for (std::uint32_t k = 0; k < 500; ++k) {
         const double z = (k + 0.5) * 1e-4;
@@ -115,7 +115,7 @@ TEST_CASE("under law2011 transmitted is its I_a I_t: one way or two, linear in t
     CHECK(worst_error(body, law2011{.travel = law2011::travel::two_way}, expected(2)) < 1e-4);
     // And it is what law2011 draws, where no bright band lies.
     const ground_truth_lines truth =
-        ground_truth(exec::par, body, one_line, pose{}, {.depth = 50_mm, .samples = 500}, law2011{});
+        ground_truth(exec::par, body, one_line, pose{}, law2011{}, {.depth = 50_mm, .samples = 500});
     const scan_lines drawn = trace(exec::par, body, one_line, pose{}, law2011{}, {.depth = 50_mm, .samples = 500});
     for (std::uint32_t k = 0; k < 500; ++k)
         if (k % 100 < 89 || k > 400)
@@ -133,7 +133,7 @@ TEST_CASE("with angle::normal transmitted is that of normal incidence, however t
     body.build(exec::par);
     const auto behind = [&](const auto& model) {
         return static_cast<double>(
-            ground_truth(exec::par, body, one_line, pose{}, {.depth = 20_mm, .samples = 200}, model)
+            ground_truth(exec::par, body, one_line, pose{}, model, {.depth = 20_mm, .samples = 200})
                 .transmitted(0, 150));
     };
     // T = 4 Z1 Z2 cos i cos t / (Z2 cos i + Z1 cos t)^2, sin t = 4/3 sin i; at normal incidence 48/49.
@@ -152,8 +152,8 @@ TEST_CASE("the rms of drawn speckle falls along a line as transmitted says, unde
     constexpr std::uint32_t samples = 1280;
     const auto compare = [&](const auto& plain) {
         const ground_truth_lines truth =
-            ground_truth(exec::par, body, probe, pose{},
-                         {.depth = 50_mm, .samples = samples, .grid = label_settings::grid::displayed}, plain);
+            ground_truth(exec::par, body, probe, pose{}, plain,
+                         {.depth = 50_mm, .samples = samples, .grid = label_settings::grid::displayed});
         std::vector<double> power(samples);
         constexpr int seeds = 12;
         for (std::uint32_t seed = 1; seed <= seeds; ++seed) {

@@ -99,9 +99,8 @@ TEST_CASE("near field: follows surfaces that move, without their trees") {
     built.add(make_box({-60_mm, -30_mm, -10_mm}, {5_mm, 30_mm, 60_mm}), tissue::muscle);
     built.build(exec::par);
     iq_lines silence{probe.lines, scan.samples, scan.depth};
-    near_field_workspace<linear_array> own;
     const near_field_settings all{.shown = lines::all};
-    const iq_lines seen = add_near_field(exec::par, silence, moving, probe, pose{}, all, own);
+    const iq_lines seen = add_near_field(exec::par, silence, moving, probe, pose{}, all);
     CHECK(seen == add_near_field(exec::par, silence, built, probe, pose{}, all));
     CHECK_FALSE(moving.view_for_slices(exec::par).objects[0].tree_is_current);
     const auto starts_in_gas = [&](std::uint32_t line) { return length(seen(line, 0)) > 0.3F; }; // 0.5; muscle: 0.09

@@ -77,9 +77,8 @@ struct stack {
 int compare(const std::string& title, stack expected, double lowest_db) {
     expected.follow(0, true, 0, 1);
     const iq_lines lines =
-        trace_paths(exec::par, expected.body(), linear_array{.lines = 1, .width = 1_mm, .frequency = 5_MHz}, pose{},
-                    physical<>{}, {.depth = static_cast<float>(expected.depth), .samples = 8000},
-                    {.bounces = 64, .min_amplitude = 1e-8F, .face_reflection = static_cast<float>(expected.face)});
+        trace(exec::par, expected.body(), linear_array{.lines = 1, .width = 1_mm, .frequency = 5_MHz}, pose{},
+                    physical<>{}, {.depth = static_cast<float>(expected.depth), .samples = 8000}, paths{{.bounces = 64, .min_amplitude = 1e-8F, .face_reflection = static_cast<float>(expected.face)}});
     const std::vector<echoes_test::echo> found = echoes_test::echoes_of(lines, 0);
     int compared = 0;
     double worst = 0;
@@ -134,8 +133,8 @@ TEST_CASE("surfaces that touch the face of the probe do not reverberate with wha
         body.add(make_box({-50_mm, -50_mm, 10_mm}, {50_mm, 50_mm, 40_mm}), quiet(tissue::bone), {.at = turned});
         body.build(exec::par);
         const auto found = echoes_test::echoes_of(
-            trace_paths(exec::par, body, linear_array{.lines = 1, .width = 1_mm, .frequency = 5_MHz}, turned,
-                        physical<>{}, {.depth = 19_mm, .samples = 1900}),
+            trace(exec::par, body, linear_array{.lines = 1, .width = 1_mm, .frequency = 5_MHz}, turned,
+                        physical<>{}, {.depth = 19_mm, .samples = 1900}, paths{}),
             0);
         CHECK(found.size() == 1); // the near side of the bone
     }
@@ -148,8 +147,8 @@ TEST_CASE("a path that reaches the face of the probe ends there") {
     body.add(make_box({-20_mm, -20_mm, 20_mm}, {20_mm, 20_mm, 25_mm}), quiet(tissue::bone));
     const auto lines = [&] {
         body.build(exec::par);
-        return trace_paths(exec::par, body, linear_array{.lines = 16}, pose{}, physical<>{},
-                           {.depth = 50_mm, .samples = 2000});
+        return trace(exec::par, body, linear_array{.lines = 16}, pose{}, physical<>{},
+                           {.depth = 50_mm, .samples = 2000}, paths{});
     };
     const iq_lines alone = lines();
     body.add(make_box({-20_mm, -20_mm, -12_mm}, {20_mm, 20_mm, -8_mm}), quiet(tissue::bone)); // behind the probe

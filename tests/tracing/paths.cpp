@@ -30,7 +30,7 @@ TEST_CASE("paths and beams agree where nothing bends and nothing is reflected tw
     const acquisition scan{.depth = 40_mm, .samples = 1600, .planes = 3};
     const straight_lines alone{.search = line_search::rays, .directions = 1};
     const iq_lines beams = trace(exec::par, body, probe, pose{}, physical<>{}, scan, alone);
-    const iq_lines paths = trace_paths(exec::par, body, probe, pose{}, physical<>{}, scan, {.bounces = 0});
+    const iq_lines paths = trace(exec::par, body, probe, pose{}, physical<>{}, scan, paths{{.bounces = 0}});
     float largest = 0, worst = 0;
     for (std::size_t i = 0; i < beams.values.size(); ++i) {
         largest = std::max(largest, length(beams.values[i]));
@@ -52,7 +52,7 @@ TEST_CASE("paths and beams agree on a probe that stands on a surface, above it o
         const iq_lines beams = trace(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan,
                                      straight_lines{.search = line_search::rays, .directions = 1});
         const iq_lines paths =
-            trace_paths(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan, {.bounces = 0});
+            trace(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan, paths{{.bounces = 0}});
         float largest = 0, worst = 0;
         for (std::size_t i = 0; i < beams.values.size(); ++i) {
             largest = std::max(largest, length(beams.values[i]));
@@ -68,8 +68,8 @@ TEST_CASE("water in water has no echo along any path, random ones among them") {
     body.add(make_sphere({1_mm, 0, 20_mm}, 8_mm, 4), tissue::water);
     body.build(exec::par);
     for (const std::uint32_t paths : {0U, 20U})
-        for (const vec2 v : trace_paths(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{},
-                                        {.depth = 40_mm, .samples = 1600}, {.paths_per_line = paths})
+        for (const vec2 v : trace(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{},
+                                        {.depth = 40_mm, .samples = 1600}, paths{{.paths_per_line = paths}})
                                 .values)
             CHECK(v == vec2{0, 0});
 }
@@ -84,7 +84,7 @@ TEST_CASE("a metal needle rings: a ladder of echoes, at its thickness and its lo
     body.build(exec::par);
     const acquisition scan{.depth = 24_mm, .samples = 2400};
     const auto found = paths_test::echoes_of(
-        trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan, {.bounces = 12}), 0);
+        trace(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan, paths{{.bounces = 12}}), 0);
     REQUIRE(found.size() > 8);
     MESSAGE("V20: first internal echo ", found[1].decibels() - found[0].decibels(),
             " dB re top (expected -17.13), then ", found[2].decibels() - found[1].decibels(),
@@ -107,7 +107,7 @@ TEST_CASE("the water in a needle rings: a ladder of its own") { // V20
     body.build(exec::par);
     const acquisition scan{.depth = 12_mm, .samples = 1200}; // 20 mm of steel are 5.4 mm as displayed
     const auto found = paths_test::echoes_of(
-        trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan, {.bounces = 12}), 0);
+        trace(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan, paths{{.bounces = 12}}), 0);
     REQUIRE(found.size() > 6);
     MESSAGE("V20, lumen: ", found[2].decibels() - found[1].decibels(), " dB a bounce (expected -1.134), spacing ",
             (found[2].depth - found[1].depth) * 1e3, " mm (expected 0.429)");
@@ -122,8 +122,8 @@ TEST_CASE("a plate and the probe's face reverberate at n z with (r_plate r_face)
     body.add(paths_test::slab(10_mm, 90_mm), medium{.density = 2000, .sound_speed = 1540}); // r = 1/3
     body.build(exec::par);
     const acquisition scan{.depth = 49_mm, .samples = 4890};
-    const auto found = paths_test::echoes_of(trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{},
-                                                         scan, {.bounces = 10, .face_reflection = 0.5F}),
+    const auto found = paths_test::echoes_of(trace(exec::par, body, paths_test::one_line, pose{}, physical<>{},
+                                                         scan, paths{{.bounces = 10, .face_reflection = 0.5F}}),
                                              0);
     REQUIRE(found.size() == 4);
     double expected = 1.0 / 3;
@@ -151,7 +151,7 @@ TEST_CASE("a target below a tilted plane is seen where refraction puts it") { //
     const auto model =
         physical<>{.specular = {.lobe = specular_return::lobe::cosine, .power = 1}}.with_scattering(no_scatterers{});
     const iq_lines lines =
-        trace_paths(exec::par, body, probe, pose{}, model, {.depth = 66_mm, .samples = 3300}, {.bounces = 0});
+        trace(exec::par, body, probe, pose{}, model, {.depth = 66_mm, .samples = 3300}, paths{{.bounces = 0}});
     double sum = 0, moment = 0;
     for (std::uint32_t i = 0; i < lines.count; ++i) {
         double energy = 0;
@@ -184,14 +184,14 @@ TEST_CASE("behind a mirror stands the image of what is before it") {
     const float scale = 1540.0F / 1482;
     const linear_array probe{.lines = 41, .width = 4.1_mm, .frequency = 5_MHz};
     const iq_lines lines =
-        trace_paths(exec::par, body, probe, pose{}, physical<>{}, {.depth = 40_mm, .samples = 2000}, {.bounces = 2});
+        trace(exec::par, body, probe, pose{}, physical<>{}, {.depth = 40_mm, .samples = 2000}, paths{{.bounces = 2}});
     const auto found = paths_test::echoes_of(lines, 20);
     bool seen = false;
     for (const auto& e : found)
         seen = seen || (std::fabs(e.depth - static_cast<double>(29_mm * scale)) < 40e-6 && e.amplitude > 0.05);
     CHECK(seen); // 20 mm down and 9 mm across, to the ball's near side
     for (const auto& e : paths_test::echoes_of(
-             trace_beams(exec::par, body, probe, pose{}, physical<>{}, {.depth = 40_mm, .samples = 2000}), 20))
+             trace(exec::par, body, probe, pose{}, physical<>{}, {.depth = 40_mm, .samples = 2000}, straight_lines{line_search::rays}), 20))
         CHECK(std::fabs(e.depth - static_cast<double>(29_mm * scale)) > 40e-6);
 }
 
@@ -202,11 +202,10 @@ TEST_CASE("random paths average to the split ones, and no path gains amplitude")
     body.build(exec::par);
     const acquisition scan{.depth = 30_mm, .samples = 600};
     const iq_lines split =
-        trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan, {.bounces = 6, .pairs = false});
+        trace(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan, paths{{.bounces = 6, .pairs = false}});
     path_estimate random;
     for (std::uint64_t frame = 0; frame < 50; ++frame)
-        random.add(exec::par, trace_paths(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan,
-                                          {.bounces = 6, .paths_per_line = 40, .seed = frame}));
+        random.add(exec::par, trace(exec::par, body, paths_test::one_line, pose{}, physical<>{}, scan, paths{{.bounces = 6, .paths_per_line = 40, .seed = frame}}));
     CHECK(random.frames() == 50);
     int outside = 0;
     for (std::size_t i = 0; i < split.values.size(); ++i) {
@@ -225,14 +224,13 @@ TEST_CASE("paths are bit-equal on any number of threads, and refuse settings out
     const acquisition scan{.depth = 40_mm, .samples = 800};
     for (const path_settings& settings : {path_settings{}, path_settings{.paths_per_line = 5}}) {
         const iq_lines reference =
-            trace_paths(exec::seq, body, linear_array{.lines = 48}, pose{}, physical<>{}, scan, settings);
+            trace(exec::seq, body, linear_array{.lines = 48}, pose{}, physical<>{}, scan, paths{settings});
         for (const std::uint32_t threads : {2U, 3U, 8U})
-            CHECK(trace_paths(exec::par.threads(threads), body, linear_array{.lines = 48}, pose{}, physical<>{}, scan,
-                              settings) == reference);
+            CHECK(trace(exec::par.threads(threads), body, linear_array{.lines = 48}, pose{}, physical<>{}, scan, paths{settings}) == reference);
     }
-    CHECK_THROWS_AS(trace_paths(exec::par, body, linear_array{}, pose{}, physical<>{}, scan, {.min_amplitude = 0}),
+    CHECK_THROWS_AS(trace(exec::par, body, linear_array{}, pose{}, physical<>{}, scan, paths{{.min_amplitude = 0}}),
                     usage_error);
-    CHECK_THROWS_AS(trace_paths(exec::par, body, linear_array{}, pose{}, physical<>{}, scan, {.face_reflection = 2}),
+    CHECK_THROWS_AS(trace(exec::par, body, linear_array{}, pose{}, physical<>{}, scan, paths{{.face_reflection = 2}}),
                     usage_error);
 }
 
@@ -243,8 +241,8 @@ TEST_CASE("a wall along the slice, which only tilted elevation planes meet, refl
     body.add(make_box({-30_mm, 0.4_mm, 22_mm}, {30_mm, 40_mm, 90_mm}), fast);
     body.add(make_box({-30_mm, 1_mm, 45_mm}, {30_mm, 39_mm, 46_mm}), tissue::bone); // within it
     body.build(exec::seq);
-    const iq_lines lines = trace_paths(exec::seq, body, linear_array{.lines = 16, .width = 10_mm}, pose{},
-                                       physical{}.with_scattering(no_scatterers{}), {.depth = 60_mm, .planes = 3});
+    const iq_lines lines = trace(exec::seq, body, linear_array{.lines = 16, .width = 10_mm}, pose{},
+                                       physical{}.with_scattering(no_scatterers{}), {.depth = 60_mm, .planes = 3}, paths{});
     float most = 0;
     for (std::uint32_t k = 0; k < lines.samples; ++k) {
         const float depth = (static_cast<float>(k) + 0.5F) * lines.depth / static_cast<float>(lines.samples);

@@ -53,7 +53,7 @@ TEST_CASE("every part of the model can be a user's own, and works in it") {
     const float tilted = std::atan(0.05F); // 2.9 degrees, F/2, 20 mm deep
     CHECK(first(plain.with_specular(specular_return{})) ==
           doctest::Approx(0.2F * specular_return{}(tilted, 2, 20_mm * 5_MHz / 1540)).epsilon(2e-3).scale(1e-30));
-    CHECK(echoes_test::echoes_of(trace_paths(exec::seq, body, probe, pose{}, plain, scan), 0).at(0).amplitude ==
+    CHECK(echoes_test::echoes_of(trace(exec::seq, body, probe, pose{}, plain, scan, paths{}), 0).at(0).amplitude ==
           doctest::Approx(0.2).epsilon(1e-3).scale(1e-30));
 }
 

@@ -139,6 +139,6 @@ TEST_CASE("time gain, ground truth and paths follow what the pulse loses") {
     plate.build(exec::par);
     const acquisition scan{.depth = 50_mm, .samples = 2500};
     const float straight = peak_near(trace(exec::par, plate, probe, pose{}, physical<>{}, scan), 40_mm),
-                followed = peak_near(trace_paths(exec::par, plate, probe, pose{}, physical<>{}, scan), 40_mm);
+                followed = peak_near(trace(exec::par, plate, probe, pose{}, physical<>{}, scan, paths{}), 40_mm);
     CHECK(followed == doctest::Approx(straight).epsilon(1e-3).scale(1e-30));
 }

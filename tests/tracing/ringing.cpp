@@ -48,7 +48,7 @@ TEST_CASE("straight lines: a metal needle rings at its thickness and its loss a 
     const scene body = slab_in(tissue_of_v20, polished_steel(), 0.718_mm);
     const auto found = straight(body);
     const auto followed =
-        echoes_of(trace_paths(exec::par, body, one_line, pose{}, physical<>{}, scan, {.bounces = 12}), 0);
+        echoes_of(trace(exec::par, body, one_line, pose{}, physical<>{}, scan, paths{{.bounces = 12}}), 0);
     REQUIRE(found.size() > 12);
     REQUIRE(followed.size() > 8);
     MESSAGE("V20, straight lines: first internal echo ", found[1].decibels() - found[0].decibels(),

@@ -24,8 +24,8 @@ TEST_CASE("slices, beams and pixels make the same samples") {
         const scene body = random_scene(seed);
         const pose at = look_at(8_mm * random_point(seed, 7), {0, 0, 30_mm}, random_point(seed, 8));
         with_every_probe([&](const auto& probe) {
-            const scan_lines slices = trace_slice(exec::par_unseq, body, probe, at, law2011{}, scan);
-            const scan_lines beams = trace_beams(exec::par_unseq, body, probe, at, law2011{}, scan);
+            const scan_lines slices = trace(exec::par_unseq, body, probe, at, law2011{}, scan, straight_lines{line_search::slices});
+            const scan_lines beams = trace(exec::par_unseq, body, probe, at, law2011{}, scan, straight_lines{line_search::rays});
             const scan_lines pixels = trace_pixels(exec::par, body, probe, at, law2011{}, scan);
             for (std::size_t i = 0; i < slices.values.size(); ++i)
                 for (const float other : {beams.values[i], pixels.values[i]})
@@ -49,9 +49,9 @@ TEST_CASE("slices are bit-equal on any number of threads, with trees and without
             for (const object& one : body.objects()) body.positions(one.id);
             body.update(exec::par);
         }
-        const iq_lines reference = trace_slice(exec::seq, body, probe, pose{}, physical<>{}, scan);
+        const iq_lines reference = trace(exec::seq, body, probe, pose{}, physical<>{}, scan, straight_lines{line_search::slices});
         for (const std::uint32_t threads : {1U, 2U, 3U, 8U})
-            CHECK(trace_slice(exec::par.threads(threads), body, probe, pose{}, physical<>{}, scan) == reference);
+            CHECK(trace(exec::par.threads(threads), body, probe, pose{}, physical<>{}, scan, straight_lines{line_search::slices}) == reference);
     }
 }
 
@@ -67,13 +67,13 @@ TEST_CASE("after vertices have moved, slices need no tree, and rays bring it up 
     body.update(exec::par);
     const linear_array probe{};
     const acquisition scan{.depth = 60_mm, .samples = 300};
-    const scan_lines expected = trace_slice(exec::par, fresh, probe, pose{}, law2011{}, scan);
-    CHECK(trace_slice(exec::par, body, probe, pose{}, law2011{}, scan) == expected);
+    const scan_lines expected = trace(exec::par, fresh, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices});
+    CHECK(trace(exec::par, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices}) == expected);
     CHECK(trace(exec::par, body, probe, pose{}, law2011{}, scan) == expected);
     CHECK_FALSE(body.view_for_slices(exec::par).objects[0].tree_is_current);
     CHECK(body.box(ball).upper.z == doctest::Approx(37_mm).epsilon(1e-4).scale(1e-30));
-    CHECK(trace_beams(exec::par, body, probe, pose{}, law2011{}, scan) ==
-          trace_beams(exec::par, fresh, probe, pose{}, law2011{}, scan));
+    CHECK(trace(exec::par, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}) ==
+          trace(exec::par, fresh, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}));
     CHECK(body.view_for_rays(exec::par).objects[0].tree_is_current);
 }
 
@@ -83,11 +83,11 @@ TEST_CASE("lines that are no fan are traced as beams") {
     const trapezoid focused{{.lines = 40, .width = 20_mm}, -25_mm};
     const acquisition scan{.depth = 50_mm, .samples = 300};
     CHECK_FALSE(slice_finder{}.assign(focused));
-    CHECK(trace_slice(exec::par, body, focused, pose{}, law2011{}, scan) ==
-          trace_beams(exec::par, body, focused, pose{}, law2011{}, scan));
+    CHECK(trace(exec::par, body, focused, pose{}, law2011{}, scan, straight_lines{line_search::slices}) ==
+          trace(exec::par, body, focused, pose{}, law2011{}, scan, straight_lines{line_search::rays}));
     const scene treeless = treeless_scene(3);
-    CHECK(trace_slice(exec::par, treeless, focused, pose{}, law2011{}, scan) ==
-          trace_beams(exec::par, body, focused, pose{}, law2011{}, scan));
+    CHECK(trace(exec::par, treeless, focused, pose{}, law2011{}, scan, straight_lines{line_search::slices}) ==
+          trace(exec::par, body, focused, pose{}, law2011{}, scan, straight_lines{line_search::rays}));
 }
 
 TEST_CASE(
@@ -124,7 +124,7 @@ TEST_CASE("where some objects are cut and rays are traced through others, lines 
     REQUIRE(slices.chosen()[1] == 0);
     const acquisition settings{.depth = 60_mm, .samples = 600};
     const scan_lines mixed = trace(exec::seq, body, probe, pose{}, law2011{}, settings);
-    const scan_lines rays = trace_beams(exec::seq, body, probe, pose{}, law2011{}, settings);
+    const scan_lines rays = trace(exec::seq, body, probe, pose{}, law2011{}, settings, straight_lines{line_search::rays});
     std::size_t apart = 0;
     for (std::size_t i = 0; i < rays.values.size(); ++i)
         apart += std::fabs(mixed.values[i] - rays.values[i]) > 1e-5F * std::fabs(rays.values[i]);

@@ -190,8 +190,8 @@ TEST_CASE("steered lines: slices and rays find the same echoes") {
     body.build(exec::seq);
     const auto differing = [&](const auto& look) {
         const acquisition scan{.depth = 40_mm, .samples = 800};
-        const iq_lines rays = trace_beams(exec::seq, body, look, pose{}, physical{}, scan),
-                       slices = trace_slice(exec::seq, body, look, pose{}, physical{}, scan);
+        const iq_lines rays = trace(exec::seq, body, look, pose{}, physical{}, scan, straight_lines{line_search::rays}),
+                       slices = trace(exec::seq, body, look, pose{}, physical{}, scan, straight_lines{line_search::slices});
         std::size_t apart = 0;
         for (std::size_t i = 0; i < rays.values.size(); ++i)
             apart += length(rays.values[i] - slices.values[i]) > 1e-4F ? 1U : 0U;

@@ -150,15 +150,15 @@ TEST_CASE("a tracer that finds its scratch too small gets more of everything, an
         const acquisition scan{.depth = 40_mm, .samples = 800, .planes = planes};
         std::atomic<int> refusals{0};
         CHECK(alike(trace(exec::par.threads(3), body, probe, pose{}, law2011{}, scan, greedy{1000, &refusals}).values,
-                    trace_beams(exec::seq, body, probe, pose{}, law2011{}, scan).values));
+                    trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}).values));
         CHECK(refusals >= 3); // 128, 256, 512 crossings were too few
         CHECK(alike(trace(exec::par, body, probe, pose{}, physical{}, scan, greedy{}).values,
                     trace(exec::seq, body, probe, pose{}, physical{}, scan, straight_lines{.directions = 1}).values));
     }
-    trace_workspace<linear_array, law2011, greedy> own;
+    line_tracer<linear_array, law2011, greedy> own;
     std::atomic<int> refusals{0};
     const auto frame = [&] {
-        trace(exec::seq, body, probe, pose{}, law2011{}, {.depth = 40_mm}, own, {}, greedy{1000, &refusals});
+        own.trace(exec::seq, body, probe, pose{}, law2011{}, {.depth = 40_mm}, greedy{1000, &refusals});
     };
     frame();
     const int at_first = refusals;
@@ -199,7 +199,7 @@ TEST_CASE("a tracer of formulas and straight lines through a fine mesh draw one 
     const scene body = ball(tissue::muscle, tissue::liver, 7);
     const b_mode_settings settings{.depth = 40_mm, .size = {64, 64}};
     const image mesh = b_mode(exec::par, body, probe, pose{}, settings);
-    const image formula = b_mode(exec::par, body, probe, pose{}, settings, physical{}, formula_ball{});
+    const image formula = b_mode(exec::par, body, probe, pose{}, physical{}, settings, formula_ball{});
     // Speckle is that of the object in the one case, and of the background's coordinates in the other: means are equal.
     double sum[2] = {0, 0};
     for (std::size_t i = 0; i < mesh.pixels.size(); ++i) {
@@ -209,10 +209,10 @@ TEST_CASE("a tracer of formulas and straight lines through a fine mesh draw one 
     CHECK(sum[0] / 4096 > 0.1);
     CHECK(std::fabs(sum[1] / sum[0] - 1) < 0.03);
     const straight_lines rays{.search = line_search::rays, .directions = 1};
-    CHECK(alike(b_mode(exec::par, body, probe, pose{}, settings, physical{}, greedy{}).pixels,
-                b_mode(exec::par, body, probe, pose{}, settings, physical{}, rays).pixels, 1e-3));
-    b_mode_workspace<linear_array, physical<>, formula_ball> own;
-    for (int i = 0; i < 2; ++i) CHECK(b_mode(exec::par, body, probe, pose{}, settings, physical{}, own) == formula);
+    CHECK(alike(b_mode(exec::par, body, probe, pose{}, physical{}, settings, greedy{}).pixels,
+                b_mode(exec::par, body, probe, pose{}, physical{}, settings, rays).pixels, 1e-3));
+    scanner machine{probe, settings, physical{}, formula_ball{}};
+    for (int i = 0; i < 2; ++i) CHECK(machine.scan(exec::par, body, pose{}) == formula);
 }
 
 TEST_CASE("planes of a user's tracer are weighted as those of straight lines: by the beam's height, in sum 1") {
@@ -240,7 +240,7 @@ TEST_CASE("a user's tracer with a model of whole numbers: one plane is traced, s
     using namespace tracer_test;
     const scene body = ball(tissue::muscle, tissue::liver, 3);
     const auto lines = trace(exec::par, body, probe, pose{}, counting_model{}, {.depth = 40_mm}, greedy{});
-    CHECK(lines == trace_beams(exec::seq, body, probe, pose{}, counting_model{}, {.depth = 40_mm}));
+    CHECK(lines == trace(exec::seq, body, probe, pose{}, counting_model{}, {.depth = 40_mm}, straight_lines{line_search::rays}));
     CHECK(lines(20, 10) == 1);
     CHECK(lines(20, 40) == 2);
     CHECK(lines(20, 70) == 3);

@@ -49,8 +49,8 @@ TEST_CASE("settings of traces out of range are refused with a sentence") {
         {[&] { with(scan, physical<>{.specular = {.power = -1}}); },
          "specular_return: `power` must be a finite number"},
         {[&] { poisson_numbers{.density = 0}.check(); }, "poisson"},
-        {[&] { trace_paths(exec::seq, one, probe, pose{}, physical{}, scan, {.min_amplitude = 0}); },
-         "trace_paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"},
+        {[&] { trace(exec::seq, one, probe, pose{}, physical{}, scan, paths{{.min_amplitude = 0}}); },
+         "paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"},
         {[&] {
              estimate.add(exec::seq, iq_lines{4, 9, 20_mm});
          },

@@ -47,7 +47,7 @@ TEST_CASE("const functions of one scene may be called from many threads") {
     at_once([&](int thread) {
         for (int i = 0; i < 5; ++i) {
             const scan_lines seen = (i + thread) % 2 == 0
-                                        ? trace_beams(exec::par.threads(2), fixed, probe, pose{}, law2011{}, scan)
+                                        ? trace(exec::par.threads(2), fixed, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays})
                                         : trace(exec::par.threads(3), fixed, probe, pose{}, law2011{}, scan);
             if ((i + thread) % 2 != 0 && !(seen == expected)) ++different;
             if (fixed.box().empty() || fixed.find("none")) ++different;

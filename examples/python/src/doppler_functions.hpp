@@ -13,7 +13,7 @@ void bind_doppler_functions(py::module_& module) {
         [](const scene& body, const Probe& probe, const pose& at, const velocity_fields& field,
            const doppler_settings& settings, const physical<>& model, const std::string& policy) {
             return run(policy, [&](const auto& chosen) {
-                return colour_doppler(chosen, body, probe, at, field, settings, model);
+                return colour_doppler(chosen, body, probe, at, model, field, settings);
             });
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"),
@@ -25,7 +25,7 @@ void bind_doppler_functions(py::module_& module) {
         [](const scene& body, const Probe& probe, const pose& at, const velocity_fields& field,
            const pulsed_doppler_settings& settings, const physical<>& model, const std::string& policy) {
             return run(policy, [&](const auto& chosen) {
-                return pulsed_doppler(chosen, body, probe, at, field, settings, model);
+                return pulsed_doppler(chosen, body, probe, at, model, field, settings);
             });
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"), py::arg("settings"),
@@ -36,7 +36,7 @@ void bind_doppler_functions(py::module_& module) {
         [](const scene& body, const Probe& probe, const pose& at, const velocity_fields& field,
            const ensemble_settings& settings, const physical<>& model, const std::string& policy) {
             return run(policy, [&](const auto& chosen) {
-                return doppler_ensemble(chosen, body, probe, at, field, settings, model);
+                return doppler_ensemble(chosen, body, probe, at, model, field, settings);
             });
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"),

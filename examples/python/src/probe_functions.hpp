@@ -15,7 +15,7 @@ void bind_probe_functions(py::module_& module) {
         "b_mode",
         [](const scene& body, const Probe& probe, const pose& at, const b_mode_settings& settings,
            const physical<>& model, const std::string& policy) {
-            return run(policy, [&](const auto& chosen) { return b_mode(chosen, body, probe, at, settings, model); });
+            return run(policy, [&](const auto& chosen) { return b_mode(chosen, body, probe, at, model, settings); });
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"),
         py::arg_v("settings", b_mode_settings{}, "b_mode_settings()"), py::arg_v("model", physical<>{}, "physical()"),
@@ -52,7 +52,7 @@ void bind_probe_functions(py::module_& module) {
         [](const scene& body, const Probe& probe, const pose& at, const label_settings& settings,
            const physical<>& model, const std::string& policy) {
             return run(policy,
-                       [&](const auto& chosen) { return ground_truth(chosen, body, probe, at, settings, model); });
+                       [&](const auto& chosen) { return ground_truth(chosen, body, probe, at, model, settings); });
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("settings"),
         py::arg_v("model", physical<>{}, "physical()"), py::kw_only(), py::arg("policy") = "par_unseq",

@@ -49,9 +49,9 @@ concept ground_truth_model = requires(const Model& model, const incidence& at, c
 /// @return maps of `probe.lines` lines of `settings.samples` samples
 /// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, ground_truth_model Model = physical<>>
+template <exec::policy Policy, transducer Probe, ground_truth_model Model>
 ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                const label_settings& settings, const Model& model = {}) {
+                                const Model& model, const label_settings& settings) {
     const detail::any_policy<false> any{policy};
     if constexpr (requires { model.check(); }) model.check();
     const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, true, "ground_truth");
@@ -96,9 +96,8 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
                         const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
                         truth.label(number, k) = here.object;
                         truth.medium(number, k) = here.medium;
-                        truth.transmitted(number, k) =
-                            passed *
-                            amplitude_of_decibels(-pulse_loss(model, line, lost + per_metre * bent.length(into)));
+                        truth.transmitted(number, k) = passed * amplitude_of_decibels(-detail::pulse_loss(
+                                                                    model, line, lost + per_metre * bent.length(into)));
                         truth.depth(number, k) = here.begin + into;
                     }
                     lost += per_metre * bent.length(here.end - here.begin);
@@ -107,6 +106,14 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
             }
         });
     return truth;
+}
+
+/// The same under `physical`.
+/// @throws usage_error, geometry_error  as above
+template <exec::policy Policy, transducer Probe>
+ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                const label_settings& settings) {
+    return ground_truth(policy, body, probe, at, physical<>{}, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -13,11 +13,11 @@ namespace insonify::inline INSONIFY_ABI::detail {
 ///
 /// A plane surface that moves with the velocity v is met at a distance that changes by v . n / (a . n), where n is its
 /// normal and a the direction of the line.
-template <velocity_field Field>
 class moving_surfaces {
   public:
     /// @param layers  of the line at the first pulse
     /// @return        whether any surface moves
+    template <velocity_field Field>
     bool assign(const traced_line& line, view<const layer> layers, const Field& field, const pulse_train& pulses) {
         now_.assign(layers.begin(), layers.end());
         motions_.clear();
@@ -51,6 +51,7 @@ class moving_surfaces {
     view<const layer> layers() const { return {now_.data(), now_.size()}; }
 
     /// Goes on to the pulse after `pulse`.
+    template <velocity_field Field>
     void advance(const Field& field, const pulse_train& pulses, std::uint32_t pulse) {
         const float time = pulses.time(pulse) + 0.5F * pulses.interval;
         for (std::size_t i = 0; i < motions_.size(); ++i) {
@@ -70,6 +71,7 @@ class moving_surfaces {
         float distance = 0;         ///< along the line, at pulse 0
         double moved = 0;           ///< since then; a float would lose the phase
 
+        template <velocity_field Field>
         float speed(const Field& field, float time) const {
             return normal == vec3{0, 0, 0} ? 0.0F : dot(field(object_id{object}, point, time), normal);
         }

@@ -5,12 +5,13 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/tracing/path_walk.hpp>
+#include <insonify/tracing/trace.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 
 /// Refraction and multiple reflection: a `tracer` for `trace` and `b_mode`.
 ///
-///     b_mode(exec::par_unseq, body, probe, at, {.depth = 40_mm}, physical{}, paths{});
+///     b_mode(exec::par_unseq, body, probe, at, physical{}, {.depth = 40_mm}, paths{});
 ///
 /// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened
 /// by all that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image
@@ -27,7 +28,7 @@ struct paths {
     void check() const {
         if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
             throw usage_error{
-                "trace_paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"};
+                "paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"};
     }
 
     /// Traces one line: see `tracer`.

@@ -50,7 +50,7 @@ struct pulse_echoes {
 /// @param out      those of the resting echoes, then as many of each pulse; echoes are added
 template <class Model, velocity_field Field>
 void emit_ensemble(const line_task& task, const Model& model, view<const layer> layers, const Field& field,
-                   const pulse_train& pulses, moving_surfaces<Field>& surfaces, std::size_t samples, view<vec2> out) {
+                   const pulse_train& pulses, moving_surfaces& surfaces, std::size_t samples, view<vec2> out) {
     traced_line line = task.line;
     line.layers = layers;
     const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
@@ -75,12 +75,12 @@ void emit_ensemble(const line_task& task, const Model& model, view<const layer> 
 } // namespace detail
 
 /// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
-template <transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
+template <transducer Probe, acoustic_model Model = physical<>>
 class ensemble_tracer {
   public:
     /// See `trace_ensemble`.
     /// @param out  receives the echoes; its memory is reused
-    template <exec::policy Policy>
+    template <exec::policy Policy, velocity_field Field>
     void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
                const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
         const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
@@ -104,7 +104,7 @@ class ensemble_tracer {
   private:
     detail::frame_plan<Probe, Model> plan_{};
     detail::line_driver<vec2> driver_{};
-    std::vector<detail::moving_surfaces<Field>> surfaces_{}; // of each block of lines
+    std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
     std::vector<iq_lines*> sinks_{};
 };
 
@@ -119,8 +119,8 @@ ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Pr
                                const Model& model, const Field& field, const acquisition& scan,
                                const pulse_train& pulses) {
     ensemble_echoes echoes;
-    ensemble_tracer<Probe, Field, Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan,
-                                                 pulses, echoes);
+    ensemble_tracer<Probe, Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses,
+                                          echoes);
     return echoes;
 }
 

@@ -52,9 +52,9 @@ portrait portrait_of(const scene& body) {
     p.box = body.box();
     p.built = body.is_built();
     try {
-        p.seen = trace_slice(exec::seq, body, linear_array{.lines = 16}, pose{}, law2011{}, {.depth = 40_mm});
+        p.seen = trace(exec::seq, body, linear_array{.lines = 16}, pose{}, law2011{}, {.depth = 40_mm}, straight_lines{line_search::slices});
         const scan_lines rays =
-            trace_beams(exec::seq, body, linear_array{.lines = 16}, pose{}, law2011{}, {.depth = 40_mm});
+            trace(exec::seq, body, linear_array{.lines = 16}, pose{}, law2011{}, {.depth = 40_mm}, straight_lines{line_search::rays});
         p.seen.values.insert(p.seen.values.end(), rays.values.begin(), rays.values.end());
     } catch (const usage_error&) {
     }
@@ -147,17 +147,17 @@ void check_frame(const scene& body) {
     const image expected = b_mode(exec::seq, body, probe, pose{}, settings);
     bool holds = true;
     for (long n = 0;; ++n) {
-        b_mode_workspace<linear_array> own;
+        scanner<linear_array> machine{probe, settings};
         left = n;
         bool failed = false;
         try {
-            b_mode(exec::seq, body, probe, pose{}, settings, physical{}, own);
+            machine.scan(exec::seq, body, pose{});
         } catch (const std::bad_alloc&) {
             failed = true;
         }
         left = -1;
-        holds = holds && b_mode(exec::seq, body, probe, pose{}, settings, physical{}, own) == expected;
-        if (!failed) return report("b_mode with a workspace", n, holds);
+        holds = holds && machine.scan(exec::seq, body, pose{}) == expected;
+        if (!failed) return report("a scanner", n, holds);
     }
 }
 

@@ -73,8 +73,8 @@ TEST_CASE("3000 nested objects: the intensities of their closed form, by rays an
     using namespace trace_frame_test;
     const scene body = nested_boxes(3000);
     REQUIRE(expected_at(4999, 3000) < 0.93); // 3000 surfaces are seen in it
-    const double rays = worst_error(trace_beams(exec::seq, body, probe, pose{}, law2011{}, scan), 3000);
-    const double slices = worst_error(trace_slice(exec::par, body, probe, pose{}, law2011{}, scan), 3000);
+    const double rays = worst_error(trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}), 3000);
+    const double slices = worst_error(trace(exec::par, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices}), 3000);
     const double best = worst_error(trace(exec::par_unseq, body, probe, pose{}, law2011{}, scan), 3000);
     MESSAGE("largest relative errors: rays ", rays, ", slices ", slices, ", best ", best);
     CHECK(rays < 2e-4);
@@ -88,8 +88,8 @@ TEST_CASE("3000 nested objects: the intensities of their closed form, by rays an
 TEST_CASE("3000 stacked objects: the intensities of their closed form, by rays, by slices and by pixels") {
     using namespace trace_frame_test;
     const scene body = stacked_slabs(3000);
-    const double rays = worst_error(trace_beams(exec::seq, body, probe, pose{}, law2011{}, scan), 3000);
-    const double slices = worst_error(trace_slice(exec::par, body, probe, pose{}, law2011{}, scan), 3000);
+    const double rays = worst_error(trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}), 3000);
+    const double slices = worst_error(trace(exec::par, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices}), 3000);
     MESSAGE("largest relative errors: rays ", rays, ", slices ", slices);
     CHECK(rays < 2e-4);
     CHECK(slices < 2e-4);
@@ -110,9 +110,10 @@ TEST_CASE("a probe inside 1000 nested objects finds itself in the innermost, and
         body.add(make_box(-vec3{half}, vec3{half}), in_turns(i + 1));
     }
     body.build(exec::par);
-    for (const label_lines& labels :
-         {label(exec::par, body, probe, pose{}, {.depth = 30_mm, .samples = 3000}),
-          trace_beams(exec::par, body, probe, pose{}, detail::label_model{}, {.depth = 30_mm, .samples = 3000})})
+    line_tracer<linear_array, law2011> by_rays;
+    by_rays.trace(exec::par, body, probe, pose{}, law2011{}, {.depth = 30_mm, .samples = 3000}, {line_search::rays});
+    for (const label_lines& labels : {label(exec::par, body, probe, pose{}, {.depth = 30_mm, .samples = 3000}),
+                                      label(exec::par, by_rays.layers(), {.depth = 30_mm, .samples = 3000})})
         for (std::uint32_t k = 0; k < 3000; ++k)
             REQUIRE(labels(1, k) == (k < 1000 ? 0 : k < 1999 ? k - 999 : background_label));
 }
@@ -203,8 +204,8 @@ TEST_CASE("surfaces that are hidden in an object of precedence fill the memory, 
     along(pose{}, straight);
     straight.build(exec::par);
     const acquisition fine{.depth = 30_mm, .samples = 3000};
-    for (const scan_lines& lines : {trace_beams(exec::seq, straight, one, pose{}, law2011{}, fine),
-                                    trace_slice(exec::seq, straight, one, pose{}, law2011{}, fine),
+    for (const scan_lines& lines : {trace(exec::seq, straight, one, pose{}, law2011{}, fine, straight_lines{line_search::rays}),
+                                    trace(exec::seq, straight, one, pose{}, law2011{}, fine, straight_lines{line_search::slices}),
                                     trace_pixels(exec::seq, straight, one, pose{}, law2011{}, fine)})
         for (std::uint32_t k = 0; k < 3000; ++k) {
             const double z = (k + 0.5) * 1e-5;

@@ -3,7 +3,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/scene/diagnose.hpp>
+#include <insonify/diagnose.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <string>

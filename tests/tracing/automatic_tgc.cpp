@@ -2,8 +2,8 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/scene/diagnose.hpp>
-#include <insonify/scene/path_attenuation.hpp>
+#include <insonify/diagnose.hpp>
+#include <insonify/tracing/automatic_tgc.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;
