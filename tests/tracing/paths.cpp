@@ -30,11 +30,11 @@ TEST_CASE("paths and beams agree where nothing bends and nothing is reflected tw
     const acquisition scan{.depth = 40_mm, .samples = 1600, .planes = 3};
     const straight_lines alone{.search = line_search::rays, .directions = 1};
     const iq_lines beams = trace(exec::par, body, probe, pose{}, physical<>{}, scan, alone);
-    const iq_lines paths = trace(exec::par, body, probe, pose{}, physical<>{}, scan, paths{{.bounces = 0}});
+    const iq_lines followed = trace(exec::par, body, probe, pose{}, physical<>{}, scan, paths{{.bounces = 0}});
     float largest = 0, worst = 0;
     for (std::size_t i = 0; i < beams.values.size(); ++i) {
         largest = std::max(largest, length(beams.values[i]));
-        worst = std::max(worst, length(beams.values[i] - paths.values[i]));
+        worst = std::max(worst, length(beams.values[i] - followed.values[i]));
     }
     MESSAGE("largest echo ", largest, ", largest difference ", worst);
     CHECK(largest > 1e-2F);
@@ -51,12 +51,12 @@ TEST_CASE("paths and beams agree on a probe that stands on a surface, above it o
         const acquisition scan{.depth = 40_mm, .samples = 1600};
         const iq_lines beams = trace(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan,
                                      straight_lines{.search = line_search::rays, .directions = 1});
-        const iq_lines paths =
+        const iq_lines followed =
             trace(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{}, scan, paths{{.bounces = 0}});
         float largest = 0, worst = 0;
         for (std::size_t i = 0; i < beams.values.size(); ++i) {
             largest = std::max(largest, length(beams.values[i]));
-            worst = std::max(worst, length(beams.values[i] - paths.values[i]));
+            worst = std::max(worst, length(beams.values[i] - followed.values[i]));
         }
         CHECK(largest > 1e-3F);
         CHECK(worst < 1e-3F * largest);
@@ -67,9 +67,9 @@ TEST_CASE("water in water has no echo along any path, random ones among them") {
     scene body{tissue::water};
     body.add(make_sphere({1_mm, 0, 20_mm}, 8_mm, 4), tissue::water);
     body.build(exec::par);
-    for (const std::uint32_t paths : {0U, 20U})
+    for (const std::uint32_t per_line : {0U, 20U})
         for (const vec2 v : trace(exec::par, body, linear_array{.lines = 32}, pose{}, physical<>{},
-                                        {.depth = 40_mm, .samples = 1600}, paths{{.paths_per_line = paths}})
+                                        {.depth = 40_mm, .samples = 1600}, paths{{.paths_per_line = per_line}})
                                 .values)
             CHECK(v == vec2{0, 0});
 }

@@ -5,7 +5,8 @@
 
 #include <insonify/bvh/large_array.hpp>
 #include <insonify/scene/crossings.hpp>
-#include <insonify/tracing/frame_plan.hpp>
+#include <insonify/tracing/elevation_plane.hpp>
+#include <insonify/tracing/line_layers.hpp>
 #include <insonify/tracing/slice_cut.hpp>
 #include <algorithm>
 
@@ -15,7 +16,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// the segments over the lines. Keeps its memory from frame to frame.
 class slice_finder {
   public:
-    static constexpr int block = lines_per_block;
+    static constexpr int block = static_cast<int>(lines_per_block);
     static_assert(block % simd_width == 0);
 
     /// The crossings of the lines of one block, by slice and line, nearly sorted.
