@@ -302,6 +302,10 @@ void bind_scene(py::module_& module) {
                 return read_only(media);
             },
             "Medium of each object, by its id: copies, to be read; set_medium changes one.")
+        .def("is_inside_out", &scene::is_inside_out, py::arg("id"),
+             "Whether an object was turned inside out since it was added, as by a simulation that diverges.")
+        .def_property_readonly(
+            "background", [](const scene& self) { return self.background(); }, "a copy of its medium")
         .def_property_readonly("is_built", &scene::is_built);
 }
 

@@ -66,7 +66,7 @@ py::tuple pickled(const py::object& self) {
     state["background"] = own.background();
     state["background_fibres"] = past.background_fibres;
     state["objects"] = objects;
-    state["next_id"] = scene{own}.add(make_box(vec3{0}, vec3{1_mm}), {});
+    state["next_id"] = past.next_id;
     state["built"] = own.is_built();
     py::dict attributes = attributes_of(self);
     PyDict_DelItemString(attributes.ptr(), "_past");
@@ -82,15 +82,14 @@ class scene_maker {
         if (past_.background_fibres)
             made_.set_background_fibres(past_.background_fibres->first, past_.background_fibres->second);
         for (const py::handle one : objects_) add(one);
-        use_up(py::cast<std::uint32_t>(state["next_id"]));
+        past_.next_id = py::cast<std::uint32_t>(state["next_id"]);
+        use_up(past_.next_id);
         if (!py::cast<bool>(state["built"])) return;
         made_.build(exec::seq); // not by threads, which a forked process lacks
-        for (const py::handle one : objects_) fill(one);
+        fill();
         deform();
-        for (const py::handle one : objects_) {
-            move(one, "positions");
-            made_.place(id_of(one), py::cast<const pose&>(one["at"]));
-        }
+        move("positions");
+        for (const py::handle one : objects_) made_.place(id_of(one), py::cast<const pose&>(one["at"]));
     }
 
     scene take() { return std::move(made_); }
@@ -114,28 +113,32 @@ class scene_maker {
                    .crease_angle = py::cast<float>(one["crease_angle"])});
         ++next_;
     }
-    /// Moves the vertices to where they were, if they are elsewhere.
-    void move(py::handle one, const char* which) {
-        if (!one.contains(which)) return;
-        const object_id id = id_of(one);
-        const std::vector<vec3> to = points_of(one[which]);
-        const std::span<const vec3> from = positions_now(made_, id);
-        if (are_equal(from, to)) return;
-        past_.built.try_emplace(id, vector_of(from));
-        std::copy(to.begin(), to.end(), made_.positions(id).begin());
+    /// Moves vertices to where they were, if they are elsewhere.
+    void move(const char* to_where) {
+        for (const py::handle one : objects_) {
+            if (!one.contains(to_where)) continue;
+            const object_id id = id_of(one);
+            const std::vector<vec3> to = points_of(one[to_where]);
+            const std::span<const vec3> from = positions_now(made_, id);
+            if (are_equal(from, to)) continue;
+            past_.built.try_emplace(id, vector_of(from));
+            std::copy(to.begin(), to.end(), made_.positions(id).begin());
+        }
         made_.update(exec::seq);
     }
-    void fill(py::handle one) {
-        if (!one.contains("filled")) return;
-        move(one, "filled");
-        made_.set_medium(id_of(one), py::cast<const medium&>(one["medium"]));
-        past_.filled[id_of(one)] = points_of(one["filled"]);
+    void fill() {
+        move("filled");
+        for (const py::handle one : objects_) {
+            if (!one.contains("filled")) continue;
+            made_.set_medium(id_of(one), py::cast<const medium&>(one["medium"]));
+            past_.filled[id_of(one)] = points_of(one["filled"]);
+        }
     }
     void deform() {
         const auto identity = [](vec3 rest) { return rest; };
         std::vector<object_id> deformed, following;
+        move("rest");
         for (const py::handle one : objects_) {
-            move(one, "rest");
             if (one.contains("rest")) deformed.push_back(id_of(one));
             if (!one.contains("rest_at")) continue;
             following.push_back(id_of(one));
@@ -173,7 +176,8 @@ void note_positions(const py::object& self, object_id id) {
 void note_build(const py::object& self) {
     const auto& own = py::cast<const scene&>(self);
     scene_past& past = past_of(self);
-    past.built.clear();
+    for (auto& [id, positions] : past.built)
+        positions = vector_of(positions_now(own, id)); // an array may still be held
     past.filled.clear();
     past.needs_rebuild = std::any_of(own.objects().begin(), own.objects().end(), [&](const object& one) {
         return !are_equal(positions_now(own, one.id), own.rest_positions(one.id));
@@ -185,6 +189,7 @@ void note_remove(const py::object& self, object_id id) {
     past.built.erase(id);
     past.filled.erase(id);
     past.following.erase(id);
+    past.next_id = std::max(past.next_id, static_cast<std::uint32_t>(id) + 1);
 }
 
 void note_medium(const py::object& self, object_id id) {

@@ -13,6 +13,7 @@ struct scene_past {
     std::map<object_id, std::vector<vec3>> filled{}; ///< vertices of moved objects when `set_medium` laid out structure
     std::map<object_id, pose> following{};           ///< objects that the last map deformed, and where they were
     std::optional<std::pair<vec3, vec3>> background_fibres{};
+    std::uint32_t next_id = 0;  ///< at least, as ids of removed objects are not used again
     bool deformed = false;      ///< by a map other than the identity
     bool needs_rebuild = false; ///< built or filled away from rest, which cannot be done again
 };

@@ -141,6 +141,14 @@ def test_a_vein_collapses_under_the_pressure_of_the_probe():
     assert body.rest_of(tuple(body.positions(vein)[3]), vein) == pytest.approx(tuple(before[3]), abs=2e-6)
 
 
+def test_an_object_that_is_inside_out_is_found(phantom):
+    body = phantom()
+    bone = body.find("bone")
+    body.positions(bone)[:, 0] *= -1
+    body.update()
+    assert body.is_inside_out(bone) and not body.is_inside_out(body.find("vein"))
+
+
 def test_errors_keep_their_sentences(phantom):
     body = phantom()
     with pytest.raises(us.usage_error, match="pulsation: `from` and `to`"):

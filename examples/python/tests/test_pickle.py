@@ -70,6 +70,14 @@ def deformed_and_moved(body):
     write(body, "nerve", [0, 0, 1 * mm])
 
 
+def held_across_build(body):
+    vertices = body.positions(body.find("muscle"))
+    vertices += [0, 0, 1 * mm]
+    body.build()
+    vertices[::2] += [1 * mm, 0, 0]
+    body.update()
+
+
 def built_again(body):
     returned(body)
     moved(body)
@@ -80,7 +88,7 @@ def built_again(body):
     body.set_medium(body.find("muscle"), tissue.tendon)
 
 
-STATES = [lambda body: None, moved, filled, larger, returned, deformed_and_moved, built_again]
+STATES = [lambda body: None, moved, filled, larger, returned, deformed_and_moved, held_across_build, built_again]
 
 
 @pytest.mark.parametrize("copied", [lambda body: pickle.loads(pickle.dumps(body)), copy.copy, copy.deepcopy], ids=["pickle", "copy", "deepcopy"])
@@ -91,6 +99,7 @@ def test_a_copy_draws_the_same_picture(state, copied):
     before = draw(body)
     other = copied(copied(body))  # a copy of a copy, too
     assert np.array_equal(draw(other), before) and len(np.unique(before)) > 1000
+    assert other.background == body.background == tissue.fat
     assert other.names == body.names and other.media == body.media and other.is_built and other.box() == body.box()
     point = (1 * mm, 2 * mm, 20 * mm)
     assert all(other.rest_of(point, id) == body.rest_of(point, id) for id in body.names)
