@@ -112,7 +112,7 @@ def main():
         if isinstance(value, (float, int)) and not name.startswith("__"):
             print(f"{name}: {type(value).__name__}")
     for name, value in everything.items():
-        if inspect.isclass(value):
+        if inspect.isclass(value) and not name.startswith("_"):
             base = next((b.__name__ for b in value.__bases__ if issubclass(b, Exception)), "")
             print(f"\nclass {name}{f'({base})' if base else ''}:")
             print(f'    """{(value.__doc__ or "").strip()}"""')

@@ -2,8 +2,12 @@
 #define INSONIFY_PYTHON_ANY_SCANNER_HPP
 
 #include "bindings.hpp"
+#include <variant>
 
 namespace insonify_python {
+
+/// How sound travels: a tracer of the library.
+using any_tracer = std::variant<straight_lines, paths>;
 
 /// A frame of a scanner's cine loop.
 struct stored_picture {
@@ -25,6 +29,8 @@ class any_scanner {
     virtual void set_probe(const py::object& probe) = 0;
     virtual b_mode_settings& settings() = 0;
     virtual physical<>& model() = 0;
+    virtual py::object how(const py::object& self) = 0; ///< a reference to it
+    virtual void set_how(const py::object& how) = 0;
     virtual double& time() = 0;
     virtual std::uint32_t& cine_length() = 0;
 
@@ -49,25 +55,23 @@ class any_scanner {
     virtual vec2 pixel(vec3 point) const = 0;
 };
 
-/// The scanner of a type of probe.
-template <class Probe>
+/// The scanner of a type of probe and of tracer.
+template <class Probe, class Tracer>
 class scanner_of final : public any_scanner {
   public:
-    scanner_of(const Probe& probe, const b_mode_settings& settings, const physical<>& model)
-        : own_{probe, settings, model} {}
+    scanner_of(const Probe& probe, const b_mode_settings& settings, const physical<>& model, const Tracer& how)
+        : own_{probe, settings, model, how} {}
 
     py::object probe(const py::object& self) override {
         return py::cast(&own_.probe, py::return_value_policy::reference_internal, self);
     }
-    void set_probe(const py::object& probe) override {
-        if (!py::isinstance<Probe>(probe))
-            throw py::type_error("scanner: `probe` stays a " +
-                                 py::cast<std::string>(py::type::of<Probe>().attr("__name__")) +
-                                 "; make another scanner for another array");
-        own_.probe = py::cast<const Probe&>(probe);
-    }
+    void set_probe(const py::object& probe) override { assign(own_.probe, probe, "probe", "array"); }
     b_mode_settings& settings() override { return own_.settings; }
     physical<>& model() override { return own_.model; }
+    py::object how(const py::object& self) override {
+        return py::cast(&own_.how, py::return_value_policy::reference_internal, self);
+    }
+    void set_how(const py::object& how) override { assign(own_.how, how, "how", "tracer"); }
     double& time() override { return own_.time; }
     std::uint32_t& cine_length() override { return own_.cine_length; }
 
@@ -106,7 +110,18 @@ class scanner_of final : public any_scanner {
     vec2 pixel(vec3 point) const override { return own_.pixel(point); }
 
   private:
-    scanner<Probe> own_;
+    /// @param kind  for the message, such as "array"
+    /// @throws py::type_error  for a value of another type
+    template <class Type>
+    static void assign(Type& member, const py::object& given, const std::string& name, const std::string& kind) {
+        if (!py::isinstance<Type>(given))
+            throw py::type_error("scanner: `" + name + "` stays of the type " +
+                                 py::cast<std::string>(py::type::of<Type>().attr("__name__")) +
+                                 "; make another scanner for another " + kind);
+        member = py::cast<const Type&>(given);
+    }
+
+    scanner<Probe, physical<>, Tracer> own_;
 };
 
 } // namespace insonify_python

@@ -165,13 +165,13 @@ class settings_class {
             for (const auto& [key, value] : given) {
                 const auto member = py::cast<std::string>(key);
                 require<py::type_error>(name, *members, member);
-                assign(name, *members, self, member, py::reinterpret_borrow<py::object>(value));
+                assign(name, self, member, py::reinterpret_borrow<py::object>(value));
             }
             return made;
         }));
         class_.def("__repr__", [name = name_, members = members_](const py::object& self) {
             std::string text = name + "(";
-            for (const auto& [member, whole] : *members)
+            for (const std::string& member : *members)
                 text += (text.back() == '(' ? "" : ", ") + member + "=" +
                         py::cast<std::string>(py::repr(self.attr(member.c_str())));
             return text + ")";
@@ -186,21 +186,20 @@ class settings_class {
                 throw py::attribute_error("`" + member +
                                           "`: tissues and presets are constants; change a copy, such as "
                                           "mine = copy.copy(tissue.muscle)");
-            assign(name, *members, self, member, value);
+            assign(name, self, member, value);
         });
         bind_copies(class_);
         class_.def(py::pickle(
             [members = members_](const py::object& self) {
                 py::dict state;
-                for (const auto& [member, whole] : *members) state[py::str(member)] = self.attr(member.c_str());
+                for (const std::string& member : *members) state[py::str(member)] = self.attr(member.c_str());
                 return state;
             },
-            [name = name_, members = members_](const py::dict& state) {
+            [name = name_](const py::dict& state) {
                 Settings made{};
                 const py::object self = py::cast(&made, py::return_value_policy::reference);
                 for (const auto& [member, value] : state)
-                    assign(name, *members, self, py::cast<std::string>(member),
-                           py::reinterpret_borrow<py::object>(value));
+                    assign(name, self, py::cast<std::string>(member), py::reinterpret_borrow<py::object>(value));
                 return made;
             }));
         if constexpr (std::equality_comparable<Settings>)
@@ -210,7 +209,7 @@ class settings_class {
     /// A member that can be read and written. `Member` may be that of a base.
     template <class Member, class Base>
     settings_class& member(const char* name, Member Base::*place, const char* doc) {
-        members_->emplace_back(name, std::is_integral_v<Member> && !std::is_same_v<Member, bool>);
+        members_->emplace_back(name);
         if constexpr (is_sequence_v<Member>)
             class_.def_property(
                 name, [place](const Settings& self) { return py::tuple(py::cast(self.*place)); },
@@ -228,7 +227,7 @@ class settings_class {
     template <class Choice, class Base>
     settings_class& choice(const char* name, Choice Base::*place, std::vector<std::pair<std::string, Choice>> words,
                            const char* doc) {
-        members_->emplace_back(name, false);
+        members_->emplace_back(name);
         class_.def_property(
             name,
             [place, words](const Settings& self) {
@@ -254,29 +253,24 @@ class settings_class {
     py::class_<Settings>& type() { return class_; }
 
   private:
-    using member_list = std::vector<std::pair<std::string, bool>>; // names, and whether they are whole numbers
+    using member_list = std::vector<std::string>;
 
-    static void assign(const std::string& name, const member_list& members, const py::object& self,
-                       const std::string& member, const py::object& value) {
-        const auto refuse = [&] {
-            throw py::type_error("`" + member + "` of " + name + " cannot be " +
-                                 py::cast<std::string>(py::repr(value)) + "; it is of the kind of " +
-                                 py::cast<std::string>(py::repr(self.attr(member.c_str()))));
-        };
-        for (const auto& [known, whole] : members)
-            if (whole && known == member && PyIndex_Check(value.ptr()) == 0) refuse(); // a float would be cut
+    static void assign(const std::string& name, const py::object& self, const std::string& member,
+                       const py::object& value) {
         try {
             py::module_::import("builtins").attr("object").attr("__setattr__")(self, member, value);
         } catch (py::error_already_set& error) {
             if (!error.matches(PyExc_TypeError)) throw;
-            refuse();
+            throw py::type_error("`" + member + "` of " + name + " cannot be " +
+                                 py::cast<std::string>(py::repr(value)) + "; it is of the kind of " +
+                                 py::cast<std::string>(py::repr(self.attr(member.c_str()))));
         }
     }
 
     template <class Error>
     static void require(const std::string& name, const member_list& members, const std::string& wanted) {
         std::string known;
-        for (const auto& [member, whole] : members) {
+        for (const std::string& member : members) {
             if (member == wanted) return;
             known += (known.empty() ? "" : ", ") + member;
         }
@@ -300,18 +294,84 @@ void bind_motion(py::module_& module);
 void bind_flow(py::module_& module);
 void bind_probes(py::module_& module);
 void bind_settings(py::module_& module);
+void bind_tracers(py::module_& module);
 void bind_stages(py::module_& module);
 void bind_scanner(py::module_& module);
 void bind_linear_array(py::module_& module);
 void bind_convex_array(py::module_& module);
 void bind_phased_array(py::module_& module);
+void bind_radial_array(py::module_& module);
 void bind_doppler_linear_array(py::module_& module);
 void bind_doppler_convex_array(py::module_& module);
 void bind_doppler_phased_array(py::module_& module);
+void bind_doppler_radial_array(py::module_& module);
 
 } // namespace insonify_python
 
 namespace pybind11::detail {
+
+/// Whole numbers. pybind11's own casters cut those of numpy that are not, such as np.float32(2.5).
+template <class Number>
+struct whole_number_caster {
+    PYBIND11_TYPE_CASTER(Number, const_name("int"));
+
+    bool load(handle from, bool) {
+        if (!from || PyIndex_Check(from.ptr()) == 0) return false;
+        const auto number = reinterpret_steal<object>(PyNumber_Index(from.ptr()));
+        const auto read = [&](auto whole) {
+            value = static_cast<Number>(whole);
+            return PyErr_Occurred() == nullptr && std::in_range<Number>(whole);
+        };
+        const bool read_all = number && (std::is_signed_v<Number> ? read(PyLong_AsLongLong(number.ptr()))
+                                                                  : read(PyLong_AsUnsignedLongLong(number.ptr())));
+        PyErr_Clear();
+        return read_all;
+    }
+    static handle cast(Number from, return_value_policy, handle) {
+        return std::is_signed_v<Number> ? PyLong_FromLongLong(static_cast<long long>(from))
+                                        : PyLong_FromUnsignedLongLong(static_cast<unsigned long long>(from));
+    }
+};
+template <>
+struct type_caster<int> : whole_number_caster<int> {};
+template <>
+struct type_caster<unsigned> : whole_number_caster<unsigned> {};
+template <>
+struct type_caster<long> : whole_number_caster<long> {};
+template <>
+struct type_caster<unsigned long> : whole_number_caster<unsigned long> {};
+template <>
+struct type_caster<long long> : whole_number_caster<long long> {};
+template <>
+struct type_caster<unsigned long long> : whole_number_caster<unsigned long long> {};
+
+/// Whether it is a complex number of numpy; Python's own do not pass for real ones.
+inline bool is_complex_number(handle from) {
+    if (PyFloat_Check(from.ptr()) || PyLong_Check(from.ptr())) return false;
+    const object type = getattr(from, "dtype", none());
+    return !type.is_none() && getattr(type, "kind", none()).equal(str("c"));
+}
+/// Real numbers. pybind11's own casters drop the imaginary part of numpy's complex ones.
+template <class Number>
+struct real_number_caster {
+    PYBIND11_TYPE_CASTER(Number, const_name("float"));
+
+    bool load(handle from, bool) {
+        if (!from || is_complex_number(from)) return false;
+        const double number = PyFloat_AsDouble(from.ptr());
+        const bool read = PyErr_Occurred() == nullptr;
+        PyErr_Clear();
+        value = static_cast<Number>(number);
+        return read;
+    }
+    static handle cast(Number from, return_value_policy, handle) {
+        return PyFloat_FromDouble(static_cast<double>(from));
+    }
+};
+template <>
+struct type_caster<float> : real_number_caster<float> {};
+template <>
+struct type_caster<double> : real_number_caster<double> {};
 
 /// GLM's vectors as tuples; taken from any sequence of as many numbers, such as a numpy array.
 template <class Vector, class Number, int Length>
@@ -325,7 +385,6 @@ struct vector_caster {
         for (int i = 0; i < Length; ++i) {
             make_caster<Number> one;
             const object number = numbers[int_(i)];
-            if (std::is_integral_v<Number> && PyIndex_Check(number.ptr()) == 0) return false; // a float would be cut
             if (!one.load(number, true)) return false;
             value[i] = cast_op<Number>(one);
         }
@@ -390,7 +449,7 @@ struct type_caster<insonify::object_id> {
 
     bool load(handle from, bool convert) {
         make_caster<std::uint32_t> number;
-        if (PyIndex_Check(from.ptr()) == 0 || !number.load(from, convert)) return false; // a float would be cut
+        if (!number.load(from, convert)) return false;
         value = insonify::object_id{cast_op<std::uint32_t>(number)};
         return true;
     }

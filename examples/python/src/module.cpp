@@ -18,7 +18,14 @@ PYBIND11_MODULE(insonify, module) {
     module.attr("MHz") = 1e6;
     module.attr("s") = 1.0;
     module.attr("ms") = 1e-3;
+    module.attr("us") = 1e-6;
+    module.attr("rad") = 1.0;
     module.attr("m_per_s") = 1.0;
+    module.attr("kg_per_m3") = 1.0;
+    module.attr("mmHg") = 133.322387415;
+    module.attr("Rayl") = 1.0;
+    module.attr("MRayl") = 1e6;
+    module.attr("dB_per_m") = 1.0;
     module.attr("deg") = 3.14159265358979323846 / 180;
     module.attr("dB_per_cm") = 100.0;
     module.attr("background_label") = background_label;
@@ -32,14 +39,17 @@ PYBIND11_MODULE(insonify, module) {
     bind_obj(module);
     bind_motion(module);
     bind_flow(module);
-    bind_probes(module);
     bind_settings(module);
+    bind_tracers(module);
+    bind_probes(module);
     bind_stages(module);
     bind_scanner(module);
     bind_linear_array(module);
     bind_convex_array(module);
     bind_phased_array(module);
+    bind_radial_array(module);
     bind_doppler_linear_array(module);
     bind_doppler_convex_array(module);
     bind_doppler_phased_array(module);
+    bind_doppler_radial_array(module);
 }

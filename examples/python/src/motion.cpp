@@ -1,5 +1,5 @@
 // How the scene deforms: the maps of rest to now, and the probe that presses.
-#include "bindings.hpp"
+#include "scene_past.hpp"
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -48,12 +48,20 @@ void with_inverse(const Map& map, const Use& use) {
 }
 
 /// All types of maps. Those that come later may be composed of the others.
-using map_types = std::tuple<indentation, pressed_face, pulsation, breathing, needle_drag, displacement_grid,
+using map_types = std::tuple<indentation, pressed_face, pulsation, collapse, breathing, needle_drag, displacement_grid,
                              tetrahedra, composed_maps>;
 
 template <class Map>
 void check_settings(const Map& map) {
     if constexpr (requires { map.check(); }) map.check();
+}
+
+template <class Map>
+bool is_identity(const Map& map) {
+    if constexpr (std::is_same_v<Map, composed_maps>)
+        return map.maps.empty();
+    else
+        return false;
 }
 
 /// Where points at rest are now, as an array of the same shape.
@@ -80,15 +88,23 @@ void bind_map(py::class_<Map>& type, py::class_<scene>& scene_type) {
     type.def("__call__", &mapped<Map>, py::arg("rest"), "Where points at rest are now; an array of ... x 3.");
     scene_type.def(
         "deform",
-        [](scene& self, const Map& map, const std::optional<std::vector<object_id>>& only, const std::string& policy) {
+        [](const py::object& self, const Map& map, const std::optional<std::vector<object_id>>& only,
+           const std::string& policy) {
+            auto& own = py::cast<scene&>(self);
+            scene_past& past = past_of(self);
             run(policy, [&](const auto& chosen) {
                 with_inverse(map, [&](const auto& known) {
                     if (only)
-                        self.deform(chosen, known, *only);
+                        own.deform(chosen, known, *only);
                     else
-                        self.deform(chosen, known);
+                        own.deform(chosen, known);
                 });
             });
+            past.deformed = !is_identity(map);
+            past.following.clear();
+            for (const object& one : own.objects())
+                if (!only || std::find(only->begin(), only->end(), one.id) != only->end())
+                    past.following.emplace(one.id, one.at);
         },
         py::arg("map"), py::arg("only") = py::none(), py::kw_only(), py::arg("policy") = "par",
         "Deforms the body from rest. `only`: the ids of the objects that follow; the others, such as a needle, stay.");
@@ -110,6 +126,19 @@ void bind_body_motion(py::module_& module, py::class_<scene>& scene_type) {
         .member("rate", &pulsation::rate, "beats per second")
         .member("time", &pulsation::time, "seconds; whole beats are at rest");
     bind_map(vessel.type(), scene_type);
+    settings_class<collapse> vein{module, "collapse", "A vessel that the pressure around it closes: a map for deform."};
+    vein.member("from_", &collapse::from, "a point of the axis, metres")
+        .member("to", &collapse::to, "another one; the axis goes on beyond both")
+        .member("direction", &collapse::direction, "in which the vessel is flattened")
+        .member("radius", &collapse::radius, "of the lumen at rest, metres")
+        .member("outside", &collapse::outside, "pressure of the tissue around it, Pa, such as contact.pressure")
+        .member("inside", &collapse::inside, "pressure of its blood, Pa")
+        .member("stiffness", &collapse::stiffness, "of its wall against bending, Pa")
+        .member("residual", &collapse::residual, "opening at which the walls touch, above 0 to 1")
+        .member("beside", &collapse::beside, "distance beside the wall at which the displacement is 0.61, metres")
+        .member("above", &collapse::above, "the same above and below its wall, metres");
+    vein.type().def_property_readonly("opening", &collapse::opening, "height of the lumen over that at rest");
+    bind_map(vein.type(), scene_type);
     settings_class<breathing> breath{module, "breathing", "A region that moves to and fro: a map for deform."};
     breath.member("direction", &breathing::direction, "when breathing in")
         .member("amplitude", &breathing::amplitude, "metres")

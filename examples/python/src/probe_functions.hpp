@@ -14,23 +14,33 @@ void bind_probe_functions(py::module_& module) {
     module.def(
         "b_mode",
         [](const scene& body, const Probe& probe, const pose& at, const b_mode_settings& settings,
-           const physical<>& model, const std::string& policy) {
-            return run(policy, [&](const auto& chosen) { return b_mode(chosen, body, probe, at, model, settings); });
+           const physical<>& model, const any_tracer& how, const std::string& policy) {
+            const auto draw = [&](const auto& own) {
+                return run(policy,
+                           [&](const auto& chosen) { return b_mode(chosen, body, probe, at, model, settings, own); });
+            };
+            return std::visit(draw, how);
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"),
         py::arg_v("settings", b_mode_settings{}, "b_mode_settings()"), py::arg_v("model", physical<>{}, "physical()"),
-        py::kw_only(), py::arg("policy") = "par_unseq", "A B-mode image: the whole chain in one call.");
+        py::arg_v("how", straight_lines{}, "straight_lines()"), py::kw_only(), py::arg("policy") = "par_unseq",
+        "A B-mode image: the whole chain in one call.");
     module.def(
         "sampling_of", [](const Probe& probe, const b_mode_settings& settings) { return sampling_of(probe, settings); },
         py::arg("probe"), py::arg("settings"), "Lines, samples, planes and looks that a picture traces.");
     module.def(
         "trace",
         [](const scene& body, const Probe& probe, const pose& at, const physical<>& model, const acquisition& settings,
-           const std::string& policy) {
-            return run(policy, [&](const auto& chosen) { return trace(chosen, body, probe, at, model, settings); });
+           const any_tracer& how, const std::string& policy) {
+            const auto follow = [&](const auto& own) {
+                return run(policy,
+                           [&](const auto& chosen) { return trace(chosen, body, probe, at, model, settings, own); });
+            };
+            return std::visit(follow, how);
         },
-        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("model"), py::arg("settings"), py::kw_only(),
-        py::arg("policy") = "par_unseq", "What the probe receives along its lines, before `convolve`.");
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("model"), py::arg("settings"),
+        py::arg_v("how", straight_lines{}, "straight_lines()"), py::kw_only(), py::arg("policy") = "par_unseq",
+        "What the probe receives along its lines, before `convolve`.");
     module.def(
         "convolve",
         [](const iq_lines& echoes, const Probe& probe, const std::string& policy) {
@@ -64,24 +74,31 @@ void bind_probe_functions(py::module_& module) {
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("scan"), py::call_guard<py::gil_scoped_release>(),
         "Why a picture is empty, in a sentence; empty where nothing is wrong.");
-    module.def(
-        "press",
-        [](const scene& body, const Probe& probe, const pose& at, const press_settings& settings,
-           const std::optional<std::vector<object_id>>& only) {
-            return press(body, probe, at, settings, [&](object_id id) {
-                return !only || std::find(only->begin(), only->end(), id) != only->end();
-            });
-        },
-        py::arg("scene"), py::arg("probe"), py::arg("pose"),
-        py::arg_v("settings", press_settings{}, "press_settings()"), py::arg("only") = py::none(),
-        py::call_guard<py::gil_scoped_release>(),
-        "How a probe touches a body at rest. `only`: the ids of the objects that belong to the body.");
+    if constexpr (!std::is_same_v<Probe, radial_array>) // it lies within a vessel, and presses nothing
+        module.def(
+            "press",
+            [](const scene& body, const Probe& probe, const pose& at, const press_settings& settings,
+               const std::optional<std::vector<object_id>>& only) {
+                return press(body, probe, at, settings, [&](object_id id) {
+                    return !only || std::find(only->begin(), only->end(), id) != only->end();
+                });
+            },
+            py::arg("scene"), py::arg("probe"), py::arg("pose"),
+            py::arg_v("settings", press_settings{}, "press_settings()"), py::arg("only") = py::none(),
+            py::call_guard<py::gil_scoped_release>(),
+            "How a probe touches a body at rest. `only`: the ids of the objects that belong to the body.");
     py::reinterpret_borrow<py::class_<any_scanner>>(module.attr("scanner"))
-        .def(py::init([](const Probe& probe, const b_mode_settings& settings, const physical<>& model) {
-                 return std::unique_ptr<any_scanner>(new scanner_of<Probe>{probe, settings, model});
-             }),
-             py::arg("probe"), py::arg_v("settings", b_mode_settings{}, "b_mode_settings()"),
-             py::arg_v("model", physical<>{}, "physical()"));
+        .def(
+            py::init([](const Probe& probe, const b_mode_settings& settings, const physical<>& model,
+                        const any_tracer& how) {
+                return std::visit(
+                    [&]<class Tracer>(const Tracer& own) {
+                        return std::unique_ptr<any_scanner>(new scanner_of<Probe, Tracer>{probe, settings, model, own});
+                    },
+                    how);
+            }),
+            py::arg("probe"), py::arg_v("settings", b_mode_settings{}, "b_mode_settings()"),
+            py::arg_v("model", physical<>{}, "physical()"), py::arg_v("how", straight_lines{}, "straight_lines()"));
 }
 
 } // namespace insonify_python

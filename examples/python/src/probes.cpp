@@ -16,6 +16,17 @@ settings_class<Probe> bind_probe(py::module_& module, const char* name, const ch
         .member("elevation_focus", &Probe::elevation_focus, "depth of the elevation focus, metres")
         .member("bandwidth", &Probe::bandwidth, "fractional bandwidth of echoes at -6 dB")
         .member("side_lobes", &Probe::side_lobes, "amplitude of the first side lobe; 0: none");
+    bound.type()
+        .def(
+            "beam",
+            [](const Probe& self, float line) {
+                const ray beam = self.beam(line);
+                return std::pair{beam.origin, beam.direction};
+            },
+            py::arg("line"), "Origin and direction of a line, in the frame of the probe; 0 is the first one.")
+        .def("locate", &Probe::locate, py::arg("point"),
+             "From {x, z} in the frame of the probe to the line and the depth along it.")
+        .def_property_readonly("aperture", &Probe::aperture, "the largest active one, metres");
     return bound;
 }
 
@@ -36,7 +47,10 @@ void bind_probes(py::module_& module) {
                              "Small flat array that steers its lines from its centre: for the heart.")
         .member("width", &phased_array::width, "width of the face, metres")
         .member("field_of_view", &phased_array::field_of_view, "angle between the ends of the sector, radians");
+    bind_probe<radial_array>(module, "radial_array", "Catheter that scans a full circle: for vessels, from inside.")
+        .member("radius", &radial_array::radius, "radius of the face, metres");
 
+    const auto copied = py::return_value_policy::copy;
     struct preset_table {};
     py::class_<preset_table>{module, "presets",
                              "Transducers, which are constants: copy.copy makes one that can be changed. Pairs of a "
@@ -49,12 +63,22 @@ void bind_probes(py::module_& module) {
         .def_property_readonly_static("nerve_block", [](const py::object&) { return pair_of(presets::nerve_block); })
         .def_property_readonly_static("abdomen", [](const py::object&) { return pair_of(presets::abdomen); })
         .def_property_readonly_static("heart", [](const py::object&) { return pair_of(presets::heart); })
+        .def_property_readonly_static("intravascular",
+                                      [](const py::object&) { return pair_of(presets::intravascular); })
         .def_property_readonly_static("clinical_grey",
                                       [](const py::object&) { return constant(presets::clinical_grey); })
         .def_static("in_use", py::overload_cast<const linear_array&>(&presets::in_use), py::arg("transducer"),
                     "A transducer with the pulse and the aperture of a scanner in use.")
         .def_static("in_use", py::overload_cast<const convex_array&>(&presets::in_use), py::arg("transducer"))
-        .def_static("in_use", py::overload_cast<const phased_array&>(&presets::in_use), py::arg("transducer"));
+        .def_static("in_use", py::overload_cast<const phased_array&>(&presets::in_use), py::arg("transducer"))
+        .def_static("settings_for", py::overload_cast<const linear_array&>(&presets::settings_for), copied,
+                    py::arg("probe"), "Settings of the examination for which a kind of probe is made: a copy.")
+        .def_static("settings_for", py::overload_cast<const convex_array&>(&presets::settings_for), copied,
+                    py::arg("probe"))
+        .def_static("settings_for", py::overload_cast<const phased_array&>(&presets::settings_for), copied,
+                    py::arg("probe"))
+        .def_static("settings_for", py::overload_cast<const radial_array&>(&presets::settings_for), copied,
+                    py::arg("probe"));
 }
 
 } // namespace insonify_python

@@ -31,6 +31,20 @@ void bind_queries(py::module_& module) {
         .def("medium_at", &medium_at, py::arg("point"), "The medium at a point: a copy.")
         .def("first_surface", &first_surface_of, py::arg("origin"), py::arg("direction"), py::arg("only") = py::none(),
              "The first surface along a ray, from either side, or None. `only`: the ids of the objects that count.")
+        .def(
+            "displayed_depth",
+            [](const scene& self, vec3 origin, vec3 direction, float depth) {
+                return displayed_depth(self, {.origin = origin, .direction = direction}, depth);
+            },
+            py::arg("origin"), py::arg("direction"), py::arg("depth"), py::call_guard<py::gil_scoped_release>(),
+            "Depth at which a scanner displays an echo from a true depth along a line in the world, metres.")
+        .def(
+            "true_depth",
+            [](const scene& self, vec3 origin, vec3 direction, float shown) {
+                return true_depth(self, {.origin = origin, .direction = direction}, shown);
+            },
+            py::arg("origin"), py::arg("direction"), py::arg("shown"), py::call_guard<py::gil_scoped_release>(),
+            "The inverse: the true depth of what is displayed at a depth.")
         .def("nearest_surface", &nearest_surface, py::arg("id"), py::arg("point"),
              "The point of an object's surface that is nearest to a point.");
 }

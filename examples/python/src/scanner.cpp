@@ -90,6 +90,9 @@ void bind_scanner(py::module_& module) {
             "model", py::cpp_function(&any_scanner::model, settings),
             [](any_scanner& self, const physical<>& given) { self.model() = given; }, "acoustics")
         .def_property(
+            "how", [](const py::object& self) { return py::cast<any_scanner&>(self).how(self); }, &any_scanner::set_how,
+            "how sound travels: straight_lines or paths")
+        .def_property(
             "time", [](any_scanner& self) { return self.time(); },
             [](any_scanner& self, double seconds) { self.time() = seconds; }, "time stamp of the next frame, seconds")
         .def_property(

@@ -1,5 +1,5 @@
 // Poses, meshes and the scene.
-#include "bindings.hpp"
+#include "scene_past.hpp"
 #include <cstring>
 
 namespace insonify_python {
@@ -50,7 +50,8 @@ float_array rotation_of(const pose& at) {
     return made;
 }
 
-pose pose_of(const float_array& matrix) {
+/// The pose of a matrix, which need not be rigid.
+pose parts_of(const float_array& matrix) {
     if (matrix.ndim() != 2 || matrix.shape(0) != 4 || matrix.shape(1) != 4)
         throw usage_error{"a pose is made of a 4 x 4 matrix"};
     const auto m = matrix.unchecked<2>();
@@ -59,7 +60,14 @@ pose pose_of(const float_array& matrix) {
         made.translation[row] = m(row, 3);
         for (int column = 0; column < 3; ++column) made.rotation[column][row] = m(row, column);
     }
-    if (!is_rigid(made)) throw geometry_error{"the matrix of a pose must be a rotation and a translation, in metres"};
+    return made;
+}
+
+pose pose_of(const float_array& matrix) {
+    const pose made = parts_of(matrix);
+    if (!is_rigid(made))
+        throw geometry_error{"the matrix of a pose must be a rotation and a translation, in metres; orthonormalised "
+                             "mends one that is inexact"};
     return made;
 }
 
@@ -85,7 +93,7 @@ void bind_meshes(py::module_& module) {
         .def(py::init(&pose_of), py::arg("matrix"), "4 x 4 matrix, from local to world, metres")
         .def(py::init(&pose_of_parts), py::arg("rotation") = py::none(), py::arg("translation") = vec3{0, 0, 0},
              "3 x 3 rotation, by default the identity, and translation, metres")
-        .def(py::pickle(&matrix_of, &pose_of))
+        .def(py::pickle(&matrix_of, &parts_of)) // one that has drifted, too
         .def_property_readonly("matrix", &matrix_of, "4 x 4, from local to world: a copy")
         .def_property_readonly("rotation", &rotation_of, "3 x 3, from local to world: a copy")
         .def_property_readonly(
@@ -99,6 +107,14 @@ void bind_meshes(py::module_& module) {
         });
     module.def(
         "inverse", [](const pose& self) { return inverse(self); }, py::arg("pose"), "The inverse transform.");
+    const char* mended =
+        "The pose with the nearest rotation, of one that rounding has made inexact, or of a 4 x 4 matrix.";
+    module.def("orthonormalised", &orthonormalised, py::arg("pose"), mended);
+    module.def(
+        "orthonormalised", [](const float_array& matrix) { return orthonormalised(parts_of(matrix)); },
+        py::arg("matrix"));
+    module.def("needle_pose", &needle_pose, py::arg("tip"), py::arg("direction"), py::arg("bevel"),
+               "Where a needle of make_needle is: its tip, where it points, and to which side its bevel faces.");
     module.def("look_at", &look_at, py::arg("from_"), py::arg("towards"), py::arg("lateral"),
                "Pose of a probe at `from_` that faces `towards` a point, its array along `lateral`.");
 
@@ -160,6 +176,7 @@ py::array held_view(const py::object& self, object_id id, vec3* places, std::siz
     return made;
 }
 py::array positions_of(const py::object& self, object_id id) {
+    note_positions(self, id);
     const std::span<vec3> places = py::cast<scene&>(self).positions(id);
     return held_view(self, id, places.data(), places.size(), true);
 }
@@ -192,6 +209,7 @@ void remove_from(const py::object& self, object_id id) {
             throw usage_error{"scene::remove: an array of positions(" + std::to_string(static_cast<std::uint32_t>(id)) +
                               ") is still in use; delete it first"};
     py::cast<scene&>(self).remove(id);
+    note_remove(self, id);
 }
 
 } // namespace
@@ -200,7 +218,7 @@ void bind_scene(py::module_& module) {
     bind_meshes(module);
     py::class_<scene> scenes{module, "scene", py::dynamic_attr(),
                              "Closed surfaces, each filled with a medium, in a background."};
-    bind_copies(scenes);
+    bind_pickling(scenes, module);
     scenes.def(py::init<const medium&>(), py::arg_v("background", medium{}, "medium()"))
         .def(
             "add",
@@ -219,8 +237,21 @@ void bind_scene(py::module_& module) {
             "Adds a closed surface and returns its id, which is also its label.")
         .def("remove", &remove_from, py::arg("id"), "Call build afterwards.")
         .def("place", &scene::place, py::arg("id"), py::arg("at"), "Sets the pose of an object; takes effect at once.")
-        .def("set_medium", &scene::set_medium, py::arg("id"), py::arg("medium"))
-        .def("set_background_fibres", &scene::set_background_fibres, py::arg("along"), py::arg("flat") = vec3{0, 0, 1})
+        .def(
+            "set_medium",
+            [](const py::object& self, object_id id, const medium& inside) {
+                py::cast<scene&>(self).set_medium(id, inside);
+                note_medium(self, id);
+            },
+            py::arg("id"), py::arg("medium"), "Sets what fills an object; takes effect at once.")
+        .def(
+            "set_background_fibres",
+            [](const py::object& self, vec3 along, vec3 flat) {
+                py::cast<scene&>(self).set_background_fibres(along, flat);
+                past_of(self).background_fibres = {along, flat};
+            },
+            py::arg("along"), py::arg("flat") = vec3{0, 0, 1},
+            "Sets the axes of the structure of the background: along its fibres, and where it is flattest.")
         .def("positions", &positions_of, py::arg("id"),
              "Vertices of an object, N x 3, in its own coordinates: a view to write into, then call update; it may be "
              "held "
@@ -232,6 +263,7 @@ void bind_scene(py::module_& module) {
             [](py::object self, const std::string& policy) {
                 auto& own = py::cast<scene&>(self);
                 run(policy, [&](const auto& chosen) { own.build(chosen); });
+                note_build(self);
                 return self;
             },
             py::arg("policy") = "par", "Needed after add and remove; returns the scene.")
@@ -270,6 +302,10 @@ void bind_scene(py::module_& module) {
                 return read_only(media);
             },
             "Medium of each object, by its id: copies, to be read; set_medium changes one.")
+        .def("is_inside_out", &scene::is_inside_out, py::arg("id"),
+             "Whether an object was turned inside out since it was added, as by a simulation that diverges.")
+        .def_property_readonly(
+            "background", [](const scene& self) { return self.background(); }, "a copy of its medium")
         .def_property_readonly("is_built", &scene::is_built);
 }
 

@@ -40,6 +40,18 @@ void draw_pictures(writer& write) {
     draw(linear_array{.lines = 96});
     draw(convex_array{.lines = 96});
     draw(phased_array{.lines = 96});
+    draw(radial_array{.lines = 96, .frequency = 5_MHz});
+}
+
+void draw_paths(writer& write) {
+    const scene body = phantom();
+    const linear_array probe{.lines = 96};
+    write(trace(exec::par_unseq, body, probe, pose{}, physical{}, {.depth = 50_mm}, paths{}).values);
+    write(b_mode(exec::par_unseq, body, probe, pose{}, settings, physical{}, paths{}).pixels);
+    const paths random{.settings = {.paths_per_line = 8, .seed = 3}};
+    write(trace(exec::par_unseq, body, probe, pose{}, physical{}, {.depth = 50_mm}, random).values);
+    const straight_lines rays{.search = straight_lines::search::rays, .directions = 1};
+    write(b_mode(exec::par_unseq, body, radial_array{.lines = 96}, pose{}, settings, physical{}, rays).pixels);
 }
 
 void draw_clip(writer& write) {
@@ -101,6 +113,10 @@ void draw_flow(writer& write) {
     for (const auto number : {&flow_sample::velocity, &flow_sample::power, &flow_sample::variance})
         for (const flow_sample& one : seen.values) write(std::vector{one.*number});
     write(doppler_picture(exec::par, seen, probe).pixels);
+    const radial_array catheter{.lines = 48, .frequency = 6_MHz};
+    const flow_lines around = colour_doppler(exec::par_unseq, body, catheter, pose{}, stream,
+                                             {.depth = 40_mm, .prf = 6_kHz, .ensemble = 6, .time = 0.125F});
+    write(doppler_picture(exec::par, around, catheter).pixels);
     const image grey = b_mode(exec::par_unseq, body, probe, pose{}, {.depth = 40_mm, .size = {160, 0}});
     write(colour_overlay(exec::par, grey, seen, probe).pixels);
     write(pulsed_doppler(exec::par_unseq, body, probe, pose{}, stream,
@@ -118,6 +134,7 @@ int main(int argc, char** argv) {
     writer write{argv[2]};
     const auto wanted = [&](const char* part) { return std::strcmp(argv[1], part) == 0; };
     if (wanted("pictures")) draw_pictures(write);
+    if (wanted("paths")) draw_paths(write);
     if (wanted("clip")) draw_clip(write);
     if (wanted("motion")) draw_motion(write);
     if (wanted("flow")) draw_flow(write);

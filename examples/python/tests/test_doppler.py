@@ -30,10 +30,12 @@ def test_flow_equals_that_of_cpp_bit_for_bit(vessel, equals_cpp):
     body, stream = vessel
     seen = colour(vessel)
     grey = us.b_mode(body, PROBE, us.pose(), us.b_mode_settings(depth=40 * mm, size=(160, 0)))
+    catheter = us.radial_array(lines=48, frequency=6 * MHz)
+    around = us.colour_doppler(body, catheter, us.pose(), stream, us.doppler_settings(depth=40 * mm, prf=6 * kHz, ensemble=6, time=0.125))
     spectrum = us.pulsed_doppler(body, PROBE, us.pose(), stream, us.pulsed_doppler_settings(line=24, gate=22 * mm, prf=6 * kHz, duration=0.05))
     echoes = us.doppler_ensemble(body, PROBE, us.pose(), stream, us.ensemble_settings(depth=40 * mm, pulses=3))
     equals_cpp("flow", [seen.velocity, seen.power, seen.variance, us.doppler_picture(seen, PROBE).pixels,
-                        us.colour_overlay(grey, seen, PROBE).pixels, spectrum.power, *[pulse.values for pulse in echoes.pulses]])
+                        us.doppler_picture(around, catheter).pixels, us.colour_overlay(grey, seen, PROBE).pixels, spectrum.power, *[pulse.values for pulse in echoes.pulses]])
 
 
 def test_velocities_are_views_and_keep_their_owner(vessel):

@@ -25,7 +25,8 @@ PROBES = [us.linear_array(lines=96), us.convex_array(lines=96), us.phased_array(
 
 
 def test_pictures_equal_those_of_cpp_bit_for_bit(phantom, equals_cpp):
-    equals_cpp("pictures", [us.b_mode(phantom(), probe, us.pose(), settings()).pixels for probe in PROBES])
+    probes = [*PROBES, us.radial_array(lines=96, frequency=5 * MHz)]
+    equals_cpp("pictures", [us.b_mode(phantom(), probe, us.pose(), settings()).pixels for probe in probes])
 
 
 @pytest.mark.parametrize("probe", PROBES, ids=lambda probe: type(probe).__name__)

@@ -121,6 +121,34 @@ def test_press():
         us.press(body, probe, us.pose([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 25 * mm], [0, 0, 0, 1]]))
 
 
+def test_a_vein_collapses_under_the_pressure_of_the_probe():
+    body = us.scene(tissue.air)
+    body.add(us.make_box((-60 * mm, -40 * mm, 0), (60 * mm, 40 * mm, 60 * mm), 5), tissue.muscle)
+    vein = body.add(us.make_cylinder((0, -30 * mm, 17 * mm), (0, 30 * mm, 17 * mm), 4.5 * mm, 64, 16), tissue.blood)
+    body.build()
+    before = body.positions(vein).copy()
+    probe = us.linear_array()
+    touch = us.press(body, probe, us.pose(translation=(0, 0, 2 * mm)), us.press_settings(stiffness=110))
+    assert touch.pressure == pytest.approx(110 * 2 * mm / (probe.width * probe.elevation_height), rel=1e-3)
+    closed = us.collapse(from_=(0, 0, 17 * mm), to=(0, 1, 17 * mm), radius=4.5 * mm, outside=touch.pressure, inside=8 * us.mmHg)
+    opening = (1 + (touch.pressure - 8 * us.mmHg) / closed.stiffness) ** (-2 / 3)  # Shapiro 1977
+    print(f"{touch.pressure / us.mmHg:.1f} mmHg: the vein is {9 * opening:.1f} of 9 mm high")
+    assert 0.1 < opening < 0.9 and closed.opening == pytest.approx(opening, rel=1e-4)
+    body.deform(us.compose(closed))
+    now = body.positions(vein)
+    assert np.ptp(now[:, 2]) == pytest.approx(opening * np.ptp(before[:, 2]), rel=1e-3) and np.ptp(now[:, 0]) == pytest.approx(9 * mm, rel=1e-3)
+    body.deform(us.compose(closed, touch.deformation))
+    assert body.rest_of(tuple(body.positions(vein)[3]), vein) == pytest.approx(tuple(before[3]), abs=2e-6)
+
+
+def test_an_object_that_is_inside_out_is_found(phantom):
+    body = phantom()
+    bone = body.find("bone")
+    body.positions(bone)[:, 0] *= -1
+    body.update()
+    assert body.is_inside_out(bone) and not body.is_inside_out(body.find("vein"))
+
+
 def test_errors_keep_their_sentences(phantom):
     body = phantom()
     with pytest.raises(us.usage_error, match="pulsation: `from` and `to`"):

@@ -24,7 +24,7 @@ def test_a_clip_equals_that_of_cpp_bit_for_bit(phantom, equals_cpp):
     equals_cpp("clip", [each.pixels for each in pictures] + [lines.values, echoes.values, machine.show(2).pixels])
 
 
-@pytest.mark.parametrize("probe", [us.linear_array(lines=48), us.convex_array(lines=48), us.phased_array(lines=48)], ids=lambda probe: type(probe).__name__)
+@pytest.mark.parametrize("probe", [us.linear_array(lines=48), us.convex_array(lines=48), us.phased_array(lines=48), us.radial_array(lines=48)], ids=lambda probe: type(probe).__name__)
 def test_a_frame_is_that_of_b_mode(phantom, probe):
     body, machine = phantom(), machine_of(probe)
     machine.probe.focus = 20 * mm

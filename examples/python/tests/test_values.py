@@ -4,6 +4,8 @@ import pathlib
 import pickle
 import re
 import struct
+import subprocess
+import sys
 import zlib
 
 import numpy as np
@@ -112,6 +114,52 @@ def test_poses_of_parts():
     for wrong in (2 * np.eye(3), np.diag([1, 1, -1]), np.full((3, 3), np.nan)):
         with pytest.raises(us.geometry_error, match="orthonormal"):
             us.pose(rotation=wrong)
+
+
+def test_a_pose_that_drifted_is_mended():
+    step = us.look_at((0, 0, 0), (0.1, 0.2, 1), (1, 0.3, 0))
+    at = us.pose()
+    for _ in range(5000):
+        at = at @ step
+    drift = lambda pose: np.abs(pose.rotation.T.astype(float) @ pose.rotation - np.eye(3)).max()
+    mended = us.orthonormalised(at)
+    print(f"after 5000 products {drift(at):.1e} off, mended {drift(mended):.1e}")
+    assert drift(at) > 1e-5 and drift(mended) < 1e-6 and np.allclose(mended.rotation, at.rotation, atol=1e-3) and mended.translation == at.translation
+    assert pickle.loads(pickle.dumps(at)) == at
+    skewed = us.pose().matrix
+    skewed[0, 1] = 0.01
+    with pytest.raises(us.geometry_error, match="orthonormalised"):
+        us.pose(skewed)
+    nearest, _, other = np.linalg.svd(skewed[:3, :3])
+    assert np.allclose(us.orthonormalised(skewed).rotation, nearest @ other, atol=1e-6)
+    with pytest.raises(us.geometry_error, match="orthonormalised"):
+        us.orthonormalised(2 * np.eye(4))
+
+
+def test_a_needle_is_placed_by_its_tip():
+    tip, direction = (1 * mm, 2 * mm, 20 * mm), np.array([3.0, 0, 4])
+    at = us.needle_pose(tip, direction, (0, 0, -1))
+    needle = us.make_needle(1 * mm, 80 * mm)
+    along = (needle.positions @ at.rotation.T + at.translation - tip) @ (direction / 5)
+    assert at.point((0, 0, 0)) == pytest.approx(tip) and np.abs(along).max() == pytest.approx(80 * mm) and along.max() < 1e-6
+    assert np.allclose(at.rotation[:, 0], [0.8, 0, -0.6], atol=1e-6)  # (0, 0, -1), across the needle
+    with pytest.raises(us.geometry_error, match="needle_pose"):
+        us.needle_pose(tip, direction, direction)
+
+
+def test_displayed_and_true_depth(phantom):
+    body = phantom()  # muscle; a vein of blood from 13 to 21 mm below (-9, 0, 0) mm
+    line = (-9 * mm, 0, 0), (0, 0, 2)
+    expected = 1540 * (22 * mm / tissue.muscle.sound_speed + 8 * mm / tissue.blood.sound_speed)
+    shown = body.displayed_depth(*line, 30 * mm)
+    assert shown == pytest.approx(expected, abs=1e-6) and body.true_depth(*line, shown) == pytest.approx(30 * mm, abs=1e-7)
+    with pytest.raises(us.usage_error, match="displayed_depth"):
+        body.displayed_depth((0, 0, 0), (0, 0, 0), 30 * mm)
+    probe = us.convex_array(lines=64)
+    origin, direction = probe.beam(20)
+    assert np.linalg.norm(direction) == pytest.approx(1) and probe.aperture > 0
+    point = np.add(origin, 30 * mm * np.array(direction))
+    assert probe.locate((point[0], point[2])) == pytest.approx((20, 30 * mm), abs=1e-4)
 
 
 def test_tissues_by_name():
@@ -223,15 +271,16 @@ def test_the_page_lists_what_python_lacks():
         assert re.findall(r"`(\w+)`", listed) == [name for name in dict.fromkeys(names) if not hasattr(us, name)], page
 
 
-def test_the_lines_of_the_page_run(phantom, tmp_path, monkeypatch):
-    """OBJ files and labels; the other blocks are those of the other tests."""
+def test_the_lines_of_the_page_run(tmp_path):
+    """All of its blocks, one after the other, as a program."""
     (tmp_path / "calf.obj").write_text(CUBE)
-    monkeypatch.chdir(tmp_path)
-    machine = us.scanner(us.linear_array(lines=32), us.b_mode_settings(depth=50 * mm, size=(40, 0), planes=1))
-    machine.scan(phantom(), us.pose())
     page = (pathlib.Path(__file__).resolve().parent.parent / "README.md").read_text()
-    for title in ("## OBJ files", "## Labels"):
-        block = page.split(title)[1].split("```python\n")[1].split("```")[0]
-        exec(block, {"us": us, "np": np, "mm": mm, "tissue": tissue, "machine": machine, "body": phantom()})
-    labels = np.load("labels.npy")
+    blocks = re.findall(r"```python\n(.*?)```", page, re.S)
+    program, others = blocks[:-1], [blocks[0], blocks[-1]]
+    assert len(program) == 8 and "multiprocessing" in others[1]
+    for number, part in enumerate((program, others)):
+        (tmp_path / f"page{number}.py").write_text("\n".join(part))
+        subprocess.run([sys.executable, tmp_path / f"page{number}.py"], cwd=tmp_path, check=True)
+    labels = np.load(tmp_path / "labels.npy")
     assert np.array_equal(read_png(tmp_path / "labels.png"), labels.astype(np.uint8)) and set(np.unique(labels)) == {0, 1, us.background_label}
+    assert len(read_png(tmp_path / "duplex.png")) > 100

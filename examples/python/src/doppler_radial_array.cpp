@@ -1,0 +1,7 @@
+#include "doppler_functions.hpp"
+
+namespace insonify_python {
+
+void bind_doppler_radial_array(py::module_& module) { bind_doppler_functions<radial_array>(module); }
+
+} // namespace insonify_python
